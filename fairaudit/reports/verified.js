@@ -4,26 +4,26 @@ globalThis!=="object"&&(this?b():(a.defineProperty(a.prototype,"_T_",{configurab
 b(){var
 b=this||self;b.globalThis=b;delete
 a.prototype._T_}}(Object));(function(S){"use strict";var
-kL="%Li",lc=" : flags Open_text and Open_binary are not compatible",c=115,d=105,k7="Invalid_argument",e=111,e1='"',gA=1255,gG=-15,gz=255,lj=0x800,bE=0xffff,gM=123,kU="jsError",bC=0x8000,k6="%ni",k1=12520,aF=107,li=256,kT="End_of_file",gF="Unix.Unix_error",gy="Failure",lo="infinity",bY=0xff,s=109,gx="mkdir",eY=1000,ln=126,Q="",lb="Stack_overflow",gI="ENOENT",k0="^",cx=122,eX=": No such file or directory",a4="0",la="/static/",lh="([^/]+)",c3=0x3f,k$=-97,k_="Not_found",gH=0xf,c5=128,kR=-48,kS=0xdc00,k5="Sys_blocked_io",lr="fd ",dI=125,lg="ENOTEMPTY",t=112,kZ="Match_failure",aS=248,az="camlinternalFormat.ml",lf="Division_by_zero",lq=1027,kQ="Sys_error",c4=".",c2="+",gE="rmdir",lm=0xf0,k4="%u",h=110,kP="EEXIST",le="%d",b=116,kY="%li",k9=1026,C=118,J=121,ld="buffer.ml",H=119,j=108,eZ=127,dH=1024,n=104,ll=-32,kJ="Pervasives.do_at_exit",kK="utf8",ai=106,bV=" ",bp=0x80,gL="e",kI="Undefined_recursive_module",ah=120,A=103,k3=" : flags Open_rdonly and Open_wronly are not compatible",z=102,kO=512,cw="-",gC="nan",bX=113,kN=0x7ff0,gK=": Not a directory",kX=0xe0,k2=" : file already exists",a=101,l=117,kW=0xdfff,bW=0xffffff,bD="/",gD="compare: functional value",lk="Assert_failure",kM="0x",kH="%i",lp="Out_of_memory",gB="ENOTDIR",i=114,k8="true",e0=254,gJ="index out of bounds",q=100,kV=250,e2="_bigarr02";function
-xL(d,b,e,c,f){if(c<=b)for(var
+kQ="%Li",lh=" : flags Open_text and Open_binary are not compatible",c=115,d=105,la="Invalid_argument",e=111,e0='"',gC=1255,gI=-15,gB=255,lo=0x800,bE=0xffff,gO=123,kZ="jsError",bC=0x8000,k$="%ni",k6=12520,aF=107,ln=256,kY="End_of_file",gH="Unix.Unix_error",gA="Failure",lt="infinity",bY=0xff,s=109,gz="mkdir",eX=1000,ls=126,Q="",lg="Stack_overflow",gK="ENOENT",k5="^",cx=122,eW=": No such file or directory",a4="0",lf="/static/",lm="([^/]+)",c3=0x3f,le=-97,ld="Not_found",gJ=0xf,c5=128,kW=-48,kX=0xdc00,k_="Sys_blocked_io",lw="fd ",dI=125,ll="ENOTEMPTY",t=112,k4="Match_failure",aS=248,az="camlinternalFormat.ml",lk="Division_by_zero",lv=1027,kV="Sys_error",c4=".",c2="+",gG="rmdir",lr=0xf0,k9="%u",h=110,kU="EEXIST",lj="%d",b=116,k3="%li",lc=1026,E=118,J=121,li="buffer.ml",H=119,j=108,eY=127,dH=1024,n=104,lq=-32,kO="Pervasives.do_at_exit",kP="utf8",ai=106,bV=" ",bp=0x80,gN="e",kN="Undefined_recursive_module",ah=120,A=103,k8=" : flags Open_rdonly and Open_wronly are not compatible",z=102,kT=512,cw="-",gE="nan",bX=113,kS=0x7ff0,gM=": Not a directory",k2=0xe0,k7=" : file already exists",a=101,l=117,k1=0xdfff,bW=0xffffff,bD="/",gF="compare: functional value",lp="Assert_failure",kR="0x",kM="%i",lu="Out_of_memory",gD="ENOTDIR",i=114,lb="true",eZ=254,gL="index out of bounds",q=100,k0=250,e1="_bigarr02";function
+xW(d,b,e,c,f){if(c<=b)for(var
 a=1;a<=f;a++)e[c+a]=d[b+a];else
 for(var
 a=f;a>=1;a--)e[c+a]=d[b+a];return 0}function
-xO(e,f,d){var
+xZ(e,f,d){var
 a=new
 Array(d+1);a[0]=0;for(var
 b=1,c=f+1;b<=d;b++,c++)a[b]=e[c];return a}function
-gY(c,b,a){var
+g0(c,b,a){var
 d=String.fromCharCode;if(b==0&&a<=4096&&a==c.length)return d.apply(null,c);var
 e=Q;for(;0<a;b+=dH,a-=dH)e+=d.apply(null,c.slice(b,b+Math.min(a,dH)));return e}function
-e4(b){if(S.Uint8Array)var
+e3(b){if(S.Uint8Array)var
 c=new(S.Uint8Array)(b.l);else
 var
 c=new
 Array(b.l);var
 e=b.c,d=e.length,a=0;for(;a<d;a++)c[a]=e.charCodeAt(a);for(d=b.l;a<d;a++)c[a]=0;b.c=c;b.t=4;return c}function
-cy(d,e,b,f,c){if(c==0)return 0;if(f==0&&(c>=b.l||b.t==2&&c>=b.c.length)){b.c=d.t==4?gY(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else
-if(b.t==2&&f==b.c.length){b.c+=d.t==4?gY(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else{if(b.t!=4)e4(b);var
+cy(d,e,b,f,c){if(c==0)return 0;if(f==0&&(c>=b.l||b.t==2&&c>=b.c.length)){b.c=d.t==4?g0(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else
+if(b.t==2&&f==b.c.length){b.c+=d.t==4?g0(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else{if(b.t!=4)e3(b);var
 g=d.c,h=b.c;if(d.t==4)if(f<=e)for(var
 a=0;a<c;a++)h[f+a]=g[e+a];else
 for(var
@@ -32,46 +32,46 @@ i=Math.min(c,g.length-e);for(var
 a=0;a<i;a++)h[f+a]=g.charCodeAt(e+a);for(;a<c;a++)h[f+a]=0}}return 0}function
 cz(a){return a}function
 bH(a,b,c,d,e){cy(cz(a),b,c,d,e);return 0}function
-yq(b,a){throw[0,b,a]}function
+yB(b,a){throw[0,b,a]}function
 c8(b,a){if(b==0)return Q;if(a.repeat)return a.repeat(b);var
 d=Q,c=0;for(;;){if(b&1)d+=a;b>>=1;if(b==0)return d;a+=a;c++;if(c==9)a.slice(0,1)}}function
-e5(a){if(a.t==2)a.c+=c8(a.l-a.c.length,"\0");else
-a.c=gY(a.c,0,a.c.length);a.t=0}function
-l1(a){if(a.length<24){for(var
-b=0;b<a.length;b++)if(a.charCodeAt(b)>eZ)return false;return true}else
+e4(a){if(a.t==2)a.c+=c8(a.l-a.c.length,"\0");else
+a.c=g0(a.c,0,a.c.length);a.t=0}function
+l6(a){if(a.length<24){for(var
+b=0;b<a.length;b++)if(a.charCodeAt(b)>eY)return false;return true}else
 return!/[^\x00-\x7f]/.test(a)}function
-g0(e){for(var
+g2(e){for(var
 j=Q,c=Q,g,f,h,a,b=0,i=e.length;b<i;b++){f=e.charCodeAt(b);if(f<bp){for(var
-d=b+1;d<i&&(f=e.charCodeAt(d))<bp;d++);if(d-b>kO){c.substr(0,1);j+=c;c=Q;j+=e.slice(b,d)}else
-c+=e.slice(b,d);if(d==i)break;b=d}a=1;if(++b<i&&((h=e.charCodeAt(b))&-64)==c5){g=h+(f<<6);if(f<kX){a=g-0x3080;if(a<bp)a=1}else{a=2;if(++b<i&&((h=e.charCodeAt(b))&-64)==c5){g=h+(g<<6);if(f<lm){a=g-0xe2080;if(a<lj||a>=0xd7ff&&a<0xe000)a=2}else{a=3;if(++b<i&&((h=e.charCodeAt(b))&-64)==c5&&f<0xf5){a=h-0x3c82080+(g<<6);if(a<0x10000||a>0x10ffff)a=3}}}}}if(a<4){b-=a;c+="\ufffd"}else
-if(a>bE)c+=String.fromCharCode(0xd7c0+(a>>10),kS+(a&0x3FF));else
+d=b+1;d<i&&(f=e.charCodeAt(d))<bp;d++);if(d-b>kT){c.substr(0,1);j+=c;c=Q;j+=e.slice(b,d)}else
+c+=e.slice(b,d);if(d==i)break;b=d}a=1;if(++b<i&&((h=e.charCodeAt(b))&-64)==c5){g=h+(f<<6);if(f<k2){a=g-0x3080;if(a<bp)a=1}else{a=2;if(++b<i&&((h=e.charCodeAt(b))&-64)==c5){g=h+(g<<6);if(f<lr){a=g-0xe2080;if(a<lo||a>=0xd7ff&&a<0xe000)a=2}else{a=3;if(++b<i&&((h=e.charCodeAt(b))&-64)==c5&&f<0xf5){a=h-0x3c82080+(g<<6);if(a<0x10000||a>0x10ffff)a=3}}}}}if(a<4){b-=a;c+="\ufffd"}else
+if(a>bE)c+=String.fromCharCode(0xd7c0+(a>>10),kX+(a&0x3FF));else
 c+=String.fromCharCode(a);if(c.length>dH){c.substr(0,1);j+=c;c=Q}}return j+c}function
 bF(c,a,b){this.t=c;this.c=a;this.l=b}bF.prototype.toString=function(){switch(this.t){case
-9:return this.c;default:e5(this);case
-0:if(l1(this.c)){this.t=9;return this.c}this.t=8;case
+9:return this.c;default:e4(this);case
+0:if(l6(this.c)){this.t=9;return this.c}this.t=8;case
 8:return this.c}};bF.prototype.toUtf16=function(){var
-a=this.toString();if(this.t==9)return a;return g0(a)};bF.prototype.slice=function(){var
+a=this.toString();if(this.t==9)return a;return g2(a)};bF.prototype.slice=function(){var
 a=this.t==4?this.c.slice():this.c;return new
 bF(this.t,a,this.l)};function
-lB(a){return new
+lG(a){return new
 bF(0,a,a.length)}function
-p(a){return lB(a)}function
-gX(b,a){yq(b,p(a))}var
-an=[0];function
-aB(a){gX(an.Invalid_argument,a)}function
-e3(){aB(gJ)}function
+p(a){return lG(a)}function
+gZ(b,a){yB(b,p(a))}var
+ao=[0];function
+aB(a){gZ(ao.Invalid_argument,a)}function
+e2(){aB(gL)}function
 b0(a,b){switch(a.t&6){default:if(b>=a.c.length)return 0;case
 0:return a.c.charCodeAt(b);case
 4:return a.c[b]}}function
-lA(b,a){if(a>>>0>=b.l)e3();return b0(b,a)}function
-xR(b,a){if(a>>>0>=b.l-3)e3();var
+lF(b,a){if(a>>>0>=b.l)e2();return b0(b,a)}function
+x2(b,a){if(a>>>0>=b.l-3)e2();var
 c=b0(b,a),d=b0(b,a+1),e=b0(b,a+2),f=b0(b,a+3);return f<<24|e<<16|d<<8|c}function
-am(a,c,b){b&=bY;if(a.t!=4){if(c==a.c.length){a.c+=String.fromCharCode(b);if(c+1==a.l)a.t=0;return 0}e4(a)}a.c[c]=b;return 0}function
-bZ(b,a,c){if(a>>>0>=b.l)e3();return am(b,a,c)}function
+an(a,c,b){b&=bY;if(a.t!=4){if(c==a.c.length){a.c+=String.fromCharCode(b);if(c+1==a.l)a.t=0;return 0}e3(a)}a.c[c]=b;return 0}function
+bZ(b,a,c){if(a>>>0>=b.l)e2();return an(b,a,c)}function
 cC(a){return a.toArray()}function
-xU(c,b,e){if(b>>>0>=c.l-7)e3();var
+x5(c,b,e){if(b>>>0>=c.l-7)e2();var
 d=cC(e);for(var
-a=0;a<8;a++)am(c,b+7-a,d[a]);return 0}function
+a=0;a<8;a++)an(c,b+7-a,d[a]);return 0}function
 cA(c,a){if(c.fun)return cA(c.fun,a);if(typeof
 c!=="function")return c;var
 b=c.length|0;if(b===0)return c.apply(null,a);var
@@ -82,22 +82,22 @@ e=arguments.length==0?1:arguments.length,d=new
 Array(a.length+e);for(var
 b=0;b<a.length;b++)d[b]=a[b];for(var
 b=0;b<arguments.length;b++)d[a.length+b]=arguments[b];return cA(c,d)}}function
-dJ(){aB(gJ)}function
+dJ(){aB(gL)}function
 aI(a,b){if(b>>>0>=a.length-1)dJ();return a}function
-xV(a){if(isFinite(a)){if(Math.abs(a)>=2.2250738585072014e-308)return 0;if(a!=0)return 1;return 2}return isNaN(a)?4:3}function
+x6(a){if(isFinite(a)){if(Math.abs(a)>=2.2250738585072014e-308)return 0;if(a!=0)return 1;return 2}return isNaN(a)?4:3}function
 aA(a){if(a<0)aB("Bytes.create");return new
 bF(a?2:9,Q,a)}function
-cl(a){a.t&6&&e5(a);return a.c}var
-yA=Math.log2&&Math.log2(1.1235582092889474E+307)==1020;function
-yz(a){if(yA)return Math.floor(Math.log2(a));var
+cl(a){a.t&6&&e4(a);return a.c}var
+yL=Math.log2&&Math.log2(1.1235582092889474E+307)==1020;function
+yK(a){if(yL)return Math.floor(Math.log2(a));var
 b=0;if(a==0)return-Infinity;if(a>=1)while(a>=2){a/=2;b++}else
 while(a<1){a*=2;b--}return b}function
-gQ(c){var
+gS(c){var
 a=new(S.Float32Array)(1);a[0]=c;var
 b=new(S.Int32Array)(a.buffer);return b[0]|0}var
-lL=Math.pow(2,-24);function
-yo(a){throw a}function
-lR(){yo(an.Division_by_zero)}function
+lQ=Math.pow(2,-24);function
+yz(a){throw a}function
+lW(){yz(ao.Division_by_zero)}function
 K(b,c,a){this.lo=b&bW;this.mi=c&bW;this.hi=a&bE}K.prototype.caml_custom="_j";K.prototype.copy=function(){return new
 K(this.lo,this.mi,this.hi)};K.prototype.ucompare=function(a){if(this.hi>a.hi)return 1;if(this.hi<a.hi)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};K.prototype.compare=function(a){var
 b=this.hi<<16,c=a.hi<<16;if(b>c)return 1;if(b<c)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};K.prototype.neg=function(){var
@@ -107,7 +107,7 @@ b=this.lo+a.lo,c=this.mi+a.mi+(b>>24),d=this.hi+a.hi+(c>>24);return new
 K(b,c,d)};K.prototype.sub=function(a){var
 b=this.lo-a.lo,c=this.mi-a.mi+(b>>24),d=this.hi-a.hi+(c>>24);return new
 K(b,c,d)};K.prototype.mul=function(a){var
-b=this.lo*a.lo,c=(b*lL|0)+this.mi*a.lo+this.lo*a.mi,d=(c*lL|0)+this.hi*a.lo+this.mi*a.mi+this.lo*a.hi;return new
+b=this.lo*a.lo,c=(b*lQ|0)+this.mi*a.lo+this.lo*a.mi,d=(c*lQ|0)+this.hi*a.lo+this.mi*a.mi+this.lo*a.hi;return new
 K(b,c,d)};K.prototype.isZero=function(){return(this.lo|this.mi|this.hi)==0};K.prototype.isNeg=function(){return this.hi<<16<0};K.prototype.and=function(a){return new
 K(this.lo&a.lo,this.mi&a.mi,this.hi&a.hi)};K.prototype.or=function(a){return new
 K(this.lo|a.lo,this.mi|a.mi,this.hi|a.hi)};K.prototype.xor=function(a){return new
@@ -125,21 +125,21 @@ K(this.mi>>a-24|this.hi<<48-a,this.hi<<16>>a-24>>16,b&bE);return new
 K(this.hi<<16>>a-32,b,b)};K.prototype.lsl1=function(){this.hi=this.hi<<1|this.mi>>23;this.mi=(this.mi<<1|this.lo>>23)&bW;this.lo=this.lo<<1&bW};K.prototype.lsr1=function(){this.lo=(this.lo>>>1|this.mi<<23)&bW;this.mi=(this.mi>>>1|this.hi<<23)&bW;this.hi=this.hi>>>1};K.prototype.udivmod=function(e){var
 c=0,b=this.copy(),a=e.copy(),d=new
 K(0,0,0);while(b.ucompare(a)>0){c++;a.lsl1()}while(c>=0){c--;d.lsl1();if(b.ucompare(a)>=0){d.lo++;b=b.sub(a)}a.lsr1()}return{quotient:d,modulus:b}};K.prototype.div=function(a){var
-b=this;if(a.isZero())lR();var
+b=this;if(a.isZero())lW();var
 d=b.hi^a.hi;if(b.hi&bC)b=b.neg();if(a.hi&bC)a=a.neg();var
 c=b.udivmod(a).quotient;if(d&bC)c=c.neg();return c};K.prototype.mod=function(b){var
-a=this;if(b.isZero())lR();var
+a=this;if(b.isZero())lW();var
 d=a.hi;if(a.hi&bC)a=a.neg();if(b.hi&bC)b=b.neg();var
 c=a.udivmod(b).modulus;if(d&bC)c=c.neg();return c};K.prototype.toInt=function(){return this.lo|this.mi<<24};K.prototype.toFloat=function(){return(this.hi<<16)*Math.pow(2,32)+this.mi*Math.pow(2,24)+this.lo};K.prototype.toArray=function(){return[this.hi>>8,this.hi&bY,this.mi>>16,this.mi>>8&bY,this.mi&bY,this.lo>>16,this.lo>>8&bY,this.lo&bY]};K.prototype.lo32=function(){return this.lo|(this.mi&bY)<<24};K.prototype.hi32=function(){return this.mi>>>8&bE|this.hi<<16};function
 dM(b,c,a){return new
 K(b,c,a)}function
-e7(a){if(!isFinite(a)){if(isNaN(a))return dM(1,0,kN);return a>0?dM(0,0,kN):dM(0,0,0xfff0)}var
+e6(a){if(!isFinite(a)){if(isNaN(a))return dM(1,0,kS);return a>0?dM(0,0,kS):dM(0,0,0xfff0)}var
 f=a==0&&1/a==-Infinity?bC:a>=0?0:bC;if(f)a=-a;var
-b=yz(a)+1023;if(b<=0){b=0;a/=Math.pow(2,-k9)}else{a/=Math.pow(2,b-lq);if(a<16){a*=2;b-=1}if(b==0)a/=2}var
+b=yK(a)+1023;if(b<=0){b=0;a/=Math.pow(2,-lc)}else{a/=Math.pow(2,b-lv);if(a<16){a*=2;b-=1}if(b==0)a/=2}var
 d=Math.pow(2,24),c=a|0;a=(a-c)*d;var
 e=a|0;a=(a-e)*d;var
-g=a|0;c=c&gH|f|b<<4;return dM(g,e,c)}function
-ly(c,b,g){c.write(32,b.dims.length);c.write(32,b.kind|b.layout<<8);if(b.caml_custom==e2)for(var
+g=a|0;c=c&gJ|f|b<<4;return dM(g,e,c)}function
+lD(c,b,g){c.write(32,b.dims.length);c.write(32,b.kind|b.layout<<8);if(b.caml_custom==e1)for(var
 a=0;a<b.dims.length;a++)if(b.dims[a]<bE)c.write(16,b.dims[a]);else{c.write(16,bE);c.write(32,0);c.write(32,b.dims[a])}else
 for(var
 a=0;a<b.dims.length;a++)c.write(32,b.dims[a]);switch(b.kind){case
@@ -161,25 +161,25 @@ e=cC(b.get(a));for(var
 d=0;d<8;d++)c.write(8,e[d])}break;case
 1:for(var
 a=0;a<b.data.length;a++){var
-e=cC(e7(b.get(a)));for(var
+e=cC(e6(b.get(a)));for(var
 d=0;d<8;d++)c.write(8,e[d])}break;case
 0:for(var
 a=0;a<b.data.length;a++){var
-e=gQ(b.get(a));c.write(32,e)}break;case
+e=gS(b.get(a));c.write(32,e)}break;case
 10:for(var
 a=0;a<b.data.length/2;a++){var
-d=b.get(a);c.write(32,gQ(d[1]));c.write(32,gQ(d[2]))}break;case
+d=b.get(a);c.write(32,gS(d[1]));c.write(32,gS(d[2]))}break;case
 11:for(var
 a=0;a<b.data.length/2;a++){var
-f=b.get(a),e=cC(e7(f[1]));for(var
+f=b.get(a),e=cC(e6(f[1]));for(var
 d=0;d<8;d++)c.write(8,e[d]);var
-e=cC(e7(f[2]));for(var
+e=cC(e6(f[2]));for(var
 d=0;d<8;d++)c.write(8,e[d])}break}g[0]=(4+b.dims.length)*4;g[1]=(4+b.dims.length)*8}function
-lw(a){switch(a){case
+lB(a){switch(a){case
 7:case
 10:case
 11:return 2;default:return 1}}function
-xP(c,e){var
+x0(c,e){var
 b=S,a;switch(c){case
 0:a=b.Float32Array;break;case
 1:a=b.Float64Array;break;case
@@ -195,25 +195,25 @@ b=S,a;switch(c){case
 11:a=b.Float64Array;break;case
 12:a=b.Uint8Array;break}if(!a)aB("Bigarray.create: unsupported kind");var
 d=new
-a(e*lw(c));return d}function
-gR(c){var
+a(e*lB(c));return d}function
+gT(c){var
 a=new(S.Int32Array)(1);a[0]=c;var
 b=new(S.Float32Array)(a.buffer);return b[0]}function
 c7(a){return new
 K(a[7]<<0|a[6]<<8|a[5]<<16,a[4]<<0|a[3]<<8|a[2]<<16,a[1]<<0|a[0]<<8)}function
-gS(d){var
-f=d.lo,g=d.mi,b=d.hi,c=(b&0x7fff)>>4;if(c==2047)return(f|g|b&gH)==0?b&bC?-Infinity:Infinity:NaN;var
-e=Math.pow(2,-24),a=(f*e+g)*e+(b&gH);if(c>0){a+=16;a*=Math.pow(2,c-lq)}else
-a*=Math.pow(2,-k9);if(b&bC)a=-a;return a}function
-gN(b){var
+gU(d){var
+f=d.lo,g=d.mi,b=d.hi,c=(b&0x7fff)>>4;if(c==2047)return(f|g|b&gJ)==0?b&bC?-Infinity:Infinity:NaN;var
+e=Math.pow(2,-24),a=(f*e+g)*e+(b&gJ);if(c>0){a+=16;a*=Math.pow(2,c-lv)}else
+a*=Math.pow(2,-lc);if(b&bC)a=-a;return a}function
+gP(b){var
 d=b.length,c=1;for(var
 a=0;a<d;a++){if(b[a]<0)aB("Bigarray.create: negative dimension");c=c*b[a]}return c}function
-x7(b,a){return new
+yg(b,a){return new
 K(b&bW,b>>>24&bY|(a&bE)<<8,a>>>16&bE)}function
-gT(a){return a.hi32()}function
-gU(a){return a.lo32()}var
-xQ=e2;function
-ck(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}ck.prototype.caml_custom=xQ;ck.prototype.offset=function(b){var
+gV(a){return a.hi32()}function
+gW(a){return a.lo32()}var
+x1=e1;function
+ck(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}ck.prototype.caml_custom=x1;ck.prototype.offset=function(b){var
 c=0;if(typeof
 b==="number")b=[b];if(!(b
 instanceof
@@ -222,15 +222,15 @@ a=0;a<this.dims.length;a++){if(b[a]<0||b[a]>=this.dims[a])dJ();c=c*this.dims[a]+
 for(var
 a=this.dims.length-1;a>=0;a--){if(b[a]<1||b[a]>this.dims[a])dJ();c=c*this.dims[a]+(b[a]-1)}return c};ck.prototype.get=function(a){switch(this.kind){case
 7:var
-d=this.data[a*2+0],b=this.data[a*2+1];return x7(d,b);case
+d=this.data[a*2+0],b=this.data[a*2+1];return yg(d,b);case
 10:case
 11:var
-e=this.data[a*2+0],c=this.data[a*2+1];return[e0,e,c];default:return this.data[a]}};ck.prototype.set=function(a,b){switch(this.kind){case
-7:this.data[a*2+0]=gU(b);this.data[a*2+1]=gT(b);break;case
+e=this.data[a*2+0],c=this.data[a*2+1];return[eZ,e,c];default:return this.data[a]}};ck.prototype.set=function(a,b){switch(this.kind){case
+7:this.data[a*2+0]=gW(b);this.data[a*2+1]=gV(b);break;case
 10:case
 11:this.data[a*2+0]=b[1];this.data[a*2+1]=b[2];break;default:this.data[a]=b;break}return 0};ck.prototype.fill=function(b){switch(this.kind){case
 7:var
-c=gU(b),e=gT(b);if(c==e)this.data.fill(c);else
+c=gW(b),e=gV(b);if(c==e)this.data.fill(c);else
 for(var
 a=0;a<this.data.length;a++)this.data[a]=a%2==0?c:e;break;case
 10:case
@@ -263,20 +263,20 @@ a!=="number")if(a
 instanceof
 Array&&a.length==1)a=a[0];else
 aB("Ml_Bigarray_c_1_1.offset");if(a<0||a>=this.dims[0])dJ();return a};c6.prototype.get=function(a){return this.data[a]};c6.prototype.set=function(a,b){this.data[a]=b;return 0};c6.prototype.fill=function(a){this.data.fill(a);return 0};function
-lu(c,d,a,b){var
-e=lw(c);if(gN(a)*e!=b.length)aB("length doesn't match dims");if(d==0&&a.length==1&&e==1)return new
+lz(c,d,a,b){var
+e=lB(c);if(gP(a)*e!=b.length)aB("length doesn't match dims");if(d==0&&a.length==1&&e==1)return new
 c6(c,d,a,b);return new
 ck(c,d,a,b)}function
-cB(a){if(!an.Failure)an.Failure=[aS,p(gy),-3];gX(an.Failure,a)}function
-lv(b,v,r){var
+cB(a){if(!ao.Failure)ao.Failure=[aS,p(gA),-3];gZ(ao.Failure,a)}function
+lA(b,v,r){var
 i=b.read32s();if(i<0||i>16)cB("input_value: wrong number of bigarray dimensions");var
-p=b.read32s(),j=p&bY,o=p>>8&1,h=[];if(r==e2)for(var
+p=b.read32s(),j=p&bY,o=p>>8&1,h=[];if(r==e1)for(var
 a=0;a<i;a++){var
 n=b.read16u();if(n==bE){var
 t=b.read32u(),u=b.read32u();if(t!=0)cB("input_value: bigarray dimension overflow in 32bit");n=u}h.push(n)}else
 for(var
 a=0;a<i;a++)h.push(b.read32u());var
-d=gN(h),f=xP(j,d),g=lu(j,o,h,f);switch(j){case
+d=gP(h),f=x0(j,d),g=lz(j,o,h,f);switch(j){case
 2:for(var
 a=0;a<d;a++)f[a]=b.read8s();break;case
 3:case
@@ -303,31 +303,31 @@ e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-k=gS(c7(e));g.set(a,k)}break;case
+k=gU(c7(e));g.set(a,k)}break;case
 0:for(var
 a=0;a<d;a++){var
-k=gR(b.read32s());g.set(a,k)}break;case
+k=gT(b.read32s());g.set(a,k)}break;case
 10:for(var
 a=0;a<d;a++){var
-m=gR(b.read32s()),l=gR(b.read32s());g.set(a,[e0,m,l])}break;case
+m=gT(b.read32s()),l=gT(b.read32s());g.set(a,[eZ,m,l])}break;case
 11:var
 e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-m=gS(c7(e));for(var
+m=gU(c7(e));for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-l=gS(c7(e));g.set(a,[e0,m,l])}break}v[0]=(4+i)*4;return lu(j,o,h,f)}function
-lt(a,b,c){return a.compare(b,c)}function
-lP(a,b){return Math.imul(a,b)}function
-b1(b,a){a=lP(a,0xcc9e2d51|0);a=a<<15|a>>>32-15;a=lP(a,0x1b873593);b^=a;b=b<<13|b>>>32-13;return(b+(b<<2)|0)+(0xe6546b64|0)|0}function
-x1(a,b){a=b1(a,gU(b));a=b1(a,gT(b));return a}function
-lJ(a,b){return x1(a,e7(b))}function
-lx(c){var
-b=gN(c.dims),d=0;switch(c.kind){case
+l=gU(c7(e));g.set(a,[eZ,m,l])}break}v[0]=(4+i)*4;return lz(j,o,h,f)}function
+ly(a,b,c){return a.compare(b,c)}function
+lU(a,b){return Math.imul(a,b)}function
+b1(b,a){a=lU(a,0xcc9e2d51|0);a=a<<15|a>>>32-15;a=lU(a,0x1b873593);b^=a;b=b<<13|b>>>32-13;return(b+(b<<2)|0)+(0xe6546b64|0)|0}function
+ya(a,b){a=b1(a,gW(b));a=b1(a,gV(b));return a}function
+lO(a,b){return ya(a,e6(b))}function
+lC(c){var
+b=gP(c.dims),d=0;switch(c.kind){case
 2:case
 3:case
-12:if(b>li)b=li;var
+12:if(b>ln)b=ln;var
 e=0,a=0;for(a=0;a+4<=c.data.length;a+=4){e=c.data[a+0]|c.data[a+1]<<8|c.data[a+2]<<16|c.data[a+3]<<24;d=b1(d,e)}e=0;switch(b&3){case
 3:e=c.data[a+2]<<16;case
 2:e|=c.data[a+1]<<8;case
@@ -344,75 +344,75 @@ a=0;a<b;a++)d=b1(d,c.data[a]);break;case
 a=0;a<b;a++)d=b1(d,c.data[a]);break;case
 10:b*=2;case
 0:if(b>64)b=64;for(var
-a=0;a<b;a++)d=lJ(d,c.data[a]);break;case
+a=0;a<b;a++)d=lO(d,c.data[a]);break;case
 11:b*=2;case
 1:if(b>32)b=32;for(var
-a=0;a<b;a++)d=lJ(d,c.data[a]);break}return d}function
-x4(a,b){b[0]=4;return a.read32s()}function
-ym(a,b){switch(a.read8u()){case
+a=0;a<b;a++)d=lO(d,c.data[a]);break}return d}function
+yd(a,b){b[0]=4;return a.read32s()}function
+yx(a,b){switch(a.read8u()){case
 1:b[0]=4;return a.read32s();case
 2:cB("input_value: native integer value too large");default:cB("input_value: ill-formed native integer")}}function
-ye(c,d){var
+yp(c,d){var
 b=new
 Array(8);for(var
 a=0;a<8;a++)b[a]=c.read8u();d[0]=8;return c7(b)}function
-ya(e,d,b){var
+yl(e,d,b){var
 c=cC(d);for(var
 a=0;a<8;a++)e.write(8,c[a]);b[0]=8;b[1]=8}function
-x6(a,b,c){return a.compare(b)}function
-x9(a){return a.lo32()^a.hi32()}var
-lF={"_j":{deserialize:ye,serialize:ya,fixed_length:8,compare:x6,hash:x9},"_i":{deserialize:x4,fixed_length:4},"_n":{deserialize:ym,fixed_length:4},"_bigarray":{deserialize:function(a,b){return lv(a,b,"_bigarray")},serialize:ly,compare:lt,hash:lx},"_bigarr02":{deserialize:function(a,b){return lv(a,b,e2)},serialize:ly,compare:lt,hash:lx}};function
-gO(a){return lF[a.caml_custom]&&lF[a.caml_custom].compare}function
-lD(f,c,d,e){var
-b=gO(c);if(b){var
+yf(a,b,c){return a.compare(b)}function
+yi(a){return a.lo32()^a.hi32()}var
+lK={"_j":{deserialize:yp,serialize:yl,fixed_length:8,compare:yf,hash:yi},"_i":{deserialize:yd,fixed_length:4},"_n":{deserialize:yx,fixed_length:4},"_bigarray":{deserialize:function(a,b){return lA(a,b,"_bigarray")},serialize:lD,compare:ly,hash:lC},"_bigarr02":{deserialize:function(a,b){return lA(a,b,e1)},serialize:lD,compare:ly,hash:lC}};function
+gQ(a){return lK[a.caml_custom]&&lK[a.caml_custom].compare}function
+lI(f,c,d,e){var
+b=gQ(c);if(b){var
 a=d>0?b(c,f,e):b(f,c,e);if(e&&a!=a)return d;if(+a!=+a)return+a;if((a|0)!=0)return a|0}return d}function
-gV(a){return a
+gX(a){return a
 instanceof
 bF}function
-lM(a){return gV(a)}function
-lE(a){if(typeof
-a==="number")return eY;else
-if(gV(a))return 252;else
-if(lM(a))return 1252;else
+lR(a){return gX(a)}function
+lJ(a){if(typeof
+a==="number")return eX;else
+if(gX(a))return 252;else
+if(lR(a))return 1252;else
 if(a
 instanceof
-Array&&a[0]===a[0]>>>0&&a[0]<=gz){var
-b=a[0]|0;return b==e0?0:b}else
+Array&&a[0]===a[0]>>>0&&a[0]<=gB){var
+b=a[0]|0;return b==eZ?0:b}else
 if(a
 instanceof
-String)return k1;else
+String)return k6;else
 if(typeof
-a=="string")return k1;else
+a=="string")return k6;else
 if(a
 instanceof
-Number)return eY;else
-if(a&&a.caml_custom)return gA;else
+Number)return eX;else
+if(a&&a.caml_custom)return gC;else
 if(a&&a.compare)return 1256;else
 if(typeof
 a=="function")return 1247;else
 if(typeof
 a=="symbol")return 1251;return 1001}function
-yf(a,b){if(a<b)return-1;if(a==b)return 0;return 1}function
-lz(a,b){a.t&6&&e5(a);b.t&6&&e5(b);return a.c<b.c?-1:a.c>b.c?1:0}function
-yD(a,b){return lz(a,b)}function
-lC(a,b,d){var
+yq(a,b){if(a<b)return-1;if(a==b)return 0;return 1}function
+lE(a,b){a.t&6&&e4(a);b.t&6&&e4(b);return a.c<b.c?-1:a.c>b.c?1:0}function
+yO(a,b){return lE(a,b)}function
+lH(a,b,d){var
 e=[];for(;;){if(!(d&&a===b)){var
-f=lE(a);if(f==kV){a=a[1];continue}var
-g=lE(b);if(g==kV){b=b[1];continue}if(f!==g){if(f==eY){if(g==gA)return lD(a,b,-1,d);return-1}if(g==eY){if(f==gA)return lD(b,a,1,d);return 1}return f<g?-1:1}switch(f){case
-247:aB(gD);break;case
+f=lJ(a);if(f==k0){a=a[1];continue}var
+g=lJ(b);if(g==k0){b=b[1];continue}if(f!==g){if(f==eX){if(g==gC)return lI(a,b,-1,d);return-1}if(g==eX){if(f==gC)return lI(b,a,1,d);return 1}return f<g?-1:1}switch(f){case
+247:aB(gF);break;case
 248:var
-c=yf(a[2],b[2]);if(c!=0)return c|0;break;case
-249:aB(gD);break;case
+c=yq(a[2],b[2]);if(c!=0)return c|0;break;case
+249:aB(gF);break;case
 250:aB("equal: got Forward_tag, should not happen");break;case
 251:aB("equal: abstract value");break;case
 252:if(a!==b){var
-c=lz(a,b);if(c!=0)return c|0}break;case
+c=lE(a,b);if(c!=0)return c|0}break;case
 253:aB("equal: got Double_tag, should not happen");break;case
 254:aB("equal: got Double_array_tag, should not happen");break;case
 255:aB("equal: got Custom_tag, should not happen");break;case
-1247:aB(gD);break;case
+1247:aB(gF);break;case
 1255:var
-i=gO(a);if(i!=gO(b))return a.caml_custom<b.caml_custom?-1:1;if(!i)aB("compare: abstract value");var
+i=gQ(a);if(i!=gQ(b))return a.caml_custom<b.caml_custom?-1:1;if(!i)aB("compare: abstract value");var
 c=i(a,b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;break;case
 1256:var
 c=a.compare(b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;break;case
@@ -426,150 +426,150 @@ a=a.toString(),b=b.toString();if(a!==b){if(a<b)return-1;if(a>b)return 1}break;ca
 246:case
 254:default:if(a.length!=b.length)return a.length<b.length?-1:1;if(a.length>1)e.push(a,b,1);break}}if(e.length==0)return 0;var
 h=e.pop();b=e.pop();a=e.pop();if(h+1<a.length)e.push(a,b,h+1);a=a[h];b=b[h]}}function
-dL(a,b){return+(lC(a,b,false)==0)}function
-xX(a,c,b,d){if(b>0)if(c==0&&(b>=a.l||a.t==2&&b>=a.c.length))if(d==0){a.c=Q;a.t=2}else{a.c=c8(b,String.fromCharCode(d));a.t=b==a.l?0:2}else{if(a.t!=4)e4(a);for(b+=c;c<b;c++)a.c[c]=d}return 0}function
-gW(d){d=cl(d);var
+dL(a,b){return+(lH(a,b,false)==0)}function
+x8(a,c,b,d){if(b>0)if(c==0&&(b>=a.l||a.t==2&&b>=a.c.length))if(d==0){a.c=Q;a.t=2}else{a.c=c8(b,String.fromCharCode(d));a.t=b==a.l?0:2}else{if(a.t!=4)e3(a);for(b+=c;c<b;c++)a.c[c]=d}return 0}function
+gY(d){d=cl(d);var
 e=d.length;if(e>31)aB("format_int: format too long");var
 a={justify:c2,signstyle:cw,filler:bV,alternate:false,base:0,signedconv:false,width:0,uppercase:false,sign:1,prec:-1,conv:"f"};for(var
 c=0;c<e;c++){var
 b=d.charAt(c);switch(b){case"-":a.justify=cw;break;case"+":case" ":a.signstyle=b;break;case"0":a.filler=a4;break;case"#":a.alternate=true;break;case"1":case"2":case"3":case"4":case"5":case"6":case"7":case"8":case"9":a.width=0;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.width=a.width*10+b;c++}c--;break;case".":a.prec=0;c++;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.prec=a.prec*10+b;c++}c--;case"d":case"i":a.signedconv=true;case"u":a.base=10;break;case"x":a.base=16;break;case"X":a.base=16;a.uppercase=true;break;case"o":a.base=8;break;case"e":case"f":case"g":a.signedconv=true;a.conv=b;break;case"E":case"F":case"G":a.signedconv=true;a.uppercase=true;a.conv=b.toLowerCase();break}}return a}function
-gP(a,e){if(a.uppercase)e=e.toUpperCase();var
+gR(a,e){if(a.uppercase)e=e.toUpperCase();var
 d=e.length;if(a.signedconv&&(a.sign<0||a.signstyle!=cw))d++;if(a.alternate){if(a.base==8)d+=1;if(a.base==16)d+=2}var
 b=Q;if(a.justify==c2&&a.filler==bV)for(var
 c=d;c<a.width;c++)b+=bV;if(a.signedconv)if(a.sign<0)b+=cw;else
-if(a.signstyle!=cw)b+=a.signstyle;if(a.alternate&&a.base==8)b+=a4;if(a.alternate&&a.base==16)b+=kM;if(a.justify==c2&&a.filler==a4)for(var
+if(a.signstyle!=cw)b+=a.signstyle;if(a.alternate&&a.base==8)b+=a4;if(a.alternate&&a.base==16)b+=kR;if(a.justify==c2&&a.filler==a4)for(var
 c=d;c<a.width;c++)b+=a4;b+=e;if(a.justify==cw)for(var
 c=d;c<a.width;c++)b+=bV;return p(b)}function
-lH(i,c){function
+lM(i,c){function
 j(a,b){if(Math.abs(a)<1.0)return a.toFixed(b);else{var
 c=parseInt(a.toString().split(c2)[1]);if(c>20){c-=20;a/=Math.pow(10,c);a+=new
 Array(c+1).join(a4);if(b>0)a=a+c4+new
 Array(b+1).join(a4);return a}else
 return a.toFixed(b)}}var
-a,e=gW(i),d=e.prec<0?6:e.prec;if(c<0||c==0&&1/c==-Infinity){e.sign=-1;c=-c}if(isNaN(c)){a=gC;e.filler=bV}else
+a,e=gY(i),d=e.prec<0?6:e.prec;if(c<0||c==0&&1/c==-Infinity){e.sign=-1;c=-c}if(isNaN(c)){a=gE;e.filler=bV}else
 if(!isFinite(c)){a="inf";e.filler=bV}else
 switch(e.conv){case"e":var
-a=c.toExponential(d),b=a.length;if(a.charAt(b-3)==gL)a=a.slice(0,b-1)+a4+a.slice(b-1);break;case"f":a=j(c,d);break;case"g":d=d?d:1;a=c.toExponential(d-1);var
-h=a.indexOf(gL),g=+a.slice(h+1);if(g<-4||c>=1e21||c.toFixed(0).length>d){var
-b=h-1;while(a.charAt(b)==a4)b--;if(a.charAt(b)==c4)b--;a=a.slice(0,b+1)+a.slice(h);b=a.length;if(a.charAt(b-3)==gL)a=a.slice(0,b-1)+a4+a.slice(b-1);break}else{var
+a=c.toExponential(d),b=a.length;if(a.charAt(b-3)==gN)a=a.slice(0,b-1)+a4+a.slice(b-1);break;case"f":a=j(c,d);break;case"g":d=d?d:1;a=c.toExponential(d-1);var
+h=a.indexOf(gN),g=+a.slice(h+1);if(g<-4||c>=1e21||c.toFixed(0).length>d){var
+b=h-1;while(a.charAt(b)==a4)b--;if(a.charAt(b)==c4)b--;a=a.slice(0,b+1)+a.slice(h);b=a.length;if(a.charAt(b-3)==gN)a=a.slice(0,b-1)+a4+a.slice(b-1);break}else{var
 f=d;if(g<0){f-=g+1;a=c.toFixed(f)}else
 while(a=c.toFixed(f),a.length>d+1)f--;if(f){var
-b=a.length-1;while(a.charAt(b)==a4)b--;if(a.charAt(b)==c4)b--;a=a.slice(0,b+1)}}break}return gP(e,a)}function
-e6(d,b){if(cl(d)==le)return p(Q+b);var
-a=gW(d);if(b<0)if(a.signedconv){a.sign=-1;b=-b}else
+b=a.length-1;while(a.charAt(b)==a4)b--;if(a.charAt(b)==c4)b--;a=a.slice(0,b+1)}}break}return gR(e,a)}function
+e5(d,b){if(cl(d)==lj)return p(Q+b);var
+a=gY(d);if(b<0)if(a.signedconv){a.sign=-1;b=-b}else
 b>>>=0;var
 c=b.toString(a.base);if(a.prec>=0){a.filler=bV;var
-e=a.prec-c.length;if(e>0)c=c8(e,a4)+c}return gP(a,c)}var
-yn=0;function
-xZ(){return yn++}function
-yh(a){return a.toUtf16()}function
+e=a.prec-c.length;if(e>0)c=c8(e,a4)+c}return gR(a,c)}var
+yy=0;function
+x_(){return yy++}function
+ys(a){return a.toUtf16()}function
 dP(){return typeof
 S.process!=="undefined"&&typeof
 S.process.versions!=="undefined"&&typeof
 S.process.versions.node!=="undefined"}function
-yB(){function
+yM(){function
 a(a){if(a.charAt(0)===bD)return[Q,a.substring(1)];return}function
 b(c){var
 g=/^([a-zA-Z]:|[\\/]{2}[^\\/]+[\\/]+[^\\/]+)?([\\/])?([\s\S]*?)$/,a=g.exec(c),b=a[1]||Q,e=Boolean(b&&b.charAt(1)!==":");if(Boolean(a[2]||e)){var
 d=a[1]||Q,f=a[2]||Q;return[d,c.substring(d.length+f.length)]}return}return dP()&&S.process&&S.process.platform?S.process.platform==="win32"?b:a:a}var
-g2=yB();function
-lU(a){return a.slice(-1)!==bD?a+bD:a}if(dP()&&S.process&&S.process.cwd)var
+g4=yM();function
+lZ(a){return a.slice(-1)!==bD?a+bD:a}if(dP()&&S.process&&S.process.cwd)var
 dK=S.process.cwd().replace(/\\/g,bD);else
 var
-dK="/static";dK=lU(dK);function
-yi(a){a=yh(a);if(!g2(a))a=dK+a;var
-e=g2(a),d=e[1].split(bD),b=[];for(var
+dK="/static";dK=lZ(dK);function
+yt(a){a=ys(a);if(!g4(a))a=dK+a;var
+e=g4(a),d=e[1].split(bD),b=[];for(var
 c=0;c<d.length;c++)switch(d[c]){case"..":if(b.length>1)b.pop();break;case".":break;default:b.push(d[c]);break}b.unshift(e[0]);b.orig=a;return b}function
-yv(e){for(var
+yG(e){for(var
 f=Q,b=f,a,h,c=0,g=e.length;c<g;c++){a=e.charCodeAt(c);if(a<bp){for(var
-d=c+1;d<g&&(a=e.charCodeAt(d))<bp;d++);if(d-c>kO){b.substr(0,1);f+=b;b=Q;f+=e.slice(c,d)}else
-b+=e.slice(c,d);if(d==g)break;c=d}if(a<lj){b+=String.fromCharCode(0xc0|a>>6);b+=String.fromCharCode(bp|a&c3)}else
-if(a<0xd800||a>=kW)b+=String.fromCharCode(kX|a>>12,bp|a>>6&c3,bp|a&c3);else
-if(a>=0xdbff||c+1==g||(h=e.charCodeAt(c+1))<kS||h>kW)b+="\xef\xbf\xbd";else{c++;a=(a<<10)+h-0x35fdc00;b+=String.fromCharCode(lm|a>>18,bp|a>>12&c3,bp|a>>6&c3,bp|a&c3)}if(b.length>dH){b.substr(0,1);f+=b;b=Q}}return f+b}function
-xT(a){var
-b=9;if(!l1(a))b=8,a=yv(a);return new
+d=c+1;d<g&&(a=e.charCodeAt(d))<bp;d++);if(d-c>kT){b.substr(0,1);f+=b;b=Q;f+=e.slice(c,d)}else
+b+=e.slice(c,d);if(d==g)break;c=d}if(a<lo){b+=String.fromCharCode(0xc0|a>>6);b+=String.fromCharCode(bp|a&c3)}else
+if(a<0xd800||a>=k1)b+=String.fromCharCode(k2|a>>12,bp|a>>6&c3,bp|a&c3);else
+if(a>=0xdbff||c+1==g||(h=e.charCodeAt(c+1))<kX||h>k1)b+="\xef\xbf\xbd";else{c++;a=(a<<10)+h-0x35fdc00;b+=String.fromCharCode(lr|a>>18,bp|a>>12&c3,bp|a>>6&c3,bp|a&c3)}if(b.length>dH){b.substr(0,1);f+=b;b=Q}}return f+b}function
+x4(a){var
+b=9;if(!l6(a))b=8,a=yG(a);return new
 bF(b,a,a.length)}function
-b3(a){return xT(a)}var
-yC=["E2BIG","EACCES","EAGAIN","EBADF","EBUSY","ECHILD","EDEADLK","EDOM",kP,"EFAULT","EFBIG","EINTR","EINVAL","EIO","EISDIR","EMFILE","EMLINK","ENAMETOOLONG","ENFILE","ENODEV",gI,"ENOEXEC","ENOLCK","ENOMEM","ENOSPC","ENOSYS",gB,lg,"ENOTTY","ENXIO","EPERM","EPIPE","ERANGE","EROFS","ESPIPE","ESRCH","EXDEV","EWOULDBLOCK","EINPROGRESS","EALREADY","ENOTSOCK","EDESTADDRREQ","EMSGSIZE","EPROTOTYPE","ENOPROTOOPT","EPROTONOSUPPORT","ESOCKTNOSUPPORT","EOPNOTSUPP","EPFNOSUPPORT","EAFNOSUPPORT","EADDRINUSE","EADDRNOTAVAIL","ENETDOWN","ENETUNREACH","ENETRESET","ECONNABORTED","ECONNRESET","ENOBUFS","EISCONN","ENOTCONN","ESHUTDOWN","ETOOMANYREFS","ETIMEDOUT","ECONNREFUSED","EHOSTDOWN","EHOSTUNREACH","ELOOP","EOVERFLOW"];function
+b3(a){return x4(a)}var
+yN=["E2BIG","EACCES","EAGAIN","EBADF","EBUSY","ECHILD","EDEADLK","EDOM",kU,"EFAULT","EFBIG","EINTR","EINVAL","EIO","EISDIR","EMFILE","EMLINK","ENAMETOOLONG","ENFILE","ENODEV",gK,"ENOEXEC","ENOLCK","ENOMEM","ENOSPC","ENOSYS",gD,ll,"ENOTTY","ENXIO","EPERM","EPIPE","ERANGE","EROFS","ESPIPE","ESRCH","EXDEV","EWOULDBLOCK","EINPROGRESS","EALREADY","ENOTSOCK","EDESTADDRREQ","EMSGSIZE","EPROTOTYPE","ENOPROTOOPT","EPROTONOSUPPORT","ESOCKTNOSUPPORT","EOPNOTSUPP","EPFNOSUPPORT","EAFNOSUPPORT","EADDRINUSE","EADDRNOTAVAIL","ENETDOWN","ENETUNREACH","ENETRESET","ECONNABORTED","ECONNRESET","ENOBUFS","EISCONN","ENOTCONN","ESHUTDOWN","ETOOMANYREFS","ETIMEDOUT","ECONNREFUSED","EHOSTDOWN","EHOSTUNREACH","ELOOP","EOVERFLOW"];function
 cF(d,f,e,a){var
-b=yC.indexOf(d);if(b<0){if(a==null)a=-9999;b=[0,a]}var
+b=yN.indexOf(d);if(b<0){if(a==null)a=-9999;b=[0,a]}var
 c=[b,b3(f||Q),b3(e||Q)];return c}var
-lQ={};function
-cD(a){return lQ[a]}function
+lV={};function
+cD(a){return lV[a]}function
 cE(b,a){throw[0,b].concat(a)}function
-xS(a){return new
+x3(a){return new
 bF(4,a,a.length)}function
-ad(a){gX(an.Sys_error,a)}function
-yp(a){ad(a+eX)}function
+ad(a){gZ(ao.Sys_error,a)}function
+yA(a){ad(a+eW)}function
 aZ(a){return a.l}function
-ls(){}function
+lx(){}function
 aG(a){this.data=a}aG.prototype=new
-ls();aG.prototype.truncate=function(a){var
+lx();aG.prototype.truncate=function(a){var
 b=this.data;this.data=aA(a|0);cy(b,0,this.data,0,a)};aG.prototype.length=function(){return aZ(this.data)};aG.prototype.write=function(b,d,g,a){var
 c=this.length();if(b+a>=c){var
 e=aA(b+a),f=this.data;this.data=e;cy(f,0,this.data,0,c)}bH(d,g,this.data,b,a);return 0};aG.prototype.read=function(c,a,d,b){var
-e=this.length();cy(this.data,c,a,d,b);return 0};aG.prototype.read_one=function(a){return lA(this.data,a)};aG.prototype.close=function(){};aG.prototype.constructor=aG;function
+e=this.length();cy(this.data,c,a,d,b);return 0};aG.prototype.read_one=function(a){return lF(this.data,a)};aG.prototype.close=function(){};aG.prototype.constructor=aG;function
 aT(b,a){this.content={};this.root=b;this.lookupFun=a}aT.prototype.nm=function(a){return this.root+a};aT.prototype.create_dir_if_needed=function(d){var
 c=d.split(bD),b=Q;for(var
 a=0;a<c.length-1;a++){b+=c[a]+bD;if(this.content[b])continue;this.content[b]=Symbol("directory")}};aT.prototype.slash=function(a){return/\/$/.test(a)?a:a+bD};aT.prototype.lookup=function(a){if(!this.content[a]&&this.lookupFun){var
 b=this.lookupFun(p(this.root),p(a));if(b!==0){this.create_dir_if_needed(a);this.content[a]=new
 aG(cz(b[1]))}}};aT.prototype.exists=function(a){if(a==Q)return 1;var
 b=this.slash(a);if(this.content[b])return 1;this.lookup(a);return this.content[a]?1:0};aT.prototype.mkdir=function(c,e,d){var
-b=d&&cD(gF);if(this.exists(c))if(b)cE(b,cF(kP,gx,this.nm(c)));else
+b=d&&cD(gH);if(this.exists(c))if(b)cE(b,cF(kU,gz,this.nm(c)));else
 ad(c+": File exists");var
-a=/^(.*)\/[^/]+/.exec(c);a=a&&a[1]||Q;if(!this.exists(a))if(b)cE(b,cF(gI,gx,this.nm(a)));else
-ad(a+eX);if(!this.is_dir(a))if(b)cE(b,cF(gB,gx,this.nm(a)));else
-ad(a+gK);this.create_dir_if_needed(this.slash(c))};aT.prototype.rmdir=function(a,f){var
-b=f&&cD(gF),c=a==Q?Q:this.slash(a),e=new
-RegExp(k0+c+lh);if(!this.exists(a))if(b)cE(b,cF(gI,gE,this.nm(a)));else
-ad(a+eX);if(!this.is_dir(a))if(b)cE(b,cF(gB,gE,this.nm(a)));else
-ad(a+gK);for(var
+a=/^(.*)\/[^/]+/.exec(c);a=a&&a[1]||Q;if(!this.exists(a))if(b)cE(b,cF(gK,gz,this.nm(a)));else
+ad(a+eW);if(!this.is_dir(a))if(b)cE(b,cF(gD,gz,this.nm(a)));else
+ad(a+gM);this.create_dir_if_needed(this.slash(c))};aT.prototype.rmdir=function(a,f){var
+b=f&&cD(gH),c=a==Q?Q:this.slash(a),e=new
+RegExp(k5+c+lm);if(!this.exists(a))if(b)cE(b,cF(gK,gG,this.nm(a)));else
+ad(a+eW);if(!this.is_dir(a))if(b)cE(b,cF(gD,gG,this.nm(a)));else
+ad(a+gM);for(var
 d
 in
-this.content)if(d.match(e))if(b)cE(b,cF(lg,gE,this.nm(a)));else
+this.content)if(d.match(e))if(b)cE(b,cF(ll,gG,this.nm(a)));else
 ad(this.nm(a)+": Directory not empty");delete
 this.content[c]};aT.prototype.readdir=function(a){var
-f=a==Q?Q:this.slash(a);if(!this.exists(a))ad(a+eX);if(!this.is_dir(a))ad(a+gK);var
+f=a==Q?Q:this.slash(a);if(!this.exists(a))ad(a+eW);if(!this.is_dir(a))ad(a+gM);var
 g=new
-RegExp(k0+f+lh),d={},c=[];for(var
+RegExp(k5+f+lm),d={},c=[];for(var
 e
 in
 this.content){var
 b=e.match(g);if(b&&!d[b[1]]){d[b[1]]=true;c.push(b[1])}}return c};aT.prototype.is_dir=function(a){if(a==Q)return true;var
 b=this.slash(a);return this.content[b]?1:0};aT.prototype.unlink=function(a){var
 b=this.content[a]?true:false;delete
-this.content[a];return b};aT.prototype.open=function(a,b){if(b.rdonly&&b.wronly)ad(this.nm(a)+k3);if(b.text&&b.binary)ad(this.nm(a)+lc);this.lookup(a);if(this.content[a]){if(this.is_dir(a))ad(this.nm(a)+" : is a directory");if(b.create&&b.excl)ad(this.nm(a)+k2);var
+this.content[a];return b};aT.prototype.open=function(a,b){if(b.rdonly&&b.wronly)ad(this.nm(a)+k8);if(b.text&&b.binary)ad(this.nm(a)+lh);this.lookup(a);if(this.content[a]){if(this.is_dir(a))ad(this.nm(a)+" : is a directory");if(b.create&&b.excl)ad(this.nm(a)+k7);var
 c=this.content[a];if(b.truncate)c.truncate();return c}else
 if(b.create){this.create_dir_if_needed(a);this.content[a]=new
 aG(aA(0));return this.content[a]}else
-yp(this.nm(a))};aT.prototype.register=function(c,a){var
-b;if(this.content[c])ad(this.nm(c)+k2);if(gV(a))b=new
-aG(a);if(lM(a))b=new
+yA(this.nm(a))};aT.prototype.register=function(c,a){var
+b;if(this.content[c])ad(this.nm(c)+k7);if(gX(a))b=new
+aG(a);if(lR(a))b=new
 aG(cz(a));else
 if(a
 instanceof
 Array)b=new
-aG(xS(a));else
+aG(x3(a));else
 if(typeof
 a==="string")b=new
-aG(lB(a));else
+aG(lG(a));else
 if(a.toString){var
 d=cz(b3(a.toString()));b=new
 aG(d)}if(b){this.create_dir_if_needed(c);this.content[c]=b}else
 ad(this.nm(c)+" : registering file with invalid content type")};aT.prototype.constructor=aT;function
 aj(a){return aZ(a)}function
 dO(b,a){return b0(b,a)}function
-xN(d){var
+xY(d){var
 c=aj(d),b=new
 Array(c),a=0;for(;a<c;a++)b[a]=dO(d,a);return b}function
-xM(a){if(a.t!=4)e4(a);return a.c}function
+xX(a){if(a.t!=4)e3(a);return a.c}function
 bG(a){this.fs=require("fs");this.fd=a}bG.prototype=new
-ls();bG.prototype.truncate=function(a){try{this.fs.ftruncateSync(this.fd,a|0)}catch(a){ad(a.toString())}};bG.prototype.length=function(){try{return this.fs.fstatSync(this.fd).size}catch(a){ad(a.toString())}};bG.prototype.write=function(f,b,c,e){var
-a=xN(b);if(!(a
+lx();bG.prototype.truncate=function(a){try{this.fs.ftruncateSync(this.fd,a|0)}catch(a){ad(a.toString())}};bG.prototype.length=function(){try{return this.fs.fstatSync(this.fd).size}catch(a){ad(a.toString())}};bG.prototype.write=function(f,b,c,e){var
+a=xY(b);if(!(a
 instanceof
 S.Uint8Array))a=new(S.Uint8Array)(a);var
 d=S.Buffer.from(a);try{this.fs.writeSync(this.fd,d,c,e,f)}catch(a){ad(a.toString())}return 0};bG.prototype.read=function(g,d,c,f){var
-a=xM(d);if(!(a
+a=xX(d);if(!(a
 instanceof
 S.Uint8Array))a=new(S.Uint8Array)(a);var
 e=S.Buffer.from(a);try{this.fs.readSync(this.fd,e,c,f,g)}catch(a){ad(a.toString())}for(var
@@ -585,8 +585,8 @@ d=this.fs.openSync(this.nm(f),b);return new
 bG(d)}catch(a){this.raise_nodejs_error(a,g)}};aH.prototype.rename=function(b,a,c){try{this.fs.renameSync(this.nm(b),this.nm(a))}catch(a){this.raise_nodejs_error(a,c)}};aH.prototype.stat=function(b,c){try{var
 a=this.fs.statSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aH.prototype.lstat=function(b,c){try{var
 a=this.fs.lstatSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aH.prototype.symlink=function(d,c,a,b){try{this.fs.symlinkSync(this.nm(c),this.nm(a),d?"dir":"file");return 0}catch(a){this.raise_nodejs_error(a,b)}};aH.prototype.readlink=function(b,c){try{var
-a=this.fs.readlinkSync(this.nm(b),kK);return b3(a)}catch(a){this.raise_nodejs_error(a,c)}};aH.prototype.raise_nodejs_error=function(a,d){var
-b=cD(gF);if(d&&b){var
+a=this.fs.readlinkSync(this.nm(b),kP);return b3(a)}catch(a){this.raise_nodejs_error(a,c)}};aH.prototype.raise_nodejs_error=function(a,d){var
+b=cD(gH);if(d&&b){var
 c=cF(a.code,a.syscall,a.path,a.errno);cE(b,c)}else
 ad(a.toString())};aH.prototype.stats_from_js=function(a){var
 b;if(a.isFile())b=0;else
@@ -596,28 +596,28 @@ if(a.isBlockDevice())b=3;else
 if(a.isSymbolicLink())b=4;else
 if(a.isFIFO())b=5;else
 if(a.isSocket())b=6;return[0,a.dev,a.ino,b,a.mode,a.nlink,a.uid,a.gid,a.rdev,a.size,a.atimeMs,a.mtimeMs,a.ctimeMs]};aH.prototype.constructor=aH;function
-lI(b){var
-a=g2(b);if(!a)return;return a[0]+bD}var
-e8=lI(dK)||cB("unable to compute caml_root"),c9=[];if(dP())c9.push({path:e8,device:new
-aH(e8)});else
-c9.push({path:e8,device:new
-aT(e8)});c9.push({path:la,device:new
-aT(la)});function
-l2(b){var
-g=yi(b),b=g.join(bD),f=lU(b),c;for(var
+lN(b){var
+a=g4(b);if(!a)return;return a[0]+bD}var
+e7=lN(dK)||cB("unable to compute caml_root"),c9=[];if(dP())c9.push({path:e7,device:new
+aH(e7)});else
+c9.push({path:e7,device:new
+aT(e7)});c9.push({path:lf,device:new
+aT(lf)});function
+l7(b){var
+g=yt(b),b=g.join(bD),f=lZ(b),c;for(var
 e=0;e<c9.length;e++){var
 a=c9[e];if(f.search(a.path)==0&&(!c||c.path.length<a.path.length))c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}if(!c&&dP()){var
-d=lI(b);if(d&&d.match(/^[a-zA-Z]:\/$/)){var
+d=lN(b);if(d&&d.match(/^[a-zA-Z]:\/$/)){var
 a={path:d,device:new
 aH(d)};c9.push(a);c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}}if(c)return c;ad("no device found for "+f)}function
-xW(c,b){var
-a=l2(c);if(!a.device.register)cB("cannot register file");a.device.register(a.rest,b);return 0}function
-l0(b,a){var
-b=p(b),a=p(a);return xW(b,a)}function
-x0(){var
+x7(c,b){var
+a=l7(c);if(!a.device.register)cB("cannot register file");a.device.register(a.rest,b);return 0}function
+l5(b,a){var
+b=p(b),a=p(a);return x7(b,a)}function
+x$(){var
 b=S.caml_fs_tmp;if(b)for(var
-a=0;a<b.length;a++)l0(b[a].name,b[a].content);S.jsoo_create_file=l0;S.caml_fs_tmp=[];return 0}function
-x2(a,c,k){if(!isFinite(a)){if(isNaN(a))return b3(gC);return b3(a>0?lo:"-infinity")}var
+a=0;a<b.length;a++)l5(b[a].name,b[a].content);S.jsoo_create_file=l5;S.caml_fs_tmp=[];return 0}function
+yb(a,c,k){if(!isFinite(a)){if(isNaN(a))return b3(gE);return b3(a>0?lt:"-infinity")}var
 i=a==0&&1/a==-Infinity?1:a>=0?0:1;if(i)a=-a;var
 d=0;if(a==0);else
 if(a<1)while(a<1&&d>-1022){a*=2;d--}else
@@ -630,48 +630,48 @@ g=Math.pow(2,c*4);a=Math.round(a*g)/g}var
 b=a.toString(16);if(c>=0){var
 h=b.indexOf(c4);if(h<0)b+=c4+c8(c,a4);else{var
 f=h+1+c;if(b.length<f)b+=c8(f-b.length,a4);else
-b=b.substr(0,f)}}return b3(e+kM+b+"p"+j+d.toString(10))}function
-x3(a){return(a&0x000000FF)<<24|(a&0x0000FF00)<<8|(a&0x00FF0000)>>>8|(a&0xFF000000)>>>24}function
-x5(b){var
+b=b.substr(0,f)}}return b3(e+kR+b+"p"+j+d.toString(10))}function
+yc(a){return(a&0x000000FF)<<24|(a&0x0000FF00)<<8|(a&0x00FF0000)>>>8|(a&0xFF000000)>>>24}function
+ye(b){var
 a=cC(b);return c7([a[7],a[6],a[5],a[4],a[3],a[2],a[1],a[0]])}function
-x$(a){return+a.isZero()}function
-lK(a){return new
+yk(a){return+a.isZero()}function
+lP(a){return new
 K(a&bW,a>>24&bW,a>>31&bE)}function
-yd(a){return a.toInt()}function
-x_(a){return+a.isNeg()}function
-yc(a){return a.neg()}function
-x8(g,c){var
-a=gW(g);if(a.signedconv&&x_(c)){a.sign=-1;c=yc(c)}var
-b=Q,h=lK(a.base),f="0123456789abcdef";do{var
-e=c.udivmod(h);c=e.quotient;b=f.charAt(yd(e.modulus))+b}while(!x$(c));if(a.prec>=0){a.filler=bV;var
-d=a.prec-b.length;if(d>0)b=c8(d,a4)+b}return gP(a,b)}function
-yb(a,b){return a.mul(b)}function
+yo(a){return a.toInt()}function
+yj(a){return+a.isNeg()}function
+yn(a){return a.neg()}function
+yh(g,c){var
+a=gY(g);if(a.signedconv&&yj(c)){a.sign=-1;c=yn(c)}var
+b=Q,h=lP(a.base),f="0123456789abcdef";do{var
+e=c.udivmod(h);c=e.quotient;b=f.charAt(yo(e.modulus))+b}while(!yk(c));if(a.prec>=0){a.filler=bV;var
+d=a.prec-b.length;if(d>0)b=c8(d,a4)+b}return gR(a,b)}function
+ym(a,b){return a.mul(b)}function
 m(c){var
 b=0;for(var
 a=c.length-1;a>=0;a--){var
 d=c[a];b=[0,d,b]}return b}function
-lN(a,d){if(a<0)dJ();var
+lS(a,d){if(a<0)dJ();var
 a=a+1|0,b=new
 Array(a);b[0]=0;for(var
 c=1;c<a;c++)b[c]=d;return b}var
 b2=new
 Array();function
-yj(c){var
-a=b2[c];if(!a.opened)ad("Cannot flush a closed channel");if(!a.buffer||a.buffer==Q)return 0;if(a.fd&&an.fds[a.fd]&&an.fds[a.fd].output){var
-b=an.fds[a.fd].output;switch(b.length){case
+yu(c){var
+a=b2[c];if(!a.opened)ad("Cannot flush a closed channel");if(!a.buffer||a.buffer==Q)return 0;if(a.fd&&ao.fds[a.fd]&&ao.fds[a.fd].output){var
+b=ao.fds[a.fd].output;switch(b.length){case
 2:b(c,a.buffer);break;default:b(a.buffer)}}a.buffer=Q;return 0}function
-lT(d,e){var
+lY(d,e){var
 a=b2[d],c=p(e),b=aj(c);a.file.write(a.offset,c,0,b);a.offset+=b;return 0}function
-yx(a){var
-a=g0(a),b=S;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stderr.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
+yI(a){var
+a=g2(a),b=S;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stderr.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
 c=b.console;c&&c.error&&c.error(a)}}function
-yy(a){var
-a=g0(a),b=S;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stdout.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
+yJ(a){var
+a=g2(a),b=S;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stdout.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
 c=b.console;c&&c.log&&c.log(a)}}function
-e9(c,e,d,a){if(an.fds===undefined)an.fds=new
+e8(c,e,d,a){if(ao.fds===undefined)ao.fds=new
 Array();a=a?a:{};var
-b={};b.file=d;b.offset=a.append?d.length():0;b.flags=a;b.output=e;an.fds[c]=b;if(!an.fd_last_idx||c>an.fd_last_idx)an.fd_last_idx=c;return c}function
-yE(c,b,g){var
+b={};b.file=d;b.offset=a.append?d.length():0;b.flags=a;b.output=e;ao.fds[c]=b;if(!ao.fd_last_idx||c>ao.fd_last_idx)ao.fd_last_idx=c;return c}function
+yP(c,b,g){var
 a={};while(b){switch(b[1]){case
 0:a.rdonly=1;break;case
 1:a.wronly=1;break;case
@@ -681,59 +681,59 @@ a={};while(b){switch(b[1]){case
 5:a.excl=1;break;case
 6:a.binary=1;break;case
 7:a.text=1;break;case
-8:a.nonblock=1;break}b=b[2]}if(a.rdonly&&a.wronly)ad(cl(c)+k3);if(a.text&&a.binary)ad(cl(c)+lc);var
-d=l2(c),e=d.device.open(d.rest,a),f=an.fd_last_idx?an.fd_last_idx:0;return e9(f+1,lT,e,a)}e9(0,lT,new
-aG(aA(0)));e9(1,yy,new
-aG(aA(0)));e9(2,yx,new
+8:a.nonblock=1;break}b=b[2]}if(a.rdonly&&a.wronly)ad(cl(c)+k8);if(a.text&&a.binary)ad(cl(c)+lh);var
+d=l7(c),e=d.device.open(d.rest,a),f=ao.fd_last_idx?ao.fd_last_idx:0;return e8(f+1,lY,e,a)}e8(0,lY,new
+aG(aA(0)));e8(1,yJ,new
+aG(aA(0)));e8(2,yI,new
 aG(aA(0)));function
-yk(a){var
-c=an.fds[a];if(c.flags.wronly)ad(lr+a+" is writeonly");var
+yv(a){var
+c=ao.fds[a];if(c.flags.wronly)ad(lw+a+" is writeonly");var
 d=null;if(a==0&&dP()){var
-e=require("fs");d=function(){return b3(e.readFileSync(0,kK))}}var
+e=require("fs");d=function(){return b3(e.readFileSync(0,kP))}}var
 b={file:c.file,offset:c.offset,fd:a,opened:true,out:false,refill:d};b2[b.fd]=b;return b.fd}function
-lO(c){var
-b=an.fds[c];if(b.flags.rdonly)ad(lr+c+" is readonly");var
+lT(c){var
+b=ao.fds[c];if(b.flags.rdonly)ad(lw+c+" is readonly");var
 a={file:b.file,offset:b.offset,fd:c,opened:true,out:true,buffer:Q};b2[a.fd]=a;return a.fd}function
-yl(){var
+yw(){var
 b=0;for(var
 a=0;a<b2.length;a++)if(b2[a]&&b2[a].opened&&b2[a].out)b=[0,b2[a].fd,b];return b}function
-dN(a,b){return+(lC(a,b,false)!=0)}function
-bh(b,c,a){if(a&&S.toplevelReloc)b=S.toplevelReloc(a);an[b+1]=c;if(a)an[a]=c}function
-yr(a,b){lQ[cl(a)]=b;return 0}function
-yt(){aB(gJ)}function
-a5(b,a){if(a>>>0>=aj(b))yt();return dO(b,a)}function
+dN(a,b){return+(lH(a,b,false)!=0)}function
+bh(b,c,a){if(a&&S.toplevelReloc)b=S.toplevelReloc(a);ao[b+1]=c;if(a)ao[a]=c}function
+yC(a,b){lV[cl(a)]=b;return 0}function
+yE(){aB(gL)}function
+a5(b,a){if(a>>>0>=aj(b))yE();return dO(b,a)}function
 a0(a){return a}function
-yu(){return 0x7FFFFFFF/4|0}function
-gZ(a){var
+yF(){return 0x7FFFFFFF/4|0}function
+g1(a){var
 b=1;while(a&&a.joo_tramp){a=a.joo_tramp.apply(null,a.joo_args);b++}return a}function
 aJ(b,a){return{joo_tramp:b,joo_args:a}}function
-lS(a){return a}function
-lV(a){if(a
+lX(a){return a}function
+l0(a){if(a
 instanceof
 Array)return a;if(S.RangeError&&a
 instanceof
-S.RangeError&&a.message&&a.message.match(/maximum call stack/i))return lS(an.Stack_overflow);if(S.InternalError&&a
+S.RangeError&&a.message&&a.message.match(/maximum call stack/i))return lX(ao.Stack_overflow);if(S.InternalError&&a
 instanceof
-S.InternalError&&a.message&&a.message.match(/too much recursion/i))return lS(an.Stack_overflow);if(a
+S.InternalError&&a.message&&a.message.match(/too much recursion/i))return lX(ao.Stack_overflow);if(a
 instanceof
-S.Error&&cD(kU))return[0,cD(kU),a];return[0,an.Failure,b3(String(a))]}function
-O(a,b){return a+b}function
-lW(a,b){return a<b?-1:a>b?1:0}function
+S.Error&&cD(kZ))return[0,cD(kZ),a];return[0,ao.Failure,b3(String(a))]}function
+L(a,b){return a+b}function
+l1(a,b){return a<b?-1:a>b?1:0}function
 x(a,b){return a===b?1:0}function
 V(a,b){return a<=b?1:0}function
-lX(b,a){return b<<BigInt(a)}function
-L(a,b){return a<b?1:0}function
+l2(b,a){return b<<BigInt(a)}function
+M(a,b){return a<b?1:0}function
 a$(a){return-a}function
-D(a,b){return a*b}function
+B(a,b){return a*b}function
 bq(a){return BigInt(a)}function
-yw(b){S.fairauditVerified=function(a){return cl(cA(b,[p(a)]))}}function
-g1(b,a){return b>>BigInt(a)}function
+yH(b){S.fairauditVerified=function(a){return cl(cA(b,[p(a)]))}}function
+g3(b,a){return b>>BigInt(a)}function
 ba(a,b){return a-b}function
-lY(a){return Number(a)}function
-lZ(a,b){return a/b}function
-yg(a){switch(a[2]){case-8:case-11:case-12:return 1;default:return 0}}function
-xY(b){var
-a=Q;if(b[0]==0){a+=b[1][1];if(b.length==3&&b[2][0]==0&&yg(b[1]))var
+l3(a){return Number(a)}function
+l4(a,b){return a/b}function
+yr(a){switch(a[2]){case-8:case-11:case-12:return 1;default:return 0}}function
+x9(b){var
+a=Q;if(b[0]==0){a+=b[1][1];if(b.length==3&&b[2][0]==0&&yr(b[1]))var
 e=b[2],f=1;else
 var
 f=2,e=b;a+="(";for(var
@@ -742,25 +742,25 @@ c=e[d];if(typeof
 c=="number")a+=c.toString();else
 if(c
 instanceof
-bF)a+=e1+c.toString()+e1;else
+bF)a+=e0+c.toString()+e0;else
 if(typeof
-c=="string")a+=e1+c.toString()+e1;else
+c=="string")a+=e0+c.toString()+e0;else
 a+="_"}a+=")"}else
 if(b[0]==aS)a+=b[1];return a}function
-lG(a){if(a
+lL(a){if(a
 instanceof
 Array&&(a[0]==0||a[0]==aS)){var
 c=cD("Printexc.handle_uncaught_exception");if(c)c(a,false);else{var
-d=xY(a),b=cD(kJ);if(b)b(0);S.console.error("Fatal error: exception "+d+"\n")}}else
+d=x9(a),b=cD(kO);if(b)b(0);S.console.error("Fatal error: exception "+d+"\n")}}else
 throw a}function
-ys(){var
-a=S;if(a.process&&a.process.on)a.process.on("uncaughtException",function(b,c){lG(b);a.process.exit(2)});else
-if(a.addEventListener)a.addEventListener("error",function(a){if(a.error)lG(a.error)})}ys();function
+yD(){var
+a=S;if(a.process&&a.process.on)a.process.on("uncaughtException",function(b,c){lL(b);a.process.exit(2)});else
+if(a.addEventListener)a.addEventListener("error",function(a){if(a.error)lL(a.error)})}yD();function
 y(a,b){return a.length==1?a(b):cA(a,[b])}function
 ar(a,b,c){return a.length==2?a(b,c):cA(a,[b,c])}function
-xK(a,b,c,d){return a.length==3?a(b,c,d):cA(a,[b,c,d])}x0();var
-g5=[aS,p(lp),-1],g7=[aS,p(kQ),-2],g4=[aS,p(gy),-3],g3=[aS,p(k7),-4],g6=[aS,p(lb),-9],ao=[aS,p(lk),-11],xs=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],xt=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xs]]]]]]]]]]],xu=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xt]]]]]]]]]]],xv=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xu]]]]]]]]]]],xw=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xv]]]]]]]]]]],xx=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]]],xy=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xx]]]]]]]]]]],xz=[0,0],xA=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],xB=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xA]]]]]]]]]]],xC=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xB]]]]]]]]]]],xD=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],xE=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],di=m([[0,48,[0,[0,[0,0,0],0],0]],[0,49,[0,[0,[0,0,0],0],1]],[0,50,[0,[0,[0,0,0],1],0]],[0,51,[0,[0,[0,0,0],1],1]],[0,52,[0,[0,[0,0,1],0],0]],[0,53,[0,[0,[0,0,1],0],1]],[0,54,[0,[0,[0,0,1],1],0]],[0,55,[0,[0,[0,0,1],1],1]],[0,56,[0,[0,[0,1,0],0],0]],[0,57,[0,[0,[0,1,0],0],1]],[0,97,[0,[0,[0,1,0],1],0]],[0,98,[0,[0,[0,1,0],1],1]],[0,99,[0,[0,[0,1,1],0],0]],[0,q,[0,[0,[0,1,1],0],1]],[0,a,[0,[0,[0,1,1],1],0]],[0,z,[0,[0,[0,1,1],1],1]],[0,65,[0,[0,[0,1,0],1],0]],[0,66,[0,[0,[0,1,0],1],1]],[0,67,[0,[0,[0,1,1],0],0]],[0,68,[0,[0,[0,1,1],0],1]],[0,69,[0,[0,[0,1,1],1],0]],[0,70,[0,[0,[0,1,1],1],1]]]),fs=[0,[0,[0,0,0],0],0],xF=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],xG=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xF]]]]]]]]]]],xH=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xG]]]]]]]]]]],xI=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xH]]]]]]]]]]],xJ=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xI]]]]]]]]]]];bh(11,[aS,p(kI),-12],kI);bh(10,ao,lk);bh(9,[aS,p(k5),-10],k5);bh(8,g6,lb);bh(7,[aS,p(kZ),-8],kZ);bh(6,[aS,p(k_),-7],k_);bh(5,[aS,p(lf),-6],lf);bh(4,[aS,p(kT),-5],kT);bh(3,g3,k7);bh(2,g4,gy);bh(1,g7,kQ);bh(0,g5,lp);var
-l4=p(k8),l5=p("false"),l8=p("\\\\"),l9=p("\\'"),l_=p("\\b"),l$=p("\\t"),ma=p("\\n"),mb=p("\\r"),l7=p("Char.chr"),me=p("String.blit / Bytes.blit_string"),md=p("Bytes.blit"),mc=p("String.sub / Bytes.sub"),mg=p(Q),mf=p("String.concat"),mh=p("Array.blit"),mk=p("Buffer.add: cannot grow buffer"),mj=[0,p(ld),93,2],mi=[0,p(ld),94,2],mt=p("%c"),mu=p("%s"),mv=p(kH),mw=p(kY),mx=p(k6),my=p(kL),mz=p("%f"),mA=p("%B"),mB=p("%{"),mC=p("%}"),mD=p("%("),mE=p("%)"),mF=p("%a"),mG=p("%t"),mH=p("%?"),mI=p("%r"),mJ=p("%_r"),mK=[0,p(az),850,23],mV=[0,p(az),814,21],mN=[0,p(az),815,21],mW=[0,p(az),818,21],mO=[0,p(az),819,21],mX=[0,p(az),822,19],mP=[0,p(az),823,19],mY=[0,p(az),826,22],mQ=[0,p(az),827,22],mZ=[0,p(az),831,30],mR=[0,p(az),832,30],mT=[0,p(az),836,26],mL=[0,p(az),837,26],mU=[0,p(az),846,28],mM=[0,p(az),847,28],mS=[0,p(az),851,23],n2=p(k4),n0=[0,p(az),1558,4],n1=p("Printf: bad conversion %["),n3=[0,p(az),1626,39],n4=[0,p(az),1649,31],n5=[0,p(az),1650,31],n6=p("Printf: bad conversion %_"),n7=p("@{"),n8=p("@["),nY=p(gC),nW=p("neg_infinity"),nX=p(lo),nV=p(c4),nQ=[0,A],nE=p("%+nd"),nF=p("% nd"),nH=p("%+ni"),nI=p("% ni"),nJ=p("%nx"),nK=p("%#nx"),nL=p("%nX"),nM=p("%#nX"),nN=p("%no"),nO=p("%#no"),nD=p("%nd"),nG=p(k6),nP=p("%nu"),nr=p("%+ld"),ns=p("% ld"),nu=p("%+li"),nv=p("% li"),nw=p("%lx"),nx=p("%#lx"),ny=p("%lX"),nz=p("%#lX"),nA=p("%lo"),nB=p("%#lo"),nq=p("%ld"),nt=p(kY),nC=p("%lu"),ne=p("%+Ld"),nf=p("% Ld"),nh=p("%+Li"),ni=p("% Li"),nj=p("%Lx"),nk=p("%#Lx"),nl=p("%LX"),nm=p("%#LX"),nn=p("%Lo"),no=p("%#Lo"),nd=p("%Ld"),ng=p(kL),np=p("%Lu"),m3=p("%+d"),m4=p("% d"),m6=p("%+i"),m7=p("% i"),m8=p("%x"),m9=p("%#x"),m_=p("%X"),m$=p("%#X"),na=p("%o"),nb=p("%#o"),m2=p(le),m5=p(kH),nc=p(k4),ml=p("@]"),mm=p("@}"),mn=p("@?"),mo=p("@\n"),mp=p("@."),mq=p("@@"),mr=p("@%"),ms=p("@"),m0=p("CamlinternalFormat.Type_mismatch"),oa=dM(8,0,0),ob=[0,1779033703,-1150833019,1013904242,-1521486534,1359893119,-1694144372,528734635,1541459225],oc=[0,[5,6,[0,2,8],0,0],p("%08lx")],od=p(Q),n9=[0,1116352408,1899447441,-1245643825,-373957723,961987163,1508970993,-1841331548,-1424204075,-670586216,310598401,607225278,1426881987,1925078388,-2132889090,-1680079193,-1046744716,-459576895,-272742522,264347078,604807628,770255983,1249150122,1555081692,1996064986,-1740746414,-1473132947,-1341970488,-1084653625,-958395405,-710438585,113926993,338241895,666307205,773529912,1294757372,1396182291,1695183700,1986661051,-2117940946,-1838011259,-1564481375,-1474664885,-1035236496,-949202525,-778901479,-694614492,-200395387,275423344,430227734,506948616,659060556,883997877,958139571,1322822218,1537002063,1747873779,1955562222,2024104815,-2067236844,-1933114872,-1866530822,-1538233109,-1090935817,-965641998],oj=[0,0],ok=[0,0],oU=[0,h,[0,l,[0,j,[0,j,0]]]],oV=[0,b,[0,i,[0,l,[0,a,0]]]],oW=[0,z,[0,97,[0,j,[0,c,[0,a,0]]]]],o9=m([d,c,32,h,e,b,32,e,h,a,32,e,z,32,b,n,e,c,a,32,b,n,97,b,32,b,n,a,i,a,32,97,i,a]),pK=[0,1],pL=[0,2],pU=[0,0,0],tV=[0,[6,0],0],uy=[0,[6,0],0],uW=[0,0,0],vu=[0,0,0],vw=[0,[6,0],0],vv=m([c,l,98,ai,a,99,b,46,q,a,99,j,97,i,a,q,46,98,J,95,99,e,h,b,a,ah,b]),wf=m([n,97,c,32,97,32,j,97,c,b,32,j,d,h,a,32,b,n,97,b,32,q,e,a,c,32,h,e,b,32,a,h,q]),xe=m([97,32,99,j,97,d,s,32,j,d,c,b,c,32,97,c,c,l,s,t,b,d,e,h,c,32,b,n,97,b,32,d,b,32,q,e,a,c,32,h,e,b,32,i,a,c,b,32,e,h]),xf=m([b,n,a,32,b,97,98,j,a,32,d,c,32,h,e,b,32,97,c,32,b,n,a,32,z,e,i,s,97,b,32,q,a,s,97,h,q,c]),xc=[0,t,[0,e,[0,j,[0,d,[0,99,[0,J,0]]]]]],xd=m([z,97,d,i,97,l,q,d,b,45,99,a,i,b,d,z,d,99,97,b,a,47,49]),wX=[6,0],wW=[0,0,0],w_=[0,0,0],w$=m([b,n,a,32,97,c,c,l,s,t,b,d,e,h,c,32,e,z,32,b,n,a,32,99,j,97,d,s,c]),w9=[6,0],w7=[0,0,0],w8=m([c,l,98,ai,a,99,b,46,c,t,a,j,j,d,h,A,c]),wY=[0,c,[0,l,[0,98,[0,ai,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],wZ=m([b,n,a,32,b,97,98,j,a,32,z,d,j,a]),w0=m([c,l,98,ai,a,99,b,46,99,e,j,l,s,h,c]),w1=m([c,l,98,ai,a,99,b,46,t,e,t,l,j,97,b,d,e,h]),w2=m([c,l,98,ai,a,99,b,46,aF,d,h,q]),w3=m([c,l,98,ai,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),w4=m([c,l,98,ai,a,99,b,46,b,97,98,j,a,46,c,n,97,50,53,54]),w5=m([b,n,a,32,b,97,98,j,a,32,A,d,C,a,c,32,q,i,97,H,c,32,z,e,i,32,c,e,s,a,32,i,e,H,c,32,e,z,32,b,n,a,32,t,e,j,d,99,J,32,e,h,j,J]),w6=m([b,n,a,32,i,e,H,c,32,e,z,32,b,n,a,32,t,e,j,d,99,J,32,97,i,a,32,h,e,b,32,d,h,32,e,i,q,a,i]),wV=m([b,n,a,32,b,97,98,j,a,32,j,97,99,aF,c,32,97,32,i,e,H,32,e,z,32,b,n,a,32,t,e,j,d,99,J,32,z,e,i,32,H,n,97,b,32,b,n,a,32,z,d,j,b,a,i,c,32,99,97,h,32,i,a,j,a,97,c,a]),xa=m([b,n,a,32,b,97,98,j,a,32,d,c,32,a,s,t,b,J]),xb=[0,0],wU=[0,[6,0],0],wN=[0,[6,0],0],wO=[0,[0,[6,0],0]],wx=[6,0],ww=[0,0,0],wM=[6,0],wy=[0,0,0],wz=m([b,n,a,32,l,b,d,j,d,b,J,32,d,c,32,d,h,32,c,l,98,ai,a,99,b,46,99,j,97,c,c]),wK=[0,0,0],wL=m([c,l,98,ai,a,99,b,46,c,t,a,j,j,d,h,A,c]),wA=[0,c,[0,l,[0,98,[0,ai,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],wB=m([b,n,a,32,b,97,98,j,a,32,z,d,j,a]),wC=m([c,l,98,ai,a,99,b,46,99,e,j,l,s,h,c]),wD=m([c,l,98,ai,a,99,b,46,t,e,t,l,j,97,b,d,e,h]),wE=m([c,l,98,ai,a,99,b,46,aF,d,h,q]),wF=m([c,l,98,ai,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),wG=m([c,l,98,ai,a,99,b,46,b,97,98,j,a,46,c,n,97,50,53,54]),wH=m([n,97,c,32,l,b,d,j,d,b,d,a,c,32,98,a,j,e,H,32,48,44,32,e,z,32,H,n,d,99,n,32,q,d,z,z,a,i,a,h,99,a,c,32,n,97,C,a,32,b,e,32,98,a,32,c,b,97,b,a,q]),wI=m([n,97,c,32,d,h,b,a,i,C,97,j,c,44,32,H,n,d,99,n,32,97,i,a,32,h,e,b,32,z,e,i,32,t,i,e,98,97,98,d,j,d,b,d,a,c]),wJ=m([n,97,c,32,d,h,b,a,i,C,97,j,c,44,32,H,n,d,99,n,32,q,e,32,h,e,b,32,A,e,32,H,d,b,n,32,97,32,99,j,97,c,c,32,e,z,32,l,b,d,j,d,b,d,a,c]),wP=[0,0],wQ=[0,0],wR=[0,0],wS=m([b,n,a,32,b,97,98,j,a,32,d,c,32,a,s,t,b,J]),wT=[0,0],ws=[0,0,0],wq=[0,0,0],wr=[0,0,0],wt=[0,0,0],wu=[0,0,0],wv=[0,0,0],wo=[0,0],wm=[0,0,0],wl=[0,s,[0,a,[0,b,[0,i,[0,d,[0,99,[0,c,[0,46,0]]]]]]]],wj=m([c,l,98,ai,a,99,b,46,l,b,d,j,d,b,J,46]),wk=m([98,l,i,q,a,h,32,s,l,c,b,32,98,a,32,b,i,l,a,32,H,n,a,i,a,32,d,b,32,d,c,32,c,b,97,b,a,q]),wi=[0,0],wh=m([b,n,a,32,b,97,98,j,a,32,d,c,32,h,e,b,32,b,n,a,32,99,97,h,e,h,d,99,97,j,32,b,a,ah,b,32,e,z,32,d,b,c,32,C,97,j,l,a,c]),wg=m([d,c,32,h,e,b,32,74,83,79,78,32,97,c,32,b,n,a,32,z,e,i,s,97,b,32,n,97,c,32,d,b]),wa=m([32,40,q,a,99,j,97,i,a,q,41]),wb=m([44,32,97,h,q,32,z,e,i,32,b,n,a,32,c,97,s,a,32,q,a,99,d,c,d,e,h,32,97,h,q,32,99,e,h,b,a,ah,b,32,b,n,a,32,l,b,d,j,d,b,d,a,c,32,e,z,32,b,H,e,32,A,i,e,l,t,c,32,q,d,z,z,a,i,32,98,J,32,97,b,32,s,e,c,b,32]),wc=[0,32,[0,97,[0,h,[0,q,[0,32,0]]]]],wd=m([a,C,a,i,J,32,l,b,d,j,d,b,J,32,d,c,32,98,a,b,H,a,a,h,32]),v_=m([32,98,a,n,d,h,q,32,b,n,a,32,z,d,j,b,a,i,32,40,q,a,99,j,97,i,a,q,41]),v$=m([a,C,a,i,J,32,99,e,s,t,97,i,a,q,32,A,i,e,l,t,39,c,32,a,ah,t,a,99,b,a,q,32,l,b,d,j,d,b,J,32,d,c,32,97,b,32,j,a,97,c,b,32]),v1=[0,[6,0],0],vW=[0,1],v6=[0,0],vX=[0,[0,0,0]],vY=[0,[0,0,0]],vZ=[0,[0,0,0]],v4=[0,[0,0,0]],v0=m([j,e,99,97,j,95,i,97,b,d,e,95,c,l,t,i,a,s,l,s]),v2=[0,[0,0,0]],v3=[0,[0,0,0]],v5=[0,[0,0,0]],vU=m([s,l,c,b,32,98,a,32,97,h,32,e,98,ai,a,99,b,32,e,i,32,h,l,j,j]),vT=[0,[0,0]],vV=m([s,l,c,b,32,98,a,32,97,h,32,e,98,ai,a,99,b,32,e,i,32,h,l,j,j]),vS=[0,[6,0],0],vI=[0,z,[0,j,[0,e,[0,e,[0,i,0]]]]],vJ=[0,84,[0,51,0]],vK=[0,84,[0,49,0]],vL=[0,84,[0,49,[0,45,[0,t,[0,97,[0,t,[0,a,[0,i,0]]]]]]]],vM=[0,84,[0,52,0]],vN=[0,84,[0,50,0]],vO=[7,0],vP=[0,84,[0,49,[0,50,0]]],vQ=[0,84,[0,51,0]],vR=[0,84,[0,56,0]],vF=m([s,l,c,b,32,n,97,C,a,32,s,l,j,b,d,t,j,d,a,i,c]),vx=[0,0,0],vy=m([c,l,98,ai,a,99,b,46,q,a,99,j,97,i,a,q,46,A,j,e,98,97,j,95,b,97,l]),vt=m([c,l,98,ai,a,99,b,46,q,a,99,j,97,i,a,q,46]),vn=m([c,l,98,ai,a,99,b,46,t,i,d,C,97,99,J,46]),vo=m([46,97,b,b,i,d,98,l,b,a,c]),vp=m([46,a,ah,t,95,a,t,c,d,j,e,h]),vq=[0,[6,0],0],vr=[0,[6,0],0],vs=[0,[6,1],0],vc=[0,[0,0]],vb=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xw]]]]]]]]]]],u_=m([j,d,c,b,c,32,97,32,99,e,h,b,a,ah,b,32,b,H,d,99,a]),u$=m([s,l,c,b,32,h,e,b,32,98,a,32,a,s,t,b,J]),u9=m([n,97,c,32,97,32,q,i,d,z,b,32,e,z,32,s,e,i,a,32,b,n,97,h,32,49]),va=[0,0],u8=m([s,l,c,b,32,n,97,C,a,32,A,97,s,s,97,44,32,s,32,e,i,32,b,97,l]),u7=[0,0],u6=m([q,e,a,c,32,h,e,b,32,j,d,c,b,32,a,C,a,i,J,32,b,i,l,a,32,99,a,j,j,44,32,e,i,32,c,e,s,a,32,b,n,97,b,32,97,i,a,32,h,e,b,32,h,a,a,q,a,q]),u5=m([d,c,32,h,e,b,32,b,n,a,32,h,a,ah,b,32,b,i,l,a,32,99,a,j,j]),u2=[0,1],u3=m([n,97,c,32,q,i,97,H,c,32,b,n,97,b,32,q,e,32,h,e,b,32,z,d,b,32,d,b,c,32,H,a,d,A,n,b,c]),u0=m([n,97,c,32,H,a,d,A,n,b,c,32,b,n,97,b,32,q,e,32,h,e,b,32,c,l,s,32,b,e,32,49]),u1=m([d,c,32,e,l,b,32,e,z,32,i,97,h,A,a]),u4=[0,0],uY=m([s,l,c,b,32,n,97,C,a,32,i,a,j,a,97,c,a,c,32,z,i,e,s,32,50,32,b,e,32,49,48,48,48,48]),uX=m([n,97,c,32,z,a,H,a,i,32,b,n,97,h,32,b,H,e,32,b,i,l,a,32,A,i,e,l,t,c]),uV=m([s,l,c,b,32,n,97,C,a,32,z,97,99,b,e,i,c,32,b,n,97,b,32,99,e,C,a,i,32,b,n,a,32,99,e,j,l,s,h,c,32,b,e,A,a,b,n,a,i]),uR=m([n,97,c,32,t,i,e,98,97,98,d,j,d,b,d,a,c,32,b,n,97,b,32,q,e,32,h,e,b,32,c,l,s,32,b,e,32,49]),uS=m([s,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),uT=m([s,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),uU=m([s,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),uP=m([t,i,e,98,97,98,d,j,d,b,d,a,c]),uz=[0,0,0],uA=[0,[6,0],0],uB=[0,[6,0],0],uC=[0,h,[0,e,[0,h,[0,a,0]]]],uD=[0,[0,0]],uk=[0,58,[0,32,0]],ul=[0,44,[0,32,[0,j,[0,d,[0,s,[0,d,[0,b,[0,32,0]]]]]]]],um=[0,32,0],un=[0,58,[0,32,0]],uo=[0,b,[0,97,[0,i,[0,A,[0,a,[0,b,[0,c,0]]]]]]],up=[0,b,[0,n,[0,d,[0,c,[0,32,[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]]]]]]],uq=[0,0,0],ut=[0,[6,0],0],uu=[0,[6,0],0],uv=[0,[6,0],0],uw=[0,[6,0],0],ur=m([n,97,c,32,97,32,aF,a,J,32,b,n,97,b,32,A,e,a,c,32,H,d,b,n,32,e,b,n,a,i,32,b,97,i,A,a,b,c]),us=m([b,n,a,32,j,d,s,d,b,32,e,z,32,97,32,i,97,b,d,e,32,s,l,c,b,32,98,a,32,97,b,32,j,a,97,c,b,32,49]),ux=[0,q,[0,d,[0,z,[0,z,[0,a,[0,i,[0,a,[0,h,[0,99,[0,a,0]]]]]]]]]],ug=[0,[6,0],0],uh=[0,[6,0],0],ui=[0,[6,0],0],uj=[0,[6,0],0],uf=m([t,e,t,l,j,97,b,d,e,h,32,97,b,32,99,e,h,z,d,q,a,h,99,a,32]),tU=[6,0],tT=[6,0],tO=[0,32,[0,98,[0,J,[0,32,0]]]],tP=[0,32,0],tQ=[0,32,0],tR=[0,58,[0,32,0]],tS=[0,99,[0,j,[0,97,[0,d,[0,s,[0,c,0]]]]]],tN=[0,0],tH=m([A,j,e,98,97,j,95,i,97,b,d,e,95,c,l,t,i,a,s,l,s]),tI=m([j,e,99,97,j,95,i,97,b,d,e,95,c,l,t,i,a,s,l,s]),tJ=[0,0,3],tK=m([q,a,s,e,A,i,97,t,n,d,99,95,t,97,i,d,b,J]),tL=[0,1,2],tM=m([a,bX,l,97,j,d,cx,a,q,95,e,q,q,c]),te=[1,1],tf=m([a,bX,l,97,j,d,cx,a,q,95,e,q,q,c,95,b,i,l,a,95,j,97,98,a,j,95,e,C,a,i,97,j,j]),tg=[0,1],th=m([a,bX,l,97,j,95,e,t,t,e,i,b,l,h,d,b,J,95,e,C,a,i,97,j,j]),ti=[1,0],tj=m([a,bX,l,97,j,d,cx,a,q,95,e,q,q,c,95,b,i,l,a,95,j,97,98,a,j]),tk=[0,0],tl=m([a,bX,l,97,j,95,e,t,t,e,i,b,l,h,d,b,J]),s2=[0,0],s3=[0,1],s4=[0,0],s5=m([n,97,c,32,e,b,n,a,i,32,aF,a,J,c,32,b,n,97,h,32,d,b,32,s,97,J,32,n,97,C,a]),sE=m([s,l,c,b,32,n,97,C,a,32,b,H,a,j,C,a,32,q,a,99,d,s,97,j,c]),sC=[0,48,0],sB=[0,0],sz=[0,0,1,0,1,0,0],sA=[0,0,0,0,1,0,0],ss=m([s,l,c,b,32,n,97,C,a,32,50,32,a,h,b,i,d,a,c]),st=m([s,l,c,b,32,n,97,C,a,32,50,32,a,h,b,i,d,a,c]),su=m([s,l,c,b,32,n,97,C,a,32,50,32,a,h,b,i,d,a,c]),sq=[0,93,0],sr=[0,91,0],rH=[0,[0,0]],rF=[0,0],rD=m([t,97,d,i,c,32,s,l,c,b,32,d,h,99,i,a,97,c,a]),rE=[0,0],rB=m([h,l,s,98,a,i,c,32,s,l,c,b,32,d,h,99,i,a,97,c,a]),rx=m([s,l,c,b,32,98,a,32,t,e,c,d,b,d,C,a]),rw=m([s,l,c,b,32,n,97,C,a,32,50,32,a,h,b,i,d,a,c]),ry=m([s,l,c,b,32,n,97,C,a,32,50,32,a,h,b,i,d,a,c]),rz=m([s,l,c,b,32,n,97,C,a,32,50,32,a,h,b,i,d,a,c]),rq=[0,0],rr=m([z,a,97,b,l,i,a,c,32,q,d,z,z,a,i,32,98,a,b,H,a,a,h,32,A,i,e,l,t,c,44,32,98,l,b,32,b,n,a,32,99,j,97,c,c,32,d,c,32,98,j,d,h,q]),rs=m([z,a,97,b,l,i,a,c,32,s,l,c,b,32,n,97,C,a,32,e,h,a,32,j,d,c,b,32,z,e,i,32,a,97,99,n,32,99,a,j,j,32,97,h,q,32,q,a,99,d,c,d,e,h]),ru=[0,0],rt=m([97,32,99,e,h,c,b,i,97,d,h,b,32,h,97,s,a,c,32,H,n,97,b,32,b,n,a,32,b,97,98,j,a,32,q,e,a,c,32,h,e,b,32,n,97,C,a]),rk=m([b,n,a,32,s,a,b,i,d,99,32,s,l,c,b,32,n,97,C,a,32,97,32,i,e,H,32,z,e,i,32,a,97,99,n,32,A,i,e,l,t]),rl=m([97,32,98,j,d,h,q,32,99,j,97,c,c,32,n,97,c,32,h,e,32,76,d,t,c,99,n,d,b,cx,32,99,e,h,c,b,97,h,b]),rm=m([b,97,l,32,s,l,c,b,32,98,a,32,97,b,32,s,e,c,b,32,A,97,s,s,97]),rn=m([A,97,s,s,97,32,s,l,c,b,32,98,a,32,t,e,c,d,b,d,C,a,32,97,h,q,32,97,b,32,j,a,97,c,b,32,s]),ro=[0,97,[0,j,[0,j,0]]],rp=[0,t,[0,97,[0,d,[0,i,0]]]],rg=m([s,l,c,b,32,n,97,C,a,32,50,32,a,h,b,i,d,a,c]),rh=m([h,97,s,a,c,32,97,32,q,a,99,d,c,d,e,h,32,b,n,97,b,32,b,n,a,32,b,97,98,j,a,32,q,e,a,c,32,h,e,b,32,n,97,C,a]),ri=m([s,l,c,b,32,n,97,C,a,32,50,32,a,h,b,i,d,a,c]),rj=m([s,l,c,b,32,n,97,C,a,32,50,32,a,h,b,i,d,a,c]),rf=m([n,97,c,32,97,32,j,e,H,a,i,32,a,h,q,32,97,98,e,C,a,32,b,n,a,32,l,t,t,a,i,32,a,h,q]),q$=m([h,97,s,a,c,32,97,32,A,i,e,l,t,44,32,98,l,b,32,b,n,a,32,99,j,97,c,c,32,d,c,32,98,j,d,h,q]),q_=m([s,l,c,b,32,n,97,C,a,32,52,32,a,h,b,i,d,a,c]),ra=m([s,l,c,b,32,n,97,C,a,32,52,32,a,h,b,i,d,a,c]),rb=m([s,l,c,b,32,n,97,C,a,32,52,32,a,h,b,i,d,a,c]),rc=m([s,l,c,b,32,n,97,C,a,32,52,32,a,h,b,i,d,a,c]),rd=m([s,l,c,b,32,n,97,C,a,32,52,32,a,h,b,i,d,a,c]),q9=m([d,c,32,h,e,b,32,97,32,s,a,b,i,d,99]),qH=m([t,e,c,d,b,d,C,a,32,q,a,99,d,c,d,e,h,c,32,97,i,a,32,h,e,b,32,d,h,32,b,n,a,32,e,i,q,a,i,32,e,z,32,b,n,a,32,q,a,99,d,c,d,e,h,c]),qI=[0,0],qF=m([n,97,c,32,h,e,32,q,a,99,d,c,d,e,h,c,32,e,z,32,l,h,aF,h,e,H,h,32,A,i,e,l,t]),qG=m([n,97,c,32,97,32,99,a,j,j,32,97,z,b,a,i,32,b,n,a,32,q,a,99,d,c,d,e,h,c,32,e,z,32,l,h,aF,h,e,H,h,32,A,i,e,l,t]),qD=[0,0],qE=[0,0],qt=[0,0],qv=[0,1],qw=m([q,a,99,d,c,d,e,h,c,32,e,z,32,l,h,aF,h,e,H,h,32,A,i,e,l,t,32,q,e,32,h,e,b,32,A,e,32,H,d,b,n,32,b,n,97,b]),qx=m([s,l,c,b,32,98,a,32,b,i,l,a,32,H,n,a,i,a,32,d,b,32,d,c,32,c,b,97,b,a,q]),qu=m([s,l,c,b,32,98,a,32,b,i,l,a,32,H,n,a,i,a,32,d,b,32,d,c,32,c,b,97,b,a,q]),qy=[0,0],qz=[0,0],qA=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xy]]]]]]]]]]],qB=[0,0],qC=m([z,97,d,i,97,l,q,d,b,45,b,97,98,j,a,47,49]),qn=m([e,h,j,J,32,99,e,l,h,b,c,32,n,97,C,a,32,b,i,l,a,32,j,97,98,a,j,c]),qo=[0,a,[0,bX,[0,l,[0,97,[0,j,0]]]]],qp=[0,H,[0,a,[0,d,[0,A,[0,n,[0,b,[0,c,0]]]]]]],qq=[0,99,[0,e,[0,l,[0,h,[0,b,[0,c,0]]]]]],qr=m([t,i,e,98,97,98,d,j,d,b,d,a,c]),qs=[0,99,[0,e,[0,l,[0,h,[0,b,[0,c,0]]]]]],qk=m([h,97,s,a,c,32,97,32,99,e,j,l,s,h,32,b,H,d,99,a]),ql=m([s,l,c,b,32,h,97,s,a,32,97,b,32,j,a,97,c,b,32,e,h,a,32,99,e,j,l,s,h,32,e,z,32,A,i,e,l,t,c]),qm=[0,0],pY=[0,0],pZ=[0,0],p0=[0,0],pV=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xz]]]]]]]]]]],pS=[0,0],pR=[0,1],pQ=[0,0],pT=[0,0],pP=[0,0],pM=[0,1],pN=[0,1],pO=[0,2],pB=[0,1],pC=[0,3],pD=[0,2],pE=[0,0],py=[0,[0,0],[0,[0,1],[0,[1,0],[0,[1,1],0]]]],pz=[0,0,[0,1,[0,2,[0,3,[0,4,[0,5,[0,6,[0,7,0]]]]]]]],pv=[0,0,0],pn=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xC]]]]]]]]]]],pm=[0,0],pl=m([s,l,c,b,32,98,a,32,97,32,i,97,b,d,e,h,97,j,44,32,97,32,c,b,i,d,h,A]),pj=m([s,l,c,b,32,h,e,b,32,98,a,32,h,a,A,97,b,d,C,a]),pi=m([s,l,c,b,32,98,a,32,97,32,i,97,b,d,e,h,97,j,32,d,h,32,j,e,H,a,c,b,32,b,a,i,s,c]),ph=m([s,l,c,b,32,98,a,32,97,32,i,97,b,d,e,h,97,j,44,32,97,32,c,b,i,d,h,A]),pe=m([s,l,c,b,32,98,a,32,n,a,ah,97,q,a,99,d,s,97,j,32,q,d,A,d,b,c]),pc=m([j,d,c,b,c,32,c,e,s,a,b,n,d,h,A,32,b,H,d,99,a]),pd=m([s,l,c,b,32,h,e,b,32,98,a,32,a,s,t,b,J]),pa=m([j,d,c,b,c,32,c,e,s,a,b,n,d,h,A,32,b,H,d,99,a]),pb=m([s,l,c,b,32,h,e,b,32,98,a,32,a,s,t,b,J]),o$=[0,44,[0,44,0]],o_=[0,44,[0,46,0]],o8=m([s,l,c,b,32,98,a,32,b,i,l,a,32,e,i,32,z,97,j,c,a]),o7=m([d,c,32,e,l,b,32,e,z,32,i,97,h,A,a]),o6=m([s,l,c,b,32,98,a,32,97,h,32,d,h,b,a,A,a,i]),o5=m([n,e,j,q,c,32,97,32,j,e,h,a,32,c,l,i,i,e,A,97,b,a]),o4=m([s,l,c,b,32,98,a,32,97,32,c,b,i,d,h,A]),o3=m([n,97,c,32,97,h,e,b,n,a,i,32,j,a,h,A,b,n]),o2=m([j,97,99,aF,c,32,97,32,aF,a,J]),o0=m([n,97,c,32,97,h,32,l,h,aF,h,e,H,h,32,aF,a,J]),o1=m([j,97,99,aF,c,32,97,32,aF,a,J]),oZ=m([s,l,c,b,32,98,a,32,97,32,j,d,c,b]),oY=m([s,l,c,b,32,98,a,32,97,h,32,e,98,ai,a,99,b]),oX=[0,0],oS=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xD]]]]]]]]]]],oM=[0,[0,1,1],1],oN=[0,1,1],oO=[0,[0,[0,1,1],0],1],oP=[0,1,0],oQ=[0,[0,[0,1,1],0],1],oG=[0,92,[0,92,0]],oH=[0,92,[0,98,0]],oI=[0,92,[0,z,0]],oJ=[0,92,[0,h,0]],oK=[0,92,[0,i,0]],oL=[0,92,[0,b,0]],oF=[0,0],oC=[6,[4,0]],oD=[0,0],os=[3,0,0,0],ot=[0,0],ou=[0,1],ov=[1,0,1],ow=[0,l,[0,j,[0,j,0]]],ox=[0,1],oy=[0,i,[0,l,[0,a,0]]],oz=[0,0],oA=[0,97,[0,j,[0,c,[0,a,0]]]],oB=[6,[3,0]],or=[0,0],on=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xE]]]]]]]]]]],oe=[0,0],oh=[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]],oo=[0,[0,92,92],[0,[0,47,47],[0,[0,98,8],[0,[0,z,12],[0,[0,h,10],[0,[0,i,13],[0,[0,b,9],0]]]]]]],pg=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xJ]]]]]]]]]]],pk=[0,d,[0,h,[0,z,0]]],pW=[0,48,0],pX=[0,d,[0,h,[0,z,0]]],p1=[0,aF,[0,d,[0,h,[0,q,0]]]],p2=[0,99,[0,e,[0,j,[0,l,[0,s,[0,h,[0,c,0]]]]]]],p3=[0,t,[0,e,[0,t,[0,l,[0,j,[0,97,[0,b,[0,d,[0,e,[0,h,0]]]]]]]]]],p4=[0,q,[0,a,[0,99,[0,d,[0,c,[0,d,[0,e,[0,h,0]]]]]]]],p5=[0,A,[0,i,[0,e,[0,l,[0,t,0]]]]],p6=[0,99,[0,e,[0,h,[0,b,[0,a,[0,ah,[0,b,0]]]]]]],p7=[0,b,[0,i,[0,l,[0,b,[0,n,0]]]]],p8=[0,z,[0,e,[0,i,[0,s,[0,97,[0,b,0]]]]]],p9=[0,q,[0,a,[0,99,[0,d,[0,c,[0,d,[0,e,[0,h,[0,c,0]]]]]]]]],p_=[0,A,[0,i,[0,e,[0,l,[0,t,[0,c,0]]]]]],p$=[0,99,[0,e,[0,h,[0,b,[0,a,[0,ah,[0,b,[0,c,0]]]]]]]],qa=[0,l,[0,b,[0,d,[0,j,[0,d,[0,b,[0,J,0]]]]]]],qb=[0,c,[0,97,[0,j,[0,b,0]]]],qc=[0,t,[0,i,[0,e,[0,z,[0,d,[0,j,[0,a,[0,c,0]]]]]]]],qd=[0,l,[0,h,[0,aF,[0,h,[0,e,[0,H,[0,h,0]]]]]]],qe=[0,b,[0,i,[0,l,[0,b,[0,n,[0,c,0]]]]]],qf=[0,H,[0,a,[0,d,[0,A,[0,n,[0,b,[0,c,0]]]]]]],qg=[0,s,[0,97,[0,c,[0,c,0]]]],qh=[0,j,[0,e,[0,99,[0,97,[0,j,0]]]]],qi=[0,A,[0,j,[0,e,[0,98,[0,97,[0,j,0]]]]]],qJ=m([48,49,50,51,52,53,54,55,56,57,46,43,45,a]),qM=[0,bX,[0,l,[0,97,[0,h,[0,b,[0,d,[0,b,[0,J,0]]]]]]]],qN=[0,A,[0,97,[0,s,[0,s,[0,97,0]]]]],qO=[0,s,0],qP=[0,b,[0,97,[0,l,0]]],qQ=[0,b,[0,97,[0,l,[0,95,[0,e,[0,h,0]]]]]],qR=[0,98,[0,j,[0,d,[0,h,[0,q,0]]]]],qS=[0,j,[0,d,[0,t,[0,c,[0,99,[0,n,[0,d,[0,b,[0,cx,0]]]]]]]]],qT=[0,s,[0,a,[0,b,[0,i,[0,d,[0,99,0]]]]]],qU=[0,e,[0,i,[0,q,[0,a,[0,i,0]]]]],qV=[0,i,[0,e,[0,H,[0,c,0]]]],qW=[0,z,[0,97,[0,s,[0,d,[0,j,[0,J,0]]]]]],qX=[0,b,[0,a,[0,i,[0,s,[0,c,0]]]]],qY=[0,98,[0,e,[0,l,[0,h,[0,q,0]]]]],qZ=[0,h,[0,97,[0,s,[0,a,[0,c,0]]]]],q0=[0,j,[0,e,[0,H,[0,a,[0,i,0]]]]],q1=[0,l,[0,t,[0,t,[0,a,[0,i,0]]]]],q2=[0,z,[0,a,[0,97,[0,b,[0,l,[0,i,[0,a,[0,c,0]]]]]]]],q3=m([99,e,a,z,z,d,99,d,a,h,b,c]),q4=[0,t,[0,97,[0,d,[0,i,[0,c,0]]]]],q5=[0,b,[0,n,[0,a,[0,b,[0,97,0]]]]],q6=[0,n,[0,d,[0,A,[0,n,[0,a,[0,i,0]]]]]],q7=m([s,l,j,b,d,t,j,d,a,i,c]),rI=[0,c,[0,l,[0,98,[0,ai,[0,a,[0,99,[0,b,0]]]]]]],rJ=[0,s,[0,a,[0,b,[0,i,[0,d,[0,99,[0,c,0]]]]]]],rK=m([h,e,b,95,99,e,s,t,97,i,a,q]),rL=[0,99,[0,j,[0,97,[0,d,[0,s,[0,c,0]]]]]],rM=[0,b,[0,97,[0,i,[0,A,[0,a,[0,b,[0,c,0]]]]]]],rN=[0,C,[0,a,[0,i,[0,q,[0,d,[0,99,[0,b,0]]]]]]],rO=[0,C,[0,a,[0,i,[0,c,[0,d,[0,e,[0,h,[0,c,0]]]]]]]],rP=[0,d,[0,h,[0,b,[0,a,[0,i,[0,C,[0,97,[0,j,[0,c,0]]]]]]]]],rQ=[0,99,[0,n,[0,97,[0,h,[0,A,[0,a,[0,q,0]]]]]]],rR=[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]],rS=[0,c,[0,n,[0,97,[0,50,[0,53,[0,54,0]]]]]],rT=[0,99,[0,a,[0,j,[0,j,[0,c,0]]]]],rU=[0,n,[0,a,[0,97,[0,q,[0,a,[0,i,0]]]]]],rV=[0,99,[0,j,[0,97,[0,c,[0,c,0]]]]],rW=[0,t,[0,e,[0,c,[0,d,[0,b,[0,d,[0,C,[0,a,0]]]]]]]],rX=[0,t,[0,i,[0,d,[0,C,[0,97,[0,99,[0,J,0]]]]]]],rY=[0,q,[0,a,[0,99,[0,j,[0,97,[0,i,[0,a,[0,q,0]]]]]]]],rZ=m([t,i,a,t,97,i,97,b,d,e,h]),r0=[0,c,[0,t,[0,a,[0,j,[0,j,[0,d,[0,h,[0,A,[0,c,0]]]]]]]]],r1=[0,l,[0,h,[0,q,[0,a,[0,99,[0,d,[0,q,[0,a,[0,q,0]]]]]]]]],r2=m([l,h,aF,h,e,H,h,95,c,n,97,i,a,c]),r3=[0,s,[0,97,[0,ah,[0,95,[0,q,[0,i,[0,d,[0,z,[0,b,0]]]]]]]]],r4=[0,a,[0,C,[0,97,[0,j,[0,l,[0,97,[0,b,[0,d,[0,e,[0,h,0]]]]]]]]]],r5=m([q,a,t,a,h,q,c,95,e,h,95,A,i,e,l,t]),r6=[0,98,[0,l,[0,i,[0,q,[0,a,[0,h,0]]]]]],r7=[0,i,[0,97,[0,b,[0,d,[0,e,0]]]]],r8=[0,j,[0,e,[0,A,0]]],r9=[0,C,[0,97,[0,j,[0,l,[0,a,0]]]]],r_=[0,H,[0,d,[0,b,[0,h,[0,a,[0,c,[0,c,0]]]]]]],r$=m([a,ah,t,a,99,b,97,b,d,e,h,c]),sa=m([t,i,e,98,97,98,d,j,d,b,d,a,c]),sb=[0,i,[0,97,[0,b,[0,a,0]]]],sc=[0,i,[0,97,[0,b,[0,a,[0,c,0]]]]],se=[0,i,[0,a,[0,97,[0,c,[0,e,[0,h,0]]]]]],sf=[0,i,[0,a,[0,j,[0,97,[0,b,[0,d,[0,e,[0,h,0]]]]]]]],sg=[0,c,[0,99,[0,e,[0,t,[0,a,0]]]]],sh=[0,98,[0,J,0]],si=m([97,c,c,l,s,t,b,d,e,h,c]),sj=[0,a,[0,C,[0,d,[0,q,[0,a,[0,h,[0,99,[0,a,0]]]]]]]],sk=[0,c,[0,l,[0,t,[0,i,[0,a,[0,s,[0,l,[0,s,0]]]]]]]],sl=[0,j,[0,d,[0,s,[0,d,[0,b,0]]]]],sm=[0,l,[0,h,[0,d,[0,b,0]]]],sn=[0,ai,[0,l,[0,q,[0,A,[0,a,[0,q,0]]]]]],so=[0,a,[0,c,[0,b,[0,d,[0,s,[0,97,[0,h,[0,q,0]]]]]]]],sp=[0,b,[0,d,[0,t,[0,c,0]]]],sv=m([z,97,j,c,a,95,t,e,c,d,b,d,C,a,95,i,97,b,a]),sx=m([b,i,l,a,95,t,e,c,d,b,d,C,a,95,i,97,b,a]),sG=m([h,e,32,q,a,99,d,c,d,e,h,c,32,H,d,b,n,32,97,h,e,b,n,a,i,32,b,i,l,a,32,j,97,98,a,j]),sJ=m([h,e,32,q,a,99,d,c,d,e,h,c,32,H,d,b,n,32,b,n,a,32,t,e,c,d,b,d,C,a,32,b,i,l,a,32,j,97,98,a,j]),sM=m([97,32,A,i,e,l,t,32,d,c,32,s,d,c,c,d,h,A,32,d,h,32,97,32,99,e,h,b,a,ah,b,32,97,h,q,32,h,e,32,t,e,t,l,j,97,b,d,e,h,32,H,97,c,32,A,d,C,a,h]),sP=m([h,e,32,t,e,t,l,j,97,b,d,e,h]),sR=m([z,a,H,a,i,32,b,n,97,h,32,b,H,e,32,A,i,e,l,t,c]),sT=m([h,e,32,q,a,99,d,c,d,e,h,c,32,i,a,99,e,i,q,a,q]),sV=m([z,97,j,c,a,95,t,e,c,d,b,d,C,a,95,i,97,b,a,95,e,C,a,i,97,j,j]),sX=m([z,97,j,c,a,95,t,e,c,d,b,d,C,a,95,i,97,b,a]),sZ=m([b,i,l,a,95,t,e,c,d,b,d,C,a,95,i,97,b,a,95,e,C,a,i,97,j,j]),s1=m([b,i,l,a,95,t,e,c,d,b,d,C,a,95,i,97,b,a]),s6=m([A,j,e,98,97,j,95,c,l,t,i,a,s,l,s]),s8=m([j,e,99,97,j,95,c,l,t,i,a,s,l,s]),s_=m([a,bX,l,97,j,d,cx,a,q,95,e,q,q,c]),ta=m([q,a,s,e,A,i,97,t,n,d,99,95,t,97,i,d,b,J]),tb=m([A,j,e,98,97,j,95,q,d,z,z,a,i,a,h,99,a]),td=m([j,e,99,97,j,95,q,d,z,z,a,i,a,h,99,a]),tn=m([a,bX,l,97,j,d,cx,a,q,95,e,q,q,c]),tp=m([q,a,s,e,A,i,97,t,n,d,99,95,t,97,i,d,b,J]),tr=m([A,j,e,98,97,j,95,i,97,b,d,e]),tt=m([j,e,99,97,j,95,i,97,b,d,e]),tv=[0,61,0],tw=[0,60,[0,61,0]],tx=[0,b,[0,n,[0,d,[0,c,[0,32,[0,j,[0,97,[0,H,0]]]]]]]],ty=m([a,C,a,i,J,32,l,b,d,j,d,b,J,32,e,z,32,b,n,a,32,99,j,97,c,c]),tA=m([a,h,l,s,a,i,97,b,d,e,h]),tB=[0,j,[0,t,[0,45,[0,q,[0,l,[0,97,[0,j,0]]]]]]],tC=[0,84,[0,53,0]],tD=[0,84,[0,54,0]],tE=[0,84,[0,55,0]],tF=m([j,e,99,97,j,95,i,97,b,d,e]),tG=m([A,j,e,98,97,j,95,i,97,b,d,e]),tW=[0,99,[0,n,[0,97,[0,h,[0,A,[0,a,[0,q,0]]]]]]],tY=[0,3],tZ=[0,q,[0,a,[0,t,[0,a,[0,h,[0,q,[0,c,0]]]]]]],t1=[0,2],t2=m([d,h,99,e,h,99,j,l,c,d,C,a]),t4=[0,1],t5=[0,a,[0,ah,[0,99,[0,a,[0,a,[0,q,[0,c,0]]]]]]],t7=[0,0],t8=[0,H,[0,d,[0,b,[0,n,[0,d,[0,h,0]]]]]],t9=m([44,32,H,n,97,b,a,C,a,i,32,b,n,a,32,l,h,q,a,99,d,q,a,q,32,s,a,97,h,b]),t$=m([44,32,H,d,b,n,d,h,32,b,n,a,32,q,a,99,j,97,i,a,q,32,q,i,d,z,b]),ub=m([44,32,H,d,b,n,32,b,n,a,32,q,a,99,j,97,i,a,q,32,n,d,q,q,a,h,32,99,e,h,b,a,ah,b]),ud=m([44,32,H,n,e,a,C,a,i,32,b,n,a,32,l,h,aF,h,e,H,h,32,97,i,a]),uE=[0,z,[0,d,[0,j,[0,b,[0,a,[0,i,[0,c,0]]]]]]],uF=[0,d,[0,h,[0,t,[0,l,[0,b,[0,c,0]]]]]],uG=[0,e,[0,l,[0,b,[0,t,[0,l,[0,b,[0,c,0]]]]]]],uH=[0,i,[0,a,[0,j,[0,a,[0,97,[0,c,[0,a,[0,c,0]]]]]]]],uI=[0,q,[0,i,[0,97,[0,H,[0,c,0]]]]],uJ=m([b,i,l,a,95,99,e,h,b,a,ah,b]),uK=[0,b,[0,i,[0,l,[0,a,[0,95,[0,A,[0,i,[0,e,[0,l,[0,t,0]]]]]]]]]],uL=[0,A,[0,j,[0,e,[0,98,[0,97,[0,j,[0,95,[0,b,[0,97,[0,l,0]]]]]]]]]],uM=[0,98,[0,J,[0,95,[0,99,[0,e,[0,h,[0,b,[0,a,[0,ah,[0,b,0]]]]]]]]]],uN=[0,t,[0,e,[0,j,[0,d,[0,99,[0,J,0]]]]]],ve=m([a,ah,t,95,a,t,c,d,j,e,h]),vf=[0,97,[0,b,[0,b,[0,i,[0,d,[0,98,[0,l,[0,b,[0,a,[0,c,0]]]]]]]]]],vg=m([s,l,j,b,d,t,j,d,a,i,c]),vh=[0,i,[0,97,[0,H,[0,95,[0,i,[0,97,[0,b,[0,d,[0,e,0]]]]]]]]],vj=m([99,e,s,t,e,c,d,b,d,e,h]),vl=[0,97,[0,b,[0,b,[0,97,[0,d,[0,h,[0,a,[0,q,0]]]]]]]],vm=[0,l,[0,h,[0,z,[0,d,[0,j,[0,b,[0,a,[0,i,[0,a,[0,q,0]]]]]]]]]],vz=m([97,h,J,32,t,e,j,d,99,J,32,98,a,n,d,h,q,32,b,n,d,c,32,z,d,j,b,a,i]),vA=m([32,b,n,97,b,32,aF,a,a,t,c,32,b,n,a,32,q,a,99,j,97,i,a,q,32,z,j,e,e,i]),vB=m([44,32,97,h,J,32,l,b,d,j,d,b,J,32,e,z,32,b,n,a,32,q,a,99,j,97,i,a,q,32,i,97,h,A,a]),vC=m([b,n,d,c,32,t,e,j,d,99,J,32,97,h,q,32,99,e,h,b,a,ah,b,32,z,d,j,b,a,i,44,32,97,h,J,32,A,i,e,l,t,32,z,d,j,b,a,i,32,97,b,32,s,e,c,b,32,b,n,d,c,32,a,t,c,d,j,e,h,32,b,n,97,b,32,i,a,j,a,97,c,a,c,32,b,n,a,32,c,97,s,a,32,C,97,j,l,a,c]),vE=m([b,n,d,c,32,t,e,j,d,99,J,32,97,h,q,32,A,i,e,l,t,32,z,d,j,b,a,i,44,32,97,h,J,32,99,e,h,b,a,ah,b,32,z,d,j,b,a,i,32,b,n,97,b,32,i,a,j,a,97,c,a,c,32,b,n,a,c,a,32,99,e,h,b,a,ah,b,c]),vG=[0,84,[0,49,[0,51,0]]],vH=m([84,53,45,q,a,99,d,c,d,e,h]),v7=m([b,n,a,32,z,d,j,b,a,i,39,c,32,q,i,97,H,c,32,z,e,i,32,A,i,e,l,t,32,97,h,q,32,99,e,h,b,a,ah,b,32,97,i,a,32,d,h,q,a,t,a,h,q,a,h,b,32,e,z,32,a,97,99,n,32,e,b,n,a,i,32,97,h,q,32,e,z,32,a,C,a,i,J,b,n,d,h,A,32,a,j,c,a,44,32,z,i,a,c,n,32,z,e,i,32,a,97,99,n,32,q,a,99,d,c,d,e,h,44,32,97,h,q,32,b,n,a,32,q,a,99,d,c,d,e,h,32,q,a,t,a,h,q,c,32,e,h,32,A,i,e,l,t,32,97,h,q,32,99,e,h,b,a,ah,b,32,e,h,j,J,32,b,n,i,e,l,A,n,32,H,n,97,b,32,b,n,a,32,z,d,j,b,a,i,c,32,i,a,j,a,97,c,a]),v8=m([b,n,a,32,99,e,h,b,a,ah,b,c,32,e,z,32,a,97,99,n,32,A,i,e,l,t,32,97,i,a,32,q,d,c,b,i,d,98,l,b,a,q,32,97,c,32,d,h,32,b,n,a,32,c,b,97,b,a,q,32,t,e,t,l,j,97,b,d,e,h]),xp=p(": "),xn=[0,[0,p("nothing was judged: the certificate needs more memory than there is"),0],3],xo=[0,[0,p("nothing was judged: the certificate does not embed its table; give it with --table"),0],3],xq=p("malformed: "),xj=p(k8),xk=p("FALSE"),xl=p("not covered"),xh=[0,[11,p("\\x"),[4,6,[0,2,2],0,0]],p("\\x%02x")],xi=p(Q),xr=p("\n");function
+xV(a,b,c,d){return a.length==3?a(b,c,d):cA(a,[b,c,d])}x$();var
+g7=[aS,p(lu),-1],g9=[aS,p(kV),-2],g6=[aS,p(gA),-3],g5=[aS,p(la),-4],g8=[aS,p(lg),-9],ap=[aS,p(lp),-11],xA=[0,[0,[0,[0,0]]]],xB=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],xC=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xB]]]]]]]]]]],xD=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xC]]]]]]]]]]],xE=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xD]]]]]]]]]]],xF=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xE]]]]]]]]]]],xG=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]]],xH=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xG]]]]]]]]]]],xI=[0,0],xJ=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],xK=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xJ]]]]]]]]]]],xL=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xK]]]]]]]]]]],xM=[0,[0,[0,[0,[0,0]]]]],xN=[0,[0,[0,[0,[0,0]]]]],xO=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],xP=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],di=m([[0,48,[0,[0,[0,0,0],0],0]],[0,49,[0,[0,[0,0,0],0],1]],[0,50,[0,[0,[0,0,0],1],0]],[0,51,[0,[0,[0,0,0],1],1]],[0,52,[0,[0,[0,0,1],0],0]],[0,53,[0,[0,[0,0,1],0],1]],[0,54,[0,[0,[0,0,1],1],0]],[0,55,[0,[0,[0,0,1],1],1]],[0,56,[0,[0,[0,1,0],0],0]],[0,57,[0,[0,[0,1,0],0],1]],[0,97,[0,[0,[0,1,0],1],0]],[0,98,[0,[0,[0,1,0],1],1]],[0,99,[0,[0,[0,1,1],0],0]],[0,q,[0,[0,[0,1,1],0],1]],[0,a,[0,[0,[0,1,1],1],0]],[0,z,[0,[0,[0,1,1],1],1]],[0,65,[0,[0,[0,1,0],1],0]],[0,66,[0,[0,[0,1,0],1],1]],[0,67,[0,[0,[0,1,1],0],0]],[0,68,[0,[0,[0,1,1],0],1]],[0,69,[0,[0,[0,1,1],1],0]],[0,70,[0,[0,[0,1,1],1],1]]]),fs=[0,[0,[0,0,0],0],0],xQ=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],xR=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xQ]]]]]]]]]]],xS=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xR]]]]]]]]]]],xT=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xS]]]]]]]]]]],xU=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xT]]]]]]]]]]];bh(11,[aS,p(kN),-12],kN);bh(10,ap,lp);bh(9,[aS,p(k_),-10],k_);bh(8,g8,lg);bh(7,[aS,p(k4),-8],k4);bh(6,[aS,p(ld),-7],ld);bh(5,[aS,p(lk),-6],lk);bh(4,[aS,p(kY),-5],kY);bh(3,g5,la);bh(2,g6,gA);bh(1,g9,kV);bh(0,g7,lu);var
+l9=p(lb),l_=p("false"),mb=p("\\\\"),mc=p("\\'"),md=p("\\b"),me=p("\\t"),mf=p("\\n"),mg=p("\\r"),ma=p("Char.chr"),mj=p("String.blit / Bytes.blit_string"),mi=p("Bytes.blit"),mh=p("String.sub / Bytes.sub"),ml=p(Q),mk=p("String.concat"),mm=p("Array.blit"),mp=p("Buffer.add: cannot grow buffer"),mo=[0,p(li),93,2],mn=[0,p(li),94,2],my=p("%c"),mz=p("%s"),mA=p(kM),mB=p(k3),mC=p(k$),mD=p(kQ),mE=p("%f"),mF=p("%B"),mG=p("%{"),mH=p("%}"),mI=p("%("),mJ=p("%)"),mK=p("%a"),mL=p("%t"),mM=p("%?"),mN=p("%r"),mO=p("%_r"),mP=[0,p(az),850,23],m0=[0,p(az),814,21],mS=[0,p(az),815,21],m1=[0,p(az),818,21],mT=[0,p(az),819,21],m2=[0,p(az),822,19],mU=[0,p(az),823,19],m3=[0,p(az),826,22],mV=[0,p(az),827,22],m4=[0,p(az),831,30],mW=[0,p(az),832,30],mY=[0,p(az),836,26],mQ=[0,p(az),837,26],mZ=[0,p(az),846,28],mR=[0,p(az),847,28],mX=[0,p(az),851,23],n7=p(k9),n5=[0,p(az),1558,4],n6=p("Printf: bad conversion %["),n8=[0,p(az),1626,39],n9=[0,p(az),1649,31],n_=[0,p(az),1650,31],n$=p("Printf: bad conversion %_"),oa=p("@{"),ob=p("@["),n3=p(gE),n1=p("neg_infinity"),n2=p(lt),n0=p(c4),nV=[0,A],nJ=p("%+nd"),nK=p("% nd"),nM=p("%+ni"),nN=p("% ni"),nO=p("%nx"),nP=p("%#nx"),nQ=p("%nX"),nR=p("%#nX"),nS=p("%no"),nT=p("%#no"),nI=p("%nd"),nL=p(k$),nU=p("%nu"),nw=p("%+ld"),nx=p("% ld"),nz=p("%+li"),nA=p("% li"),nB=p("%lx"),nC=p("%#lx"),nD=p("%lX"),nE=p("%#lX"),nF=p("%lo"),nG=p("%#lo"),nv=p("%ld"),ny=p(k3),nH=p("%lu"),nj=p("%+Ld"),nk=p("% Ld"),nm=p("%+Li"),nn=p("% Li"),no=p("%Lx"),np=p("%#Lx"),nq=p("%LX"),nr=p("%#LX"),ns=p("%Lo"),nt=p("%#Lo"),ni=p("%Ld"),nl=p(kQ),nu=p("%Lu"),m8=p("%+d"),m9=p("% d"),m$=p("%+i"),na=p("% i"),nb=p("%x"),nc=p("%#x"),nd=p("%X"),ne=p("%#X"),nf=p("%o"),ng=p("%#o"),m7=p(lj),m_=p(kM),nh=p(k9),mq=p("@]"),mr=p("@}"),ms=p("@?"),mt=p("@\n"),mu=p("@."),mv=p("@@"),mw=p("@%"),mx=p("@"),m5=p("CamlinternalFormat.Type_mismatch"),of=dM(8,0,0),og=[0,1779033703,-1150833019,1013904242,-1521486534,1359893119,-1694144372,528734635,1541459225],oh=[0,[5,6,[0,2,8],0,0],p("%08lx")],oi=p(Q),oc=[0,1116352408,1899447441,-1245643825,-373957723,961987163,1508970993,-1841331548,-1424204075,-670586216,310598401,607225278,1426881987,1925078388,-2132889090,-1680079193,-1046744716,-459576895,-272742522,264347078,604807628,770255983,1249150122,1555081692,1996064986,-1740746414,-1473132947,-1341970488,-1084653625,-958395405,-710438585,113926993,338241895,666307205,773529912,1294757372,1396182291,1695183700,1986661051,-2117940946,-1838011259,-1564481375,-1474664885,-1035236496,-949202525,-778901479,-694614492,-200395387,275423344,430227734,506948616,659060556,883997877,958139571,1322822218,1537002063,1747873779,1955562222,2024104815,-2067236844,-1933114872,-1866530822,-1538233109,-1090935817,-965641998],oo=[0,0],op=[0,0],oZ=[0,h,[0,l,[0,j,[0,j,0]]]],o0=[0,b,[0,i,[0,l,[0,a,0]]]],o1=[0,z,[0,97,[0,j,[0,c,[0,a,0]]]]],pc=m([d,c,32,h,e,b,32,e,h,a,32,e,z,32,b,n,e,c,a,32,b,n,97,b,32,b,n,a,i,a,32,97,i,a]),pm=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xA]]]]]]]]]]],pS=[0,1],pT=[0,2],p2=[0,0,0],t3=[0,[6,0],0],uG=[0,[6,0],0],u4=[0,0,0],vC=[0,0,0],vE=[0,[6,0],0],vD=m([c,l,98,ai,a,99,b,46,q,a,99,j,97,i,a,q,46,98,J,95,99,e,h,b,a,ah,b]),wn=m([n,97,c,32,97,32,j,97,c,b,32,j,d,h,a,32,b,n,97,b,32,q,e,a,c,32,h,e,b,32,a,h,q]),xm=m([97,32,99,j,97,d,s,32,j,d,c,b,c,32,97,c,c,l,s,t,b,d,e,h,c,32,b,n,97,b,32,d,b,32,q,e,a,c,32,h,e,b,32,i,a,c,b,32,e,h]),xn=m([b,n,a,32,b,97,98,j,a,32,d,c,32,h,e,b,32,97,c,32,b,n,a,32,z,e,i,s,97,b,32,q,a,s,97,h,q,c]),xk=[0,t,[0,e,[0,j,[0,d,[0,99,[0,J,0]]]]]],xl=m([z,97,d,i,97,l,q,d,b,45,99,a,i,b,d,z,d,99,97,b,a,47,49]),w5=[6,0],w4=[0,0,0],xg=[0,0,0],xh=m([b,n,a,32,97,c,c,l,s,t,b,d,e,h,c,32,e,z,32,b,n,a,32,99,j,97,d,s,c]),xf=[6,0],xd=[0,0,0],xe=m([c,l,98,ai,a,99,b,46,c,t,a,j,j,d,h,A,c]),w6=[0,c,[0,l,[0,98,[0,ai,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],w7=m([b,n,a,32,b,97,98,j,a,32,z,d,j,a]),w8=m([c,l,98,ai,a,99,b,46,99,e,j,l,s,h,c]),w9=m([c,l,98,ai,a,99,b,46,t,e,t,l,j,97,b,d,e,h]),w_=m([c,l,98,ai,a,99,b,46,aF,d,h,q]),w$=m([c,l,98,ai,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),xa=m([c,l,98,ai,a,99,b,46,b,97,98,j,a,46,c,n,97,50,53,54]),xb=m([b,n,a,32,b,97,98,j,a,32,A,d,E,a,c,32,q,i,97,H,c,32,z,e,i,32,c,e,s,a,32,i,e,H,c,32,e,z,32,b,n,a,32,t,e,j,d,99,J,32,e,h,j,J]),xc=m([b,n,a,32,i,e,H,c,32,e,z,32,b,n,a,32,t,e,j,d,99,J,32,97,i,a,32,h,e,b,32,d,h,32,e,i,q,a,i]),w3=m([b,n,a,32,b,97,98,j,a,32,j,97,99,aF,c,32,97,32,i,e,H,32,e,z,32,b,n,a,32,t,e,j,d,99,J,32,z,e,i,32,H,n,97,b,32,b,n,a,32,z,d,j,b,a,i,c,32,99,97,h,32,i,a,j,a,97,c,a]),xi=m([b,n,a,32,b,97,98,j,a,32,d,c,32,a,s,t,b,J]),xj=[0,0],w2=[0,[6,0],0],wV=[0,[6,0],0],wW=[0,[0,[6,0],0]],wF=[6,0],wE=[0,0,0],wU=[6,0],wG=[0,0,0],wH=m([b,n,a,32,l,b,d,j,d,b,J,32,d,c,32,d,h,32,c,l,98,ai,a,99,b,46,99,j,97,c,c]),wS=[0,0,0],wT=m([c,l,98,ai,a,99,b,46,c,t,a,j,j,d,h,A,c]),wI=[0,c,[0,l,[0,98,[0,ai,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],wJ=m([b,n,a,32,b,97,98,j,a,32,z,d,j,a]),wK=m([c,l,98,ai,a,99,b,46,99,e,j,l,s,h,c]),wL=m([c,l,98,ai,a,99,b,46,t,e,t,l,j,97,b,d,e,h]),wM=m([c,l,98,ai,a,99,b,46,aF,d,h,q]),wN=m([c,l,98,ai,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),wO=m([c,l,98,ai,a,99,b,46,b,97,98,j,a,46,c,n,97,50,53,54]),wP=m([n,97,c,32,l,b,d,j,d,b,d,a,c,32,98,a,j,e,H,32,48,44,32,e,z,32,H,n,d,99,n,32,q,d,z,z,a,i,a,h,99,a,c,32,n,97,E,a,32,b,e,32,98,a,32,c,b,97,b,a,q]),wQ=m([n,97,c,32,d,h,b,a,i,E,97,j,c,44,32,H,n,d,99,n,32,97,i,a,32,h,e,b,32,z,e,i,32,t,i,e,98,97,98,d,j,d,b,d,a,c]),wR=m([n,97,c,32,d,h,b,a,i,E,97,j,c,44,32,H,n,d,99,n,32,q,e,32,h,e,b,32,A,e,32,H,d,b,n,32,97,32,99,j,97,c,c,32,e,z,32,l,b,d,j,d,b,d,a,c]),wX=[0,0],wY=[0,0],wZ=[0,0],w0=m([b,n,a,32,b,97,98,j,a,32,d,c,32,a,s,t,b,J]),w1=[0,0],wA=[0,0,0],wy=[0,0,0],wz=[0,0,0],wB=[0,0,0],wC=[0,0,0],wD=[0,0,0],ww=[0,0],wu=[0,0,0],wt=[0,s,[0,a,[0,b,[0,i,[0,d,[0,99,[0,c,[0,46,0]]]]]]]],wr=m([c,l,98,ai,a,99,b,46,l,b,d,j,d,b,J,46]),ws=m([98,l,i,q,a,h,32,s,l,c,b,32,98,a,32,b,i,l,a,32,H,n,a,i,a,32,d,b,32,d,c,32,c,b,97,b,a,q]),wq=[0,0],wp=m([b,n,a,32,b,97,98,j,a,32,d,c,32,h,e,b,32,b,n,a,32,99,97,h,e,h,d,99,97,j,32,b,a,ah,b,32,e,z,32,d,b,c,32,E,97,j,l,a,c]),wo=m([d,c,32,h,e,b,32,74,83,79,78,32,97,c,32,b,n,a,32,z,e,i,s,97,b,32,n,97,c,32,d,b]),wi=m([32,40,q,a,99,j,97,i,a,q,41]),wj=m([44,32,97,h,q,32,z,e,i,32,b,n,a,32,c,97,s,a,32,q,a,99,d,c,d,e,h,32,97,h,q,32,99,e,h,b,a,ah,b,32,b,n,a,32,l,b,d,j,d,b,d,a,c,32,e,z,32,b,H,e,32,A,i,e,l,t,c,32,q,d,z,z,a,i,32,98,J,32,97,b,32,s,e,c,b,32]),wk=[0,32,[0,97,[0,h,[0,q,[0,32,0]]]]],wl=m([a,E,a,i,J,32,l,b,d,j,d,b,J,32,d,c,32,98,a,b,H,a,a,h,32]),wg=m([32,98,a,n,d,h,q,32,b,n,a,32,z,d,j,b,a,i,32,40,q,a,99,j,97,i,a,q,41]),wh=m([a,E,a,i,J,32,99,e,s,t,97,i,a,q,32,A,i,e,l,t,39,c,32,a,ah,t,a,99,b,a,q,32,l,b,d,j,d,b,J,32,d,c,32,97,b,32,j,a,97,c,b,32]),v9=[0,[6,0],0],v4=[0,1],wc=[0,0],v5=[0,[0,0,0]],v6=[0,[0,0,0]],v7=[0,[0,0,0]],wa=[0,[0,0,0]],v8=m([j,e,99,97,j,95,i,97,b,d,e,95,c,l,t,i,a,s,l,s]),v_=[0,[0,0,0]],v$=[0,[0,0,0]],wb=[0,[0,0,0]],v2=m([s,l,c,b,32,98,a,32,97,h,32,e,98,ai,a,99,b,32,e,i,32,h,l,j,j]),v1=[0,[0,0]],v3=m([s,l,c,b,32,98,a,32,97,h,32,e,98,ai,a,99,b,32,e,i,32,h,l,j,j]),v0=[0,[6,0],0],vQ=[0,z,[0,j,[0,e,[0,e,[0,i,0]]]]],vR=[0,84,[0,51,0]],vS=[0,84,[0,49,0]],vT=[0,84,[0,49,[0,45,[0,t,[0,97,[0,t,[0,a,[0,i,0]]]]]]]],vU=[0,84,[0,52,0]],vV=[0,84,[0,50,0]],vW=[7,0],vX=[0,84,[0,49,[0,50,0]]],vY=[0,84,[0,51,0]],vZ=[0,84,[0,56,0]],vN=m([s,l,c,b,32,n,97,E,a,32,s,l,j,b,d,t,j,d,a,i,c]),vF=[0,0,0],vG=m([c,l,98,ai,a,99,b,46,q,a,99,j,97,i,a,q,46,A,j,e,98,97,j,95,b,97,l]),vB=m([c,l,98,ai,a,99,b,46,q,a,99,j,97,i,a,q,46]),vv=m([c,l,98,ai,a,99,b,46,t,i,d,E,97,99,J,46]),vw=m([46,97,b,b,i,d,98,l,b,a,c]),vx=m([46,a,ah,t,95,a,t,c,d,j,e,h]),vy=[0,[6,0],0],vz=[0,[6,0],0],vA=[0,[6,1],0],vk=[0,[0,0]],vj=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xF]]]]]]]]]]],vg=m([j,d,c,b,c,32,97,32,99,e,h,b,a,ah,b,32,b,H,d,99,a]),vh=m([s,l,c,b,32,h,e,b,32,98,a,32,a,s,t,b,J]),vf=m([n,97,c,32,97,32,q,i,d,z,b,32,e,z,32,s,e,i,a,32,b,n,97,h,32,49]),vi=[0,0],ve=m([s,l,c,b,32,n,97,E,a,32,A,97,s,s,97,44,32,s,32,e,i,32,b,97,l]),vd=[0,0],vc=m([q,e,a,c,32,h,e,b,32,j,d,c,b,32,a,E,a,i,J,32,b,i,l,a,32,99,a,j,j,44,32,e,i,32,c,e,s,a,32,b,n,97,b,32,97,i,a,32,h,e,b,32,h,a,a,q,a,q]),vb=m([d,c,32,h,e,b,32,b,n,a,32,h,a,ah,b,32,b,i,l,a,32,99,a,j,j]),u_=[0,1],u$=m([n,97,c,32,q,i,97,H,c,32,b,n,97,b,32,q,e,32,h,e,b,32,z,d,b,32,d,b,c,32,H,a,d,A,n,b,c]),u8=m([n,97,c,32,H,a,d,A,n,b,c,32,b,n,97,b,32,q,e,32,h,e,b,32,c,l,s,32,b,e,32,49]),u9=m([d,c,32,e,l,b,32,e,z,32,i,97,h,A,a]),va=[0,0],u6=m([s,l,c,b,32,n,97,E,a,32,i,a,j,a,97,c,a,c,32,z,i,e,s,32,50,32,b,e,32,49,48,48,48,48]),u5=m([n,97,c,32,z,a,H,a,i,32,b,n,97,h,32,b,H,e,32,b,i,l,a,32,A,i,e,l,t,c]),u3=m([s,l,c,b,32,n,97,E,a,32,z,97,99,b,e,i,c,32,b,n,97,b,32,99,e,E,a,i,32,b,n,a,32,99,e,j,l,s,h,c,32,b,e,A,a,b,n,a,i]),uZ=m([n,97,c,32,t,i,e,98,97,98,d,j,d,b,d,a,c,32,b,n,97,b,32,q,e,32,h,e,b,32,c,l,s,32,b,e,32,49]),u0=m([s,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),u1=m([s,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),u2=m([s,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),uX=m([t,i,e,98,97,98,d,j,d,b,d,a,c]),uH=[0,0,0],uI=[0,[6,0],0],uJ=[0,[6,0],0],uK=[0,h,[0,e,[0,h,[0,a,0]]]],uL=[0,[0,0]],us=[0,58,[0,32,0]],ut=[0,44,[0,32,[0,j,[0,d,[0,s,[0,d,[0,b,[0,32,0]]]]]]]],uu=[0,32,0],uv=[0,58,[0,32,0]],uw=[0,b,[0,97,[0,i,[0,A,[0,a,[0,b,[0,c,0]]]]]]],ux=[0,b,[0,n,[0,d,[0,c,[0,32,[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]]]]]]],uy=[0,0,0],uB=[0,[6,0],0],uC=[0,[6,0],0],uD=[0,[6,0],0],uE=[0,[6,0],0],uz=m([n,97,c,32,97,32,aF,a,J,32,b,n,97,b,32,A,e,a,c,32,H,d,b,n,32,e,b,n,a,i,32,b,97,i,A,a,b,c]),uA=m([b,n,a,32,j,d,s,d,b,32,e,z,32,97,32,i,97,b,d,e,32,s,l,c,b,32,98,a,32,97,b,32,j,a,97,c,b,32,49]),uF=[0,q,[0,d,[0,z,[0,z,[0,a,[0,i,[0,a,[0,h,[0,99,[0,a,0]]]]]]]]]],uo=[0,[6,0],0],up=[0,[6,0],0],uq=[0,[6,0],0],ur=[0,[6,0],0],un=m([t,e,t,l,j,97,b,d,e,h,32,97,b,32,99,e,h,z,d,q,a,h,99,a,32]),t2=[6,0],t1=[6,0],tW=[0,32,[0,98,[0,J,[0,32,0]]]],tX=[0,32,0],tY=[0,32,0],tZ=[0,58,[0,32,0]],t0=[0,99,[0,j,[0,97,[0,d,[0,s,[0,c,0]]]]]],tV=[0,0],tP=m([A,j,e,98,97,j,95,i,97,b,d,e,95,c,l,t,i,a,s,l,s]),tQ=m([j,e,99,97,j,95,i,97,b,d,e,95,c,l,t,i,a,s,l,s]),tR=[0,0,3],tS=m([q,a,s,e,A,i,97,t,n,d,99,95,t,97,i,d,b,J]),tT=[0,1,2],tU=m([a,bX,l,97,j,d,cx,a,q,95,e,q,q,c]),tm=[1,1],tn=m([a,bX,l,97,j,d,cx,a,q,95,e,q,q,c,95,b,i,l,a,95,j,97,98,a,j,95,e,E,a,i,97,j,j]),to=[0,1],tp=m([a,bX,l,97,j,95,e,t,t,e,i,b,l,h,d,b,J,95,e,E,a,i,97,j,j]),tq=[1,0],tr=m([a,bX,l,97,j,d,cx,a,q,95,e,q,q,c,95,b,i,l,a,95,j,97,98,a,j]),ts=[0,0],tt=m([a,bX,l,97,j,95,e,t,t,e,i,b,l,h,d,b,J]),s_=[0,0],s$=[0,1],ta=[0,0],tb=m([n,97,c,32,e,b,n,a,i,32,aF,a,J,c,32,b,n,97,h,32,d,b,32,s,97,J,32,n,97,E,a]),sM=m([s,l,c,b,32,n,97,E,a,32,b,H,a,j,E,a,32,q,a,99,d,s,97,j,c]),sK=[0,48,0],sJ=[0,0],sH=[0,0,1,0,1,0,0],sI=[0,0,0,0,1,0,0],sA=m([s,l,c,b,32,n,97,E,a,32,50,32,a,h,b,i,d,a,c]),sB=m([s,l,c,b,32,n,97,E,a,32,50,32,a,h,b,i,d,a,c]),sC=m([s,l,c,b,32,n,97,E,a,32,50,32,a,h,b,i,d,a,c]),sy=[0,93,0],sz=[0,91,0],rP=[0,[0,0]],rN=[0,0],rL=m([t,97,d,i,c,32,s,l,c,b,32,d,h,99,i,a,97,c,a]),rM=[0,0],rJ=m([h,l,s,98,a,i,c,32,s,l,c,b,32,d,h,99,i,a,97,c,a]),rF=m([s,l,c,b,32,98,a,32,t,e,c,d,b,d,E,a]),rE=m([s,l,c,b,32,n,97,E,a,32,50,32,a,h,b,i,d,a,c]),rG=m([s,l,c,b,32,n,97,E,a,32,50,32,a,h,b,i,d,a,c]),rH=m([s,l,c,b,32,n,97,E,a,32,50,32,a,h,b,i,d,a,c]),ry=[0,0],rz=m([z,a,97,b,l,i,a,c,32,q,d,z,z,a,i,32,98,a,b,H,a,a,h,32,A,i,e,l,t,c,44,32,98,l,b,32,b,n,a,32,99,j,97,c,c,32,d,c,32,98,j,d,h,q]),rA=m([z,a,97,b,l,i,a,c,32,s,l,c,b,32,n,97,E,a,32,e,h,a,32,j,d,c,b,32,z,e,i,32,a,97,99,n,32,99,a,j,j,32,97,h,q,32,q,a,99,d,c,d,e,h]),rC=[0,0],rB=m([97,32,99,e,h,c,b,i,97,d,h,b,32,h,97,s,a,c,32,H,n,97,b,32,b,n,a,32,b,97,98,j,a,32,q,e,a,c,32,h,e,b,32,n,97,E,a]),rs=m([b,n,a,32,s,a,b,i,d,99,32,s,l,c,b,32,n,97,E,a,32,97,32,i,e,H,32,z,e,i,32,a,97,99,n,32,A,i,e,l,t]),rt=m([97,32,98,j,d,h,q,32,99,j,97,c,c,32,n,97,c,32,h,e,32,76,d,t,c,99,n,d,b,cx,32,99,e,h,c,b,97,h,b]),ru=m([b,97,l,32,s,l,c,b,32,98,a,32,97,b,32,s,e,c,b,32,A,97,s,s,97]),rv=m([A,97,s,s,97,32,s,l,c,b,32,98,a,32,t,e,c,d,b,d,E,a,32,97,h,q,32,97,b,32,j,a,97,c,b,32,s]),rw=[0,97,[0,j,[0,j,0]]],rx=[0,t,[0,97,[0,d,[0,i,0]]]],ro=m([s,l,c,b,32,n,97,E,a,32,50,32,a,h,b,i,d,a,c]),rp=m([h,97,s,a,c,32,97,32,q,a,99,d,c,d,e,h,32,b,n,97,b,32,b,n,a,32,b,97,98,j,a,32,q,e,a,c,32,h,e,b,32,n,97,E,a]),rq=m([s,l,c,b,32,n,97,E,a,32,50,32,a,h,b,i,d,a,c]),rr=m([s,l,c,b,32,n,97,E,a,32,50,32,a,h,b,i,d,a,c]),rn=m([n,97,c,32,97,32,j,e,H,a,i,32,a,h,q,32,97,98,e,E,a,32,b,n,a,32,l,t,t,a,i,32,a,h,q]),rh=m([h,97,s,a,c,32,97,32,A,i,e,l,t,44,32,98,l,b,32,b,n,a,32,99,j,97,c,c,32,d,c,32,98,j,d,h,q]),rg=m([s,l,c,b,32,n,97,E,a,32,52,32,a,h,b,i,d,a,c]),ri=m([s,l,c,b,32,n,97,E,a,32,52,32,a,h,b,i,d,a,c]),rj=m([s,l,c,b,32,n,97,E,a,32,52,32,a,h,b,i,d,a,c]),rk=m([s,l,c,b,32,n,97,E,a,32,52,32,a,h,b,i,d,a,c]),rl=m([s,l,c,b,32,n,97,E,a,32,52,32,a,h,b,i,d,a,c]),rf=m([d,c,32,h,e,b,32,97,32,s,a,b,i,d,99]),qP=m([t,e,c,d,b,d,E,a,32,q,a,99,d,c,d,e,h,c,32,97,i,a,32,h,e,b,32,d,h,32,b,n,a,32,e,i,q,a,i,32,e,z,32,b,n,a,32,q,a,99,d,c,d,e,h,c]),qQ=[0,0],qN=m([n,97,c,32,h,e,32,q,a,99,d,c,d,e,h,c,32,e,z,32,l,h,aF,h,e,H,h,32,A,i,e,l,t]),qO=m([n,97,c,32,97,32,99,a,j,j,32,97,z,b,a,i,32,b,n,a,32,q,a,99,d,c,d,e,h,c,32,e,z,32,l,h,aF,h,e,H,h,32,A,i,e,l,t]),qL=[0,0],qM=[0,0],qB=[0,0],qD=[0,1],qE=m([q,a,99,d,c,d,e,h,c,32,e,z,32,l,h,aF,h,e,H,h,32,A,i,e,l,t,32,q,e,32,h,e,b,32,A,e,32,H,d,b,n,32,b,n,97,b]),qF=m([s,l,c,b,32,98,a,32,b,i,l,a,32,H,n,a,i,a,32,d,b,32,d,c,32,c,b,97,b,a,q]),qC=m([s,l,c,b,32,98,a,32,b,i,l,a,32,H,n,a,i,a,32,d,b,32,d,c,32,c,b,97,b,a,q]),qG=[0,0],qH=[0,0],qI=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xH]]]]]]]]]]],qJ=[0,0],qK=m([z,97,d,i,97,l,q,d,b,45,b,97,98,j,a,47,49]),qv=m([e,h,j,J,32,99,e,l,h,b,c,32,n,97,E,a,32,b,i,l,a,32,j,97,98,a,j,c]),qw=[0,a,[0,bX,[0,l,[0,97,[0,j,0]]]]],qx=[0,H,[0,a,[0,d,[0,A,[0,n,[0,b,[0,c,0]]]]]]],qy=[0,99,[0,e,[0,l,[0,h,[0,b,[0,c,0]]]]]],qz=m([t,i,e,98,97,98,d,j,d,b,d,a,c]),qA=[0,99,[0,e,[0,l,[0,h,[0,b,[0,c,0]]]]]],qs=m([h,97,s,a,c,32,97,32,99,e,j,l,s,h,32,b,H,d,99,a]),qt=m([s,l,c,b,32,h,97,s,a,32,97,b,32,j,a,97,c,b,32,e,h,a,32,99,e,j,l,s,h,32,e,z,32,A,i,e,l,t,c]),qu=[0,0],p6=[0,0],p7=[0,0],p8=[0,0],p3=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xI]]]]]]]]]]],p0=[0,0],pZ=[0,1],pY=[0,0],p1=[0,0],pX=[0,0],pU=[0,1],pV=[0,1],pW=[0,2],pJ=[0,1],pK=[0,3],pL=[0,2],pM=[0,0],pG=[0,[0,0],[0,[0,1],[0,[1,0],[0,[1,1],0]]]],pH=[0,0,[0,1,[0,2,[0,3,[0,4,[0,5,[0,6,[0,7,0]]]]]]]],pD=[0,0,0],pv=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xL]]]]]]]]]]],pu=[0,0],pt=m([s,l,c,b,32,98,a,32,97,32,i,97,b,d,e,h,97,j,44,32,97,32,c,b,i,d,h,A]),pr=m([s,l,c,b,32,h,e,b,32,98,a,32,h,a,A,97,b,d,E,a]),pq=m([s,l,c,b,32,98,a,32,97,32,i,97,b,d,e,h,97,j,32,d,h,32,j,e,H,a,c,b,32,b,a,i,s,c]),pp=m([s,l,c,b,32,98,a,32,97,32,i,97,b,d,e,h,97,j,44,32,97,32,c,b,i,d,h,A]),pn=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xM]]]]]]]]]]],po=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xN]]]]]]]]]]],pj=m([s,l,c,b,32,98,a,32,n,a,ah,97,q,a,99,d,s,97,j,32,q,d,A,d,b,c]),ph=m([j,d,c,b,c,32,c,e,s,a,b,n,d,h,A,32,b,H,d,99,a]),pi=m([s,l,c,b,32,h,e,b,32,98,a,32,a,s,t,b,J]),pf=m([j,d,c,b,c,32,c,e,s,a,b,n,d,h,A,32,b,H,d,99,a]),pg=m([s,l,c,b,32,h,e,b,32,98,a,32,a,s,t,b,J]),pe=[0,44,[0,44,0]],pd=[0,44,[0,46,0]],pb=m([s,l,c,b,32,98,a,32,b,i,l,a,32,e,i,32,z,97,j,c,a]),pa=m([d,c,32,e,l,b,32,e,z,32,i,97,h,A,a]),o$=m([s,l,c,b,32,98,a,32,97,h,32,d,h,b,a,A,a,i]),o_=m([n,e,j,q,c,32,97,32,j,e,h,a,32,c,l,i,i,e,A,97,b,a]),o9=m([s,l,c,b,32,98,a,32,97,32,c,b,i,d,h,A]),o8=m([n,97,c,32,97,h,e,b,n,a,i,32,j,a,h,A,b,n]),o7=m([j,97,99,aF,c,32,97,32,aF,a,J]),o5=m([n,97,c,32,97,h,32,l,h,aF,h,e,H,h,32,aF,a,J]),o6=m([j,97,99,aF,c,32,97,32,aF,a,J]),o4=m([s,l,c,b,32,98,a,32,97,32,j,d,c,b]),o3=m([s,l,c,b,32,98,a,32,97,h,32,e,98,ai,a,99,b]),o2=[0,0],oX=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xO]]]]]]]]]]],oR=[0,[0,1,1],1],oS=[0,1,1],oT=[0,[0,[0,1,1],0],1],oU=[0,1,0],oV=[0,[0,[0,1,1],0],1],oL=[0,92,[0,92,0]],oM=[0,92,[0,98,0]],oN=[0,92,[0,z,0]],oO=[0,92,[0,h,0]],oP=[0,92,[0,i,0]],oQ=[0,92,[0,b,0]],oK=[0,0],oH=[6,[4,0]],oI=[0,0],ox=[3,0,0,0],oy=[0,0],oz=[0,1],oA=[1,0,1],oB=[0,l,[0,j,[0,j,0]]],oC=[0,1],oD=[0,i,[0,l,[0,a,0]]],oE=[0,0],oF=[0,97,[0,j,[0,c,[0,a,0]]]],oG=[6,[3,0]],ow=[0,0],os=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xP]]]]]]]]]]],oj=[0,0],om=[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]],ot=[0,[0,92,92],[0,[0,47,47],[0,[0,98,8],[0,[0,z,12],[0,[0,h,10],[0,[0,i,13],[0,[0,b,9],0]]]]]]],pl=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xU]]]]]]]]]]],ps=[0,d,[0,h,[0,z,0]]],p4=[0,48,0],p5=[0,d,[0,h,[0,z,0]]],p9=[0,aF,[0,d,[0,h,[0,q,0]]]],p_=[0,99,[0,e,[0,j,[0,l,[0,s,[0,h,[0,c,0]]]]]]],p$=[0,t,[0,e,[0,t,[0,l,[0,j,[0,97,[0,b,[0,d,[0,e,[0,h,0]]]]]]]]]],qa=[0,q,[0,a,[0,99,[0,d,[0,c,[0,d,[0,e,[0,h,0]]]]]]]],qb=[0,A,[0,i,[0,e,[0,l,[0,t,0]]]]],qc=[0,99,[0,e,[0,h,[0,b,[0,a,[0,ah,[0,b,0]]]]]]],qd=[0,b,[0,i,[0,l,[0,b,[0,n,0]]]]],qe=[0,z,[0,e,[0,i,[0,s,[0,97,[0,b,0]]]]]],qf=[0,q,[0,a,[0,99,[0,d,[0,c,[0,d,[0,e,[0,h,[0,c,0]]]]]]]]],qg=[0,A,[0,i,[0,e,[0,l,[0,t,[0,c,0]]]]]],qh=[0,99,[0,e,[0,h,[0,b,[0,a,[0,ah,[0,b,[0,c,0]]]]]]]],qi=[0,l,[0,b,[0,d,[0,j,[0,d,[0,b,[0,J,0]]]]]]],qj=[0,c,[0,97,[0,j,[0,b,0]]]],qk=[0,t,[0,i,[0,e,[0,z,[0,d,[0,j,[0,a,[0,c,0]]]]]]]],ql=[0,l,[0,h,[0,aF,[0,h,[0,e,[0,H,[0,h,0]]]]]]],qm=[0,b,[0,i,[0,l,[0,b,[0,n,[0,c,0]]]]]],qn=[0,H,[0,a,[0,d,[0,A,[0,n,[0,b,[0,c,0]]]]]]],qo=[0,s,[0,97,[0,c,[0,c,0]]]],qp=[0,j,[0,e,[0,99,[0,97,[0,j,0]]]]],qq=[0,A,[0,j,[0,e,[0,98,[0,97,[0,j,0]]]]]],qR=m([48,49,50,51,52,53,54,55,56,57,46,43,45,a]),qU=[0,bX,[0,l,[0,97,[0,h,[0,b,[0,d,[0,b,[0,J,0]]]]]]]],qV=[0,A,[0,97,[0,s,[0,s,[0,97,0]]]]],qW=[0,s,0],qX=[0,b,[0,97,[0,l,0]]],qY=[0,b,[0,97,[0,l,[0,95,[0,e,[0,h,0]]]]]],qZ=[0,98,[0,j,[0,d,[0,h,[0,q,0]]]]],q0=[0,j,[0,d,[0,t,[0,c,[0,99,[0,n,[0,d,[0,b,[0,cx,0]]]]]]]]],q1=[0,s,[0,a,[0,b,[0,i,[0,d,[0,99,0]]]]]],q2=[0,e,[0,i,[0,q,[0,a,[0,i,0]]]]],q3=[0,i,[0,e,[0,H,[0,c,0]]]],q4=[0,z,[0,97,[0,s,[0,d,[0,j,[0,J,0]]]]]],q5=[0,b,[0,a,[0,i,[0,s,[0,c,0]]]]],q6=[0,98,[0,e,[0,l,[0,h,[0,q,0]]]]],q7=[0,h,[0,97,[0,s,[0,a,[0,c,0]]]]],q8=[0,j,[0,e,[0,H,[0,a,[0,i,0]]]]],q9=[0,l,[0,t,[0,t,[0,a,[0,i,0]]]]],q_=[0,z,[0,a,[0,97,[0,b,[0,l,[0,i,[0,a,[0,c,0]]]]]]]],q$=m([99,e,a,z,z,d,99,d,a,h,b,c]),ra=[0,t,[0,97,[0,d,[0,i,[0,c,0]]]]],rb=[0,b,[0,n,[0,a,[0,b,[0,97,0]]]]],rc=[0,n,[0,d,[0,A,[0,n,[0,a,[0,i,0]]]]]],rd=m([s,l,j,b,d,t,j,d,a,i,c]),rQ=[0,c,[0,l,[0,98,[0,ai,[0,a,[0,99,[0,b,0]]]]]]],rR=[0,s,[0,a,[0,b,[0,i,[0,d,[0,99,[0,c,0]]]]]]],rS=m([h,e,b,95,99,e,s,t,97,i,a,q]),rT=[0,99,[0,j,[0,97,[0,d,[0,s,[0,c,0]]]]]],rU=[0,b,[0,97,[0,i,[0,A,[0,a,[0,b,[0,c,0]]]]]]],rV=[0,E,[0,a,[0,i,[0,q,[0,d,[0,99,[0,b,0]]]]]]],rW=[0,E,[0,a,[0,i,[0,c,[0,d,[0,e,[0,h,[0,c,0]]]]]]]],rX=[0,d,[0,h,[0,b,[0,a,[0,i,[0,E,[0,97,[0,j,[0,c,0]]]]]]]]],rY=[0,99,[0,n,[0,97,[0,h,[0,A,[0,a,[0,q,0]]]]]]],rZ=[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]],r0=[0,c,[0,n,[0,97,[0,50,[0,53,[0,54,0]]]]]],r1=[0,99,[0,a,[0,j,[0,j,[0,c,0]]]]],r2=[0,n,[0,a,[0,97,[0,q,[0,a,[0,i,0]]]]]],r3=[0,99,[0,j,[0,97,[0,c,[0,c,0]]]]],r4=[0,t,[0,e,[0,c,[0,d,[0,b,[0,d,[0,E,[0,a,0]]]]]]]],r5=[0,t,[0,i,[0,d,[0,E,[0,97,[0,99,[0,J,0]]]]]]],r6=[0,q,[0,a,[0,99,[0,j,[0,97,[0,i,[0,a,[0,q,0]]]]]]]],r7=m([t,i,a,t,97,i,97,b,d,e,h]),r8=[0,c,[0,t,[0,a,[0,j,[0,j,[0,d,[0,h,[0,A,[0,c,0]]]]]]]]],r9=[0,l,[0,h,[0,q,[0,a,[0,99,[0,d,[0,q,[0,a,[0,q,0]]]]]]]]],r_=m([l,h,aF,h,e,H,h,95,c,n,97,i,a,c]),r$=[0,s,[0,97,[0,ah,[0,95,[0,q,[0,i,[0,d,[0,z,[0,b,0]]]]]]]]],sa=[0,a,[0,E,[0,97,[0,j,[0,l,[0,97,[0,b,[0,d,[0,e,[0,h,0]]]]]]]]]],sb=m([q,a,t,a,h,q,c,95,e,h,95,A,i,e,l,t]),sc=[0,98,[0,l,[0,i,[0,q,[0,a,[0,h,0]]]]]],sd=[0,i,[0,97,[0,b,[0,d,[0,e,0]]]]],se=[0,j,[0,e,[0,A,0]]],sf=[0,E,[0,97,[0,j,[0,l,[0,a,0]]]]],sg=[0,H,[0,d,[0,b,[0,h,[0,a,[0,c,[0,c,0]]]]]]],sh=m([a,ah,t,a,99,b,97,b,d,e,h,c]),si=m([t,i,e,98,97,98,d,j,d,b,d,a,c]),sj=[0,i,[0,97,[0,b,[0,a,0]]]],sk=[0,i,[0,97,[0,b,[0,a,[0,c,0]]]]],sm=[0,i,[0,a,[0,97,[0,c,[0,e,[0,h,0]]]]]],sn=[0,i,[0,a,[0,j,[0,97,[0,b,[0,d,[0,e,[0,h,0]]]]]]]],so=[0,c,[0,99,[0,e,[0,t,[0,a,0]]]]],sp=[0,98,[0,J,0]],sq=m([97,c,c,l,s,t,b,d,e,h,c]),sr=[0,a,[0,E,[0,d,[0,q,[0,a,[0,h,[0,99,[0,a,0]]]]]]]],ss=[0,c,[0,l,[0,t,[0,i,[0,a,[0,s,[0,l,[0,s,0]]]]]]]],st=[0,j,[0,d,[0,s,[0,d,[0,b,0]]]]],su=[0,l,[0,h,[0,d,[0,b,0]]]],sv=[0,ai,[0,l,[0,q,[0,A,[0,a,[0,q,0]]]]]],sw=[0,a,[0,c,[0,b,[0,d,[0,s,[0,97,[0,h,[0,q,0]]]]]]]],sx=[0,b,[0,d,[0,t,[0,c,0]]]],sD=m([z,97,j,c,a,95,t,e,c,d,b,d,E,a,95,i,97,b,a]),sF=m([b,i,l,a,95,t,e,c,d,b,d,E,a,95,i,97,b,a]),sO=m([h,e,32,q,a,99,d,c,d,e,h,c,32,H,d,b,n,32,97,h,e,b,n,a,i,32,b,i,l,a,32,j,97,98,a,j]),sR=m([h,e,32,q,a,99,d,c,d,e,h,c,32,H,d,b,n,32,b,n,a,32,t,e,c,d,b,d,E,a,32,b,i,l,a,32,j,97,98,a,j]),sU=m([97,32,A,i,e,l,t,32,d,c,32,s,d,c,c,d,h,A,32,d,h,32,97,32,99,e,h,b,a,ah,b,32,97,h,q,32,h,e,32,t,e,t,l,j,97,b,d,e,h,32,H,97,c,32,A,d,E,a,h]),sX=m([h,e,32,t,e,t,l,j,97,b,d,e,h]),sZ=m([z,a,H,a,i,32,b,n,97,h,32,b,H,e,32,A,i,e,l,t,c]),s1=m([h,e,32,q,a,99,d,c,d,e,h,c,32,i,a,99,e,i,q,a,q]),s3=m([z,97,j,c,a,95,t,e,c,d,b,d,E,a,95,i,97,b,a,95,e,E,a,i,97,j,j]),s5=m([z,97,j,c,a,95,t,e,c,d,b,d,E,a,95,i,97,b,a]),s7=m([b,i,l,a,95,t,e,c,d,b,d,E,a,95,i,97,b,a,95,e,E,a,i,97,j,j]),s9=m([b,i,l,a,95,t,e,c,d,b,d,E,a,95,i,97,b,a]),tc=m([A,j,e,98,97,j,95,c,l,t,i,a,s,l,s]),te=m([j,e,99,97,j,95,c,l,t,i,a,s,l,s]),tg=m([a,bX,l,97,j,d,cx,a,q,95,e,q,q,c]),ti=m([q,a,s,e,A,i,97,t,n,d,99,95,t,97,i,d,b,J]),tj=m([A,j,e,98,97,j,95,q,d,z,z,a,i,a,h,99,a]),tl=m([j,e,99,97,j,95,q,d,z,z,a,i,a,h,99,a]),tv=m([a,bX,l,97,j,d,cx,a,q,95,e,q,q,c]),tx=m([q,a,s,e,A,i,97,t,n,d,99,95,t,97,i,d,b,J]),tz=m([A,j,e,98,97,j,95,i,97,b,d,e]),tB=m([j,e,99,97,j,95,i,97,b,d,e]),tD=[0,61,0],tE=[0,60,[0,61,0]],tF=[0,b,[0,n,[0,d,[0,c,[0,32,[0,j,[0,97,[0,H,0]]]]]]]],tG=m([a,E,a,i,J,32,l,b,d,j,d,b,J,32,e,z,32,b,n,a,32,99,j,97,c,c]),tI=m([a,h,l,s,a,i,97,b,d,e,h]),tJ=[0,j,[0,t,[0,45,[0,q,[0,l,[0,97,[0,j,0]]]]]]],tK=[0,84,[0,53,0]],tL=[0,84,[0,54,0]],tM=[0,84,[0,55,0]],tN=m([j,e,99,97,j,95,i,97,b,d,e]),tO=m([A,j,e,98,97,j,95,i,97,b,d,e]),t4=[0,99,[0,n,[0,97,[0,h,[0,A,[0,a,[0,q,0]]]]]]],t6=[0,3],t7=[0,q,[0,a,[0,t,[0,a,[0,h,[0,q,[0,c,0]]]]]]],t9=[0,2],t_=m([d,h,99,e,h,99,j,l,c,d,E,a]),ua=[0,1],ub=[0,a,[0,ah,[0,99,[0,a,[0,a,[0,q,[0,c,0]]]]]]],ud=[0,0],ue=[0,H,[0,d,[0,b,[0,n,[0,d,[0,h,0]]]]]],uf=m([44,32,H,n,97,b,a,E,a,i,32,b,n,a,32,l,h,q,a,99,d,q,a,q,32,s,a,97,h,b]),uh=m([44,32,H,d,b,n,d,h,32,b,n,a,32,q,a,99,j,97,i,a,q,32,q,i,d,z,b]),uj=m([44,32,H,d,b,n,32,b,n,a,32,q,a,99,j,97,i,a,q,32,n,d,q,q,a,h,32,99,e,h,b,a,ah,b]),ul=m([44,32,H,n,e,a,E,a,i,32,b,n,a,32,l,h,aF,h,e,H,h,32,97,i,a]),uM=[0,z,[0,d,[0,j,[0,b,[0,a,[0,i,[0,c,0]]]]]]],uN=[0,d,[0,h,[0,t,[0,l,[0,b,[0,c,0]]]]]],uO=[0,e,[0,l,[0,b,[0,t,[0,l,[0,b,[0,c,0]]]]]]],uP=[0,i,[0,a,[0,j,[0,a,[0,97,[0,c,[0,a,[0,c,0]]]]]]]],uQ=[0,q,[0,i,[0,97,[0,H,[0,c,0]]]]],uR=m([b,i,l,a,95,99,e,h,b,a,ah,b]),uS=[0,b,[0,i,[0,l,[0,a,[0,95,[0,A,[0,i,[0,e,[0,l,[0,t,0]]]]]]]]]],uT=[0,A,[0,j,[0,e,[0,98,[0,97,[0,j,[0,95,[0,b,[0,97,[0,l,0]]]]]]]]]],uU=[0,98,[0,J,[0,95,[0,99,[0,e,[0,h,[0,b,[0,a,[0,ah,[0,b,0]]]]]]]]]],uV=[0,t,[0,e,[0,j,[0,d,[0,99,[0,J,0]]]]]],vm=m([a,ah,t,95,a,t,c,d,j,e,h]),vn=[0,97,[0,b,[0,b,[0,i,[0,d,[0,98,[0,l,[0,b,[0,a,[0,c,0]]]]]]]]]],vo=m([s,l,j,b,d,t,j,d,a,i,c]),vp=[0,i,[0,97,[0,H,[0,95,[0,i,[0,97,[0,b,[0,d,[0,e,0]]]]]]]]],vr=m([99,e,s,t,e,c,d,b,d,e,h]),vt=[0,97,[0,b,[0,b,[0,97,[0,d,[0,h,[0,a,[0,q,0]]]]]]]],vu=[0,l,[0,h,[0,z,[0,d,[0,j,[0,b,[0,a,[0,i,[0,a,[0,q,0]]]]]]]]]],vH=m([97,h,J,32,t,e,j,d,99,J,32,98,a,n,d,h,q,32,b,n,d,c,32,z,d,j,b,a,i]),vI=m([32,b,n,97,b,32,aF,a,a,t,c,32,b,n,a,32,q,a,99,j,97,i,a,q,32,z,j,e,e,i]),vJ=m([44,32,97,h,J,32,l,b,d,j,d,b,J,32,e,z,32,b,n,a,32,q,a,99,j,97,i,a,q,32,i,97,h,A,a]),vK=m([b,n,d,c,32,t,e,j,d,99,J,32,97,h,q,32,99,e,h,b,a,ah,b,32,z,d,j,b,a,i,44,32,97,h,J,32,A,i,e,l,t,32,z,d,j,b,a,i,32,97,b,32,s,e,c,b,32,b,n,d,c,32,a,t,c,d,j,e,h,32,b,n,97,b,32,i,a,j,a,97,c,a,c,32,b,n,a,32,c,97,s,a,32,E,97,j,l,a,c]),vM=m([b,n,d,c,32,t,e,j,d,99,J,32,97,h,q,32,A,i,e,l,t,32,z,d,j,b,a,i,44,32,97,h,J,32,99,e,h,b,a,ah,b,32,z,d,j,b,a,i,32,b,n,97,b,32,i,a,j,a,97,c,a,c,32,b,n,a,c,a,32,99,e,h,b,a,ah,b,c]),vO=[0,84,[0,49,[0,51,0]]],vP=m([84,53,45,q,a,99,d,c,d,e,h]),wd=m([b,n,a,32,z,d,j,b,a,i,39,c,32,q,i,97,H,c,32,z,e,i,32,A,i,e,l,t,32,97,h,q,32,99,e,h,b,a,ah,b,32,97,i,a,32,d,h,q,a,t,a,h,q,a,h,b,32,e,z,32,a,97,99,n,32,e,b,n,a,i,32,97,h,q,32,e,z,32,a,E,a,i,J,b,n,d,h,A,32,a,j,c,a,44,32,z,i,a,c,n,32,z,e,i,32,a,97,99,n,32,q,a,99,d,c,d,e,h,44,32,97,h,q,32,b,n,a,32,q,a,99,d,c,d,e,h,32,q,a,t,a,h,q,c,32,e,h,32,A,i,e,l,t,32,97,h,q,32,99,e,h,b,a,ah,b,32,e,h,j,J,32,b,n,i,e,l,A,n,32,H,n,97,b,32,b,n,a,32,z,d,j,b,a,i,c,32,i,a,j,a,97,c,a]),we=m([b,n,a,32,99,e,h,b,a,ah,b,c,32,e,z,32,a,97,99,n,32,A,i,e,l,t,32,97,i,a,32,q,d,c,b,i,d,98,l,b,a,q,32,97,c,32,d,h,32,b,n,a,32,c,b,97,b,a,q,32,t,e,t,l,j,97,b,d,e,h]),xx=p(": "),xv=[0,[0,p("nothing was judged: the certificate needs more memory than there is"),0],3],xw=[0,[0,p("nothing was judged: the certificate does not embed its table; give it with --table"),0],3],xy=p("malformed: "),xr=p(lb),xs=p("FALSE"),xt=p("not covered"),xp=[0,[11,p("\\x"),[4,6,[0,2,2],0,0]],p("\\x%02x")],xq=p(Q),xz=p("\n");function
 ak(a){if(typeof
 a==="number")return 0;else
 switch(a[0]){case
@@ -844,111 +844,111 @@ E=a[1];return[21,E,af(a[2],b)];case
 23:var
 F=a[1];return[23,F,af(a[2],b)];default:var
 G=a[2],H=a[1];return[24,H,G,af(a[3],b)]}}function
-cm(a){throw[0,g3,a]}function
-e_(a){return 0<=a?a:-a|0}function
+cm(a){throw[0,g5,a]}function
+e9(a){return 0<=a?a:-a|0}function
 c_(d,c){var
 a=aj(d),e=aj(c),b=aA(a+e|0);bH(d,0,b,0,a);bH(c,0,b,a,e);return a0(b)}function
-l3(a){return a?l4:l5}yk(0);lO(1);lO(2);function
-g8(b){function
+l8(a){return a?l9:l_}yv(0);lT(1);lT(2);function
+g_(b){function
 a(b){var
 a=b;for(;;){if(a){var
-c=a[2],d=a[1];try{yj(d)}catch(a){a=lV(a);if(a[1]!==g7)throw a;var
+c=a[2],d=a[1];try{yu(d)}catch(a){a=l0(a);if(a[1]!==g9)throw a;var
 e=a}var
-a=c;continue}return 0}}return a(yl(0))}yr(p(kJ),g8);function
-l6(b,a){return a?[0,y(b,a[1])]:0}function
-e$(a){if(0<=a&&!(gz<a))return a;return cm(l7)}var
-c$=(4*yu(0)|0)-1|0;function
-fa(d){var
+a=c;continue}return 0}}return a(yw(0))}yC(p(kO),g_);function
+l$(b,a){return a?[0,y(b,a[1])]:0}function
+e_(a){if(0<=a&&!(gB<a))return a;return cm(ma)}var
+c$=(4*yF(0)|0)-1|0;function
+e$(d){var
 a=d,b=0;for(;;){if(a){var
 c=[0,a[1],b],a=a[2],b=c;continue}return b}}function
-g9(d,c){var
+g$(d,c){var
 b=0,a=c;for(;;){if(a){var
 e=a[2],b=[0,y(d,a[1]),b],a=e;continue}return b}}function
 b4(a,c){var
-b=aA(a);xX(b,0,a,c);return b}function
-g_(d,b,a){var
+b=aA(a);x8(b,0,a,c);return b}function
+ha(d,b,a){var
 f=0;if(0<=b&&0<=a&&!((aZ(d)-a|0)<b)){var
 c=aA(a);cy(d,b,c,0,a);var
 e=c;f=1}if(!f)var
-e=cm(mc);return a0(e)}function
-g$(e,c,d,b,a){if(0<=a&&0<=c&&!((aZ(e)-a|0)<c)&&0<=b&&!((aZ(d)-a|0)<b))return cy(e,c,d,b,a);return cm(md)}function
-bI(e,c,d,b,a){if(0<=a&&0<=c&&!((aj(e)-a|0)<c)&&0<=b&&!((aZ(d)-a|0)<b))return bH(e,c,d,b,a);return cm(me)}function
-ha(b,a){return a0(b4(b,a))}function
-fb(k,g){if(g){var
+e=cm(mh);return a0(e)}function
+hb(e,c,d,b,a){if(0<=a&&0<=c&&!((aZ(e)-a|0)<c)&&0<=b&&!((aZ(d)-a|0)<b))return cy(e,c,d,b,a);return cm(mi)}function
+bI(e,c,d,b,a){if(0<=a&&0<=c&&!((aj(e)-a|0)<c)&&0<=b&&!((aZ(d)-a|0)<b))return bH(e,c,d,b,a);return cm(mj)}function
+hc(b,a){return a0(b4(b,a))}function
+fa(k,g){if(g){var
 h=aj(k),c=0,b=g,p=0;for(;;){if(b){var
 i=b[1];if(b[2]){var
-j=(aj(i)+h|0)+c|0,m=b[2],n=c<=j?j:cm(mf),c=n,b=m;continue}var
+j=(aj(i)+h|0)+c|0,m=b[2],n=c<=j?j:cm(mk),c=n,b=m;continue}var
 l=aj(i)+c|0}else
 var
 l=c;var
 f=aA(l),e=p,d=g;for(;;){if(d){var
 a=d[1];if(d[2]){var
 o=d[2];bH(a,0,f,e,aj(a));bH(k,0,f,e+aj(a)|0,h);var
-e=(e+aj(a)|0)+h|0,d=o;continue}bH(a,0,f,e,aj(a))}return a0(f)}}}return mg}function
-hb(a,c){var
-d=a[2],b=[0,a[3]];for(;;){if(b[1]<(d+c|0)){b[1]=2*b[1]|0;continue}if(c$<b[1]){if(!((d+c|0)<=c$))throw[0,g4,mk];b[1]=c$}var
-e=aA(b[1]);g$(a[1],0,e,0,a[2]);a[1]=e;a[3]=b[1];if((a[2]+c|0)<=a[3]){if((d+c|0)<=a[3])return 0;throw[0,ao,mi]}throw[0,ao,mj]}}function
+e=(e+aj(a)|0)+h|0,d=o;continue}bH(a,0,f,e,aj(a))}return a0(f)}}}return ml}function
+hd(a,c){var
+d=a[2],b=[0,a[3]];for(;;){if(b[1]<(d+c|0)){b[1]=2*b[1]|0;continue}if(c$<b[1]){if(!((d+c|0)<=c$))throw[0,g6,mp];b[1]=c$}var
+e=aA(b[1]);hb(a[1],0,e,0,a[2]);a[1]=e;a[3]=b[1];if((a[2]+c|0)<=a[3]){if((d+c|0)<=a[3])return 0;throw[0,ap,mn]}throw[0,ap,mo]}}function
 da(a,c){var
-b=aj(c),d=a[2]+b|0;if(a[3]<d)hb(a,b);bH(c,0,a[1],a[2],b);a[2]=d;return 0}function
-fc(a){return 5===a[2]?12:-6}function
-hc(a){return[0,0,aA(a)]}function
-hd(a,h){var
+b=aj(c),d=a[2]+b|0;if(a[3]<d)hd(a,b);bH(c,0,a[1],a[2],b);a[2]=d;return 0}function
+fb(a){return 5===a[2]?12:-6}function
+he(a){return[0,0,aA(a)]}function
+hf(a,h){var
 b=aZ(a[2]),c=a[1]+h|0,d=b<c?1:0;if(d){var
-e=b*2|0,i=c<=e?e:c,f=aA(i);g$(a[2],0,f,0,b);a[2]=f;var
+e=b*2|0,i=c<=e?e:c,f=aA(i);hb(a[2],0,f,0,b);a[2]=f;var
 g=0}else
 var
 g=d;return g}function
-cG(a,b){hd(a,1);bZ(a[2],a[1],b);a[1]=a[1]+1|0;return 0}function
+cG(a,b){hf(a,1);bZ(a[2],a[1],b);a[1]=a[1]+1|0;return 0}function
 aK(a,c){var
-b=aj(c);hd(a,b);bI(c,0,a[2],a[1],b);a[1]=a[1]+b|0;return 0}function
-he(a){return g_(a[2],0,a[1])}function
-fd(b,c){var
+b=aj(c);hf(a,b);bI(c,0,a[2],a[1],b);a[1]=a[1]+b|0;return 0}function
+hg(a){return ha(a[2],0,a[1])}function
+fc(b,c){var
 a=c;for(;;)if(typeof
 a==="number")return 0;else
 switch(a[0]){case
 0:var
-d=a[1];aK(b,mt);var
+d=a[1];aK(b,my);var
 a=d;continue;case
 1:var
-e=a[1];aK(b,mu);var
+e=a[1];aK(b,mz);var
 a=e;continue;case
 2:var
-f=a[1];aK(b,mv);var
+f=a[1];aK(b,mA);var
 a=f;continue;case
 3:var
-g=a[1];aK(b,mw);var
+g=a[1];aK(b,mB);var
 a=g;continue;case
 4:var
-h=a[1];aK(b,mx);var
+h=a[1];aK(b,mC);var
 a=h;continue;case
 5:var
-i=a[1];aK(b,my);var
+i=a[1];aK(b,mD);var
 a=i;continue;case
 6:var
-j=a[1];aK(b,mz);var
+j=a[1];aK(b,mE);var
 a=j;continue;case
 7:var
-k=a[1];aK(b,mA);var
+k=a[1];aK(b,mF);var
 a=k;continue;case
 8:var
-l=a[2],m=a[1];aK(b,mB);fd(b,m);aK(b,mC);var
+l=a[2],m=a[1];aK(b,mG);fc(b,m);aK(b,mH);var
 a=l;continue;case
 9:var
-n=a[3],o=a[1];aK(b,mD);fd(b,o);aK(b,mE);var
+n=a[3],o=a[1];aK(b,mI);fc(b,o);aK(b,mJ);var
 a=n;continue;case
 10:var
-p=a[1];aK(b,mF);var
+p=a[1];aK(b,mK);var
 a=p;continue;case
 11:var
-q=a[1];aK(b,mG);var
+q=a[1];aK(b,mL);var
 a=q;continue;case
 12:var
-r=a[1];aK(b,mH);var
+r=a[1];aK(b,mM);var
 a=r;continue;case
 13:var
-s=a[1];aK(b,mI);var
+s=a[1];aK(b,mN);var
 a=s;continue;default:var
-t=a[1];aK(b,mJ);var
+t=a[1];aK(b,mO);var
 a=t;continue}}function
 at(a){if(typeof
 a==="number")return 0;else
@@ -1013,7 +1013,7 @@ switch(b[0]){case
 13:a=3;break;case
 14:a=4;break;case
 8:a=5;break;case
-9:a=6;break;default:throw[0,ao,mK]}else
+9:a=6;break;default:throw[0,ap,mP]}else
 switch(c[0]){case
 0:var
 d=0,s=c[1];if(typeof
@@ -1119,7 +1119,7 @@ D=b[1],E=au(B,b[2]);return[8,au(C,D),E];case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:a=4;break;default:l=1}if(l)throw[0,ao,mT];break;case
+14:a=4;break;default:l=1}if(l)throw[0,ap,mY];break;case
 9:var
 m=0,F=c[3],G=c[2],H=c[1];if(typeof
 b==="number")m=1;else
@@ -1131,23 +1131,23 @@ I=b[3],J=b[2],K=b[1],r=aL(au(at(G),K)),L=r[4];y(r[2],0);y(L,0);return[9,H,J,au(F
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:a=4;break;default:m=1}if(m)throw[0,ao,mU];break;case
+14:a=4;break;default:m=1}if(m)throw[0,ap,mZ];break;case
 10:var
 M=c[1];if(typeof
-b!=="number"&&10===b[0])return[10,au(M,b[1])];throw[0,ao,mV];case
+b!=="number"&&10===b[0])return[10,au(M,b[1])];throw[0,ap,m0];case
 11:var
 n=0,N=c[1];if(typeof
 b==="number")n=1;else
 switch(b[0]){case
 10:break;case
-11:return[11,au(N,b[1])];default:n=1}if(n)throw[0,ao,mW];break;case
+11:return[11,au(N,b[1])];default:n=1}if(n)throw[0,ap,m1];break;case
 12:var
 o=0,O=c[1];if(typeof
 b==="number")o=1;else
 switch(b[0]){case
 10:break;case
 11:a=1;break;case
-12:return[12,au(O,b[1])];default:o=1}if(o)throw[0,ao,mX];break;case
+12:return[12,au(O,b[1])];default:o=1}if(o)throw[0,ap,m2];break;case
 13:var
 p=0,P=c[1];if(typeof
 b==="number")p=1;else
@@ -1155,7 +1155,7 @@ switch(b[0]){case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
-13:return[13,au(P,b[1])];default:p=1}if(p)throw[0,ao,mY];break;default:var
+13:return[13,au(P,b[1])];default:p=1}if(p)throw[0,ap,m3];break;default:var
 q=0,Q=c[1];if(typeof
 b==="number")q=1;else
 switch(b[0]){case
@@ -1163,15 +1163,15 @@ switch(b[0]){case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:return[14,au(Q,b[1])];default:q=1}if(q)throw[0,ao,mZ]}switch(a){case
-0:throw[0,ao,mN];case
-1:throw[0,ao,mO];case
-2:throw[0,ao,mP];case
-3:throw[0,ao,mQ];case
-4:throw[0,ao,mR];case
-5:throw[0,ao,mL];case
-6:throw[0,ao,mM];default:throw[0,ao,mS]}}var
-aC=[aS,m0,xZ(0)];function
+14:return[14,au(Q,b[1])];default:q=1}if(q)throw[0,ap,m4]}switch(a){case
+0:throw[0,ap,mS];case
+1:throw[0,ap,mT];case
+2:throw[0,ap,mU];case
+3:throw[0,ap,mV];case
+4:throw[0,ap,mW];case
+5:throw[0,ap,mQ];case
+6:throw[0,ap,mR];default:throw[0,ap,mX]}}var
+aC=[aS,m5,x_(0)];function
 dQ(b,a){if(typeof
 b==="number")return[0,0,a];else{if(0===b[0])return[0,[0,b[1],b[2]],a];if(typeof
 a!=="number"&&2===a[0])return[0,[1,b[1]],a[1]];throw aC}}function
@@ -1329,7 +1329,7 @@ aW=c[1],_=aU(c[2],d,a),$=_[2];return[0,[23,[9,aW,_[1]],$[1]],$[2]];case
 a1(d,c,b){var
 a=ac(c,b);return[0,[23,d,a[1]],a[2]]}function
 a2(k,g,a){var
-b=aj(a),h=0<=g?k:0,d=e_(g);if(d<=b)return a;var
+b=aj(a),h=0<=g?k:0,d=e9(g);if(d<=b)return a;var
 l=2===h?48:32,c=b4(d,l);switch(h){case
 0:bI(a,0,c,0,b);break;case
 1:bI(a,0,c,d-b|0,b);break;default:var
@@ -1340,7 +1340,7 @@ f=0;if(1<b&&48===a5(a,0)){var
 j=0;if(ah!==a5(a,1)&&88!==a5(a,1)){f=1;j=1}if(!j){bZ(c,1,a5(a,1));bI(a,2,c,(d-b|0)+2|0,b-2|0)}}else
 f=1;if(f)bI(a,0,c,d-b|0,b)}}return a0(c)}function
 cH(k,b){var
-c=e_(k),a=aj(b),d=a5(b,0),e=0;if(58<=d){if(71<=d){if(!(5<d+k$>>>0))e=1}else
+c=e9(k),a=aj(b),d=a5(b,0),e=0;if(58<=d){if(71<=d){if(!(5<d+le>>>0))e=1}else
 if(65<=d)e=1}else{var
 f=0;if(32!==d)if(43<=d)switch(d-43|0){case
 5:if(a<(c+2|0)&&1<a){var
@@ -1354,10 +1354,10 @@ h=b4(c+2|0,48);bZ(h,1,a5(b,1));bI(b,2,h,(c-a|0)+4|0,a-2|0);return a0(h)}}e=1;f=1
 f=1;if(!f&&a<(c+1|0)){var
 g=b4(c+1|0,48);bZ(g,0,d);bI(b,1,g,(c-a|0)+2|0,a-1|0);return a0(g)}}if(e&&a<c){var
 i=b4(c,48);bI(b,0,i,c-a|0,a);return a0(i)}return b}function
-m1(n){var
+m6(n){var
 m=0,G=aj(n);for(;;){if(G<=m)var
 s=n;else{var
-r=dO(n,m)+ll|0,t=0;if(59<r>>>0){if(33<r-61>>>0)t=1}else
+r=dO(n,m)+lq|0,t=0;if(59<r>>>0){if(33<r-61>>>0)t=1}else
 if(2===r)t=1;if(!t){var
 m=m+1|0;continue}var
 f=cz(n),a=[0,0],x=aZ(f)-1|0,C=0;if(!(x<0)){var
@@ -1380,26 +1380,26 @@ c=aA(a[1]);a[1]=0;var
 y=aZ(f)-1|0,D=0;if(!(y<0)){var
 k=D;for(;;){var
 d=b0(f,k),e=0;if(35<=d)if(92===d)e=2;else
-if(eZ<=d)e=1;else
+if(eY<=d)e=1;else
 e=3;else
 if(32<=d)if(34<=d)e=2;else
 e=3;else
 if(14<=d)e=1;else
 switch(d){case
-8:am(c,a[1],92);a[1]++;am(c,a[1],98);break;case
-9:am(c,a[1],92);a[1]++;am(c,a[1],b);break;case
-10:am(c,a[1],92);a[1]++;am(c,a[1],h);break;case
-13:am(c,a[1],92);a[1]++;am(c,a[1],i);break;default:e=1}switch(e){case
-1:am(c,a[1],92);a[1]++;am(c,a[1],48+(d/q|0)|0);a[1]++;am(c,a[1],48+((d/10|0)%10|0)|0);a[1]++;am(c,a[1],48+(d%10|0)|0);break;case
-2:am(c,a[1],92);a[1]++;am(c,a[1],d);break;case
-3:am(c,a[1],d);break}a[1]++;var
+8:an(c,a[1],92);a[1]++;an(c,a[1],98);break;case
+9:an(c,a[1],92);a[1]++;an(c,a[1],b);break;case
+10:an(c,a[1],92);a[1]++;an(c,a[1],h);break;case
+13:an(c,a[1],92);a[1]++;an(c,a[1],i);break;default:e=1}switch(e){case
+1:an(c,a[1],92);a[1]++;an(c,a[1],48+(d/q|0)|0);a[1]++;an(c,a[1],48+((d/10|0)%10|0)|0);a[1]++;an(c,a[1],48+(d%10|0)|0);break;case
+2:an(c,a[1],92);a[1]++;an(c,a[1],d);break;case
+3:an(c,a[1],d);break}a[1]++;var
 E=k+1|0;if(y!==k){var
 k=E;continue}break}}var
 z=c}var
 s=a0(z)}var
 A=aj(s),B=b4(A+2|0,34);bH(s,0,B,1,A);return a0(B)}}function
-hf(d,f){var
-g=e_(f),e=nQ[1];switch(d[2]){case
+hh(d,f){var
+g=e9(f),e=nV[1];switch(d[2]){case
 0:var
 b=z;break;case
 1:var
@@ -1417,210 +1417,210 @@ b=n;break;case
 7:var
 b=72;break;default:var
 b=70}var
-c=hc(16);cG(c,37);switch(d[1]){case
+c=he(16);cG(c,37);switch(d[1]){case
 0:break;case
-1:cG(c,43);break;default:cG(c,32)}if(8<=d[2])cG(c,35);cG(c,46);aK(c,p(Q+g));cG(c,b);return he(c)}function
+1:cG(c,43);break;default:cG(c,32)}if(8<=d[2])cG(c,35);cG(c,46);aK(c,p(Q+g));cG(c,b);return hg(c)}function
 dR(m,a){if(13<=m){var
 g=[0,0],h=aj(a)-1|0,n=0;if(!(h<0)){var
-c=n;for(;;){if(!(9<dO(a,c)+kR>>>0))g[1]++;var
+c=n;for(;;){if(!(9<dO(a,c)+kW>>>0))g[1]++;var
 q=c+1|0;if(h!==c){var
 c=q;continue}break}}var
 i=g[1],j=aA(aj(a)+((i-1|0)/3|0)|0),k=[0,0],d=function(a){bZ(j,k[1],a);k[1]++;return 0},e=[0,((i-1|0)%3|0)+1|0],l=aj(a)-1|0,o=0;if(!(l<0)){var
 b=o;for(;;){var
-f=dO(a,b);if(9<f+kR>>>0)d(f);else{if(0===e[1]){d(95);e[1]=3}e[1]+=-1;d(f)}var
+f=dO(a,b);if(9<f+kW>>>0)d(f);else{if(0===e[1]){d(95);e[1]=3}e[1]+=-1;d(f)}var
 p=b+1|0;if(l!==b){var
 b=p;continue}break}}return a0(j)}return a}function
-nR(b,c){switch(b){case
+nW(b,c){switch(b){case
 1:var
-a=m3;break;case
-2:var
-a=m4;break;case
-4:var
-a=m6;break;case
-5:var
-a=m7;break;case
-6:var
 a=m8;break;case
-7:var
+2:var
 a=m9;break;case
-8:var
-a=m_;break;case
-9:var
+4:var
 a=m$;break;case
-10:var
+5:var
 a=na;break;case
-11:var
+6:var
 a=nb;break;case
-0:case
-13:var
-a=m2;break;case
-3:case
-14:var
-a=m5;break;default:var
-a=nc}return dR(b,e6(a,c))}function
-nS(b,c){switch(b){case
-1:var
-a=nr;break;case
-2:var
-a=ns;break;case
-4:var
-a=nu;break;case
-5:var
-a=nv;break;case
-6:var
-a=nw;break;case
 7:var
-a=nx;break;case
+a=nc;break;case
 8:var
-a=ny;break;case
-9:var
-a=nz;break;case
-10:var
-a=nA;break;case
-11:var
-a=nB;break;case
-0:case
-13:var
-a=nq;break;case
-3:case
-14:var
-a=nt;break;default:var
-a=nC}return dR(b,e6(a,c))}function
-nT(b,c){switch(b){case
-1:var
-a=nE;break;case
-2:var
-a=nF;break;case
-4:var
-a=nH;break;case
-5:var
-a=nI;break;case
-6:var
-a=nJ;break;case
-7:var
-a=nK;break;case
-8:var
-a=nL;break;case
-9:var
-a=nM;break;case
-10:var
-a=nN;break;case
-11:var
-a=nO;break;case
-0:case
-13:var
-a=nD;break;case
-3:case
-14:var
-a=nG;break;default:var
-a=nP}return dR(b,e6(a,c))}function
-nU(b,c){switch(b){case
-1:var
-a=ne;break;case
-2:var
-a=nf;break;case
-4:var
-a=nh;break;case
-5:var
-a=ni;break;case
-6:var
-a=nj;break;case
-7:var
-a=nk;break;case
-8:var
-a=nl;break;case
-9:var
-a=nm;break;case
-10:var
-a=nn;break;case
-11:var
-a=no;break;case
-0:case
-13:var
 a=nd;break;case
+9:var
+a=ne;break;case
+10:var
+a=nf;break;case
+11:var
+a=ng;break;case
+0:case
+13:var
+a=m7;break;case
 3:case
 14:var
-a=ng;break;default:var
-a=np}return dR(b,x8(a,c))}function
+a=m_;break;default:var
+a=nh}return dR(b,e5(a,c))}function
+nX(b,c){switch(b){case
+1:var
+a=nw;break;case
+2:var
+a=nx;break;case
+4:var
+a=nz;break;case
+5:var
+a=nA;break;case
+6:var
+a=nB;break;case
+7:var
+a=nC;break;case
+8:var
+a=nD;break;case
+9:var
+a=nE;break;case
+10:var
+a=nF;break;case
+11:var
+a=nG;break;case
+0:case
+13:var
+a=nv;break;case
+3:case
+14:var
+a=ny;break;default:var
+a=nH}return dR(b,e5(a,c))}function
+nY(b,c){switch(b){case
+1:var
+a=nJ;break;case
+2:var
+a=nK;break;case
+4:var
+a=nM;break;case
+5:var
+a=nN;break;case
+6:var
+a=nO;break;case
+7:var
+a=nP;break;case
+8:var
+a=nQ;break;case
+9:var
+a=nR;break;case
+10:var
+a=nS;break;case
+11:var
+a=nT;break;case
+0:case
+13:var
+a=nI;break;case
+3:case
+14:var
+a=nL;break;default:var
+a=nU}return dR(b,e5(a,c))}function
+nZ(b,c){switch(b){case
+1:var
+a=nj;break;case
+2:var
+a=nk;break;case
+4:var
+a=nm;break;case
+5:var
+a=nn;break;case
+6:var
+a=no;break;case
+7:var
+a=np;break;case
+8:var
+a=nq;break;case
+9:var
+a=nr;break;case
+10:var
+a=ns;break;case
+11:var
+a=nt;break;case
+0:case
+13:var
+a=ni;break;case
+3:case
+14:var
+a=nl;break;default:var
+a=nu}return dR(b,yh(a,c))}function
 bJ(c,i,b){function
 j(d){switch(c[1]){case
 0:var
 a=45;break;case
 1:var
 a=43;break;default:var
-a=32}return x2(b,i,a)}function
+a=32}return yb(b,i,a)}function
 q(c){var
-a=xV(b);return 3===a?b<0.?nW:nX:4<=a?nY:c}switch(c[2]){case
+a=x6(b);return 3===a?b<0.?n1:n2:4<=a?n3:c}switch(c[2]){case
 5:var
-e=lH(hf(c,i),b),d=0,u=aj(e);for(;;){if(d===u)var
+e=lM(hh(c,i),b),d=0,u=aj(e);for(;;){if(d===u)var
 p=0;else{var
 k=a5(e,d)-46|0,l=0;if(23<k>>>0){if(55===k)l=1}else
 if(21<k-1>>>0)l=1;if(!l){var
 d=d+1|0;continue}var
 p=1}var
-v=p?e:c_(e,nV);return q(v)}case
+v=p?e:c_(e,n0);return q(v)}case
 6:return j(0);case
 7:var
 h=cz(j(0)),f=aZ(h);if(0===f)var
 o=h;else{var
 m=aA(f),n=f-1|0,r=0;if(!(n<0)){var
 a=r;for(;;){var
-g=b0(h,a),s=25<g+k$>>>0?g:g+ll|0;am(m,a,s);var
+g=b0(h,a),s=25<g+le>>>0?g:g+lq|0;an(m,a,s);var
 t=a+1|0;if(n!==a){var
 a=t;continue}break}}var
 o=m}return a0(o);case
-8:return q(j(0));default:return lH(hf(c,i),b)}}function
+8:return q(j(0));default:return lM(hh(c,i),b)}}function
 dG(d,x,w,v){var
 b=x,a=w,c=v;for(;;)if(typeof
 c==="number")return y(b,a);else
 switch(c[0]){case
 0:var
-z=c[1];return function(c){return X(b,[5,a,c],z)};case
+z=c[1];return function(c){return Y(b,[5,a,c],z)};case
 1:var
 A=c[1];return function(c){var
 e=0;if(40<=c)if(92===c)var
-d=l8;else
-if(eZ<=c)e=1;else
+d=mb;else
+if(eY<=c)e=1;else
 e=2;else
 if(32<=c)if(39<=c)var
-d=l9;else
+d=mc;else
 e=2;else
 if(14<=c)e=1;else
 switch(c){case
 8:var
-d=l_;break;case
+d=md;break;case
 9:var
-d=l$;break;case
+d=me;break;case
 10:var
-d=ma;break;case
+d=mf;break;case
 13:var
-d=mb;break;default:e=1}switch(e){case
+d=mg;break;default:e=1}switch(e){case
 1:var
-f=aA(4);am(f,0,92);am(f,1,48+(c/q|0)|0);am(f,2,48+((c/10|0)%10|0)|0);am(f,3,48+(c%10|0)|0);var
+f=aA(4);an(f,0,92);an(f,1,48+(c/q|0)|0);an(f,2,48+((c/10|0)%10|0)|0);an(f,3,48+(c%10|0)|0);var
 d=a0(f);break;case
 2:var
-g=aA(1);am(g,0,c);var
+g=aA(1);an(g,0,c);var
 d=a0(g);break}var
-h=aj(d),i=b4(h+2|0,39);bH(d,0,i,1,h);return X(b,[4,a,a0(i)],A)};case
+h=aj(d),i=b4(h+2|0,39);bH(d,0,i,1,h);return Y(b,[4,a,a0(i)],A)};case
 2:var
-B=c[2],C=c[1];return fe(b,a,B,C,function(a){return a});case
-3:return fe(b,a,c[2],c[1],m1);case
-4:return dS(b,a,c[4],c[2],c[3],nR,c[1]);case
-5:return dS(b,a,c[4],c[2],c[3],nS,c[1]);case
-6:return dS(b,a,c[4],c[2],c[3],nT,c[1]);case
-7:return dS(b,a,c[4],c[2],c[3],nU,c[1]);case
+B=c[2],C=c[1];return fd(b,a,B,C,function(a){return a});case
+3:return fd(b,a,c[2],c[1],m6);case
+4:return dS(b,a,c[4],c[2],c[3],nW,c[1]);case
+5:return dS(b,a,c[4],c[2],c[3],nX,c[1]);case
+6:return dS(b,a,c[4],c[2],c[3],nY,c[1]);case
+7:return dS(b,a,c[4],c[2],c[3],nZ,c[1]);case
 8:var
 g=c[4],h=c[3],i=c[2],f=c[1];if(typeof
 i==="number"){if(typeof
-h==="number")return h?function(d,c){return X(b,[4,a,bJ(f,d,c)],g)}:function(c){return X(b,[4,a,bJ(f,fc(f),c)],g)};var
-T=h[1];return function(c){return X(b,[4,a,bJ(f,T,c)],g)}}else{if(0===i[0]){var
+h==="number")return h?function(d,c){return Y(b,[4,a,bJ(f,d,c)],g)}:function(c){return Y(b,[4,a,bJ(f,fb(f),c)],g)};var
+T=h[1];return function(c){return Y(b,[4,a,bJ(f,T,c)],g)}}else{if(0===i[0]){var
 l=i[2],m=i[1];if(typeof
-h==="number")return h?function(d,c){return X(b,[4,a,a2(m,l,bJ(f,d,c))],g)}:function(c){return X(b,[4,a,a2(m,l,bJ(f,fc(f),c))],g)};var
-U=h[1];return function(c){return X(b,[4,a,a2(m,l,bJ(f,U,c))],g)}}var
+h==="number")return h?function(d,c){return Y(b,[4,a,a2(m,l,bJ(f,d,c))],g)}:function(c){return Y(b,[4,a,a2(m,l,bJ(f,fb(f),c))],g)};var
+U=h[1];return function(c){return Y(b,[4,a,a2(m,l,bJ(f,U,c))],g)}}var
 n=i[1];if(typeof
-h==="number")return h?function(e,d,c){return X(b,[4,a,a2(n,e,bJ(f,d,c))],g)}:function(d,c){return X(b,[4,a,a2(n,d,bJ(f,fc(f),c))],g)};var
-V=h[1];return function(d,c){return X(b,[4,a,a2(n,d,bJ(f,V,c))],g)}}case
-9:return fe(b,a,c[2],c[1],l3);case
+h==="number")return h?function(e,d,c){return Y(b,[4,a,a2(n,e,bJ(f,d,c))],g)}:function(d,c){return Y(b,[4,a,a2(n,d,bJ(f,fb(f),c))],g)};var
+V=h[1];return function(d,c){return Y(b,[4,a,a2(n,d,bJ(f,V,c))],g)}}case
+9:return fd(b,a,c[2],c[1],l8);case
 10:var
 a=[7,a],c=c[1];continue;case
 11:var
@@ -1628,35 +1628,35 @@ a=[2,a,c[1]],c=c[2];continue;case
 12:var
 a=[3,a,c[1]],c=c[2];continue;case
 13:var
-D=c[3],E=c[2],o=hc(16);fd(o,E);var
-u=he(o);return function(c){return X(b,[4,a,u],D)};case
+D=c[3],E=c[2],o=he(16);fc(o,E);var
+u=hg(o);return function(c){return Y(b,[4,a,u],D)};case
 14:var
 F=c[3],G=c[2];return function(d){var
 e=d[1],c=ac(e,ak(at(G)));if(typeof
-c[2]==="number")return X(b,a,af(c[1],F));throw aC};case
+c[2]==="number")return Y(b,a,af(c[1],F));throw aC};case
 15:var
-H=c[1];return function(d,c){return X(b,[6,a,function(a){return ar(d,a,c)}],H)};case
+H=c[1];return function(d,c){return Y(b,[6,a,function(a){return ar(d,a,c)}],H)};case
 16:var
-I=c[1];return function(c){return X(b,[6,a,c],I)};case
+I=c[1];return function(c){return Y(b,[6,a,c],I)};case
 17:var
 a=[0,a,c[1]],c=c[2];continue;case
 18:var
 k=c[1];if(0===k[0]){var
-J=c[2],K=k[1][1],L=0,b=function(b,c,d){return function(a){return X(c,[1,b,[0,a]],d)}}(a,b,J),a=L,c=K;continue}var
-M=c[2],N=k[1][1],O=0,b=function(b,c,d){return function(a){return X(c,[1,b,[1,a]],d)}}(a,b,M),a=O,c=N;continue;case
-19:throw[0,ao,n0];case
+J=c[2],K=k[1][1],L=0,b=function(b,c,d){return function(a){return Y(c,[1,b,[0,a]],d)}}(a,b,J),a=L,c=K;continue}var
+M=c[2],N=k[1][1],O=0,b=function(b,c,d){return function(a){return Y(c,[1,b,[1,a]],d)}}(a,b,M),a=O,c=N;continue;case
+19:throw[0,ap,n5];case
 20:var
-P=c[3],Q=[8,a,n1];return function(a){return X(b,Q,P)};case
+P=c[3],Q=[8,a,n6];return function(a){return Y(b,Q,P)};case
 21:var
-R=c[2];return function(c){return X(b,[4,a,e6(n2,c)],R)};case
+R=c[2];return function(c){return Y(b,[4,a,e5(n7,c)],R)};case
 22:var
-S=c[1];return function(c){return X(b,[5,a,c],S)};case
+S=c[1];return function(c){return Y(b,[5,a,c],S)};case
 23:var
 e=c[2],j=c[1];if(typeof
 j==="number")switch(j){case
 0:return d<50?ab(d+1|0,b,a,e):aJ(ab,[0,b,a,e]);case
 1:return d<50?ab(d+1|0,b,a,e):aJ(ab,[0,b,a,e]);case
-2:throw[0,ao,n3];default:return d<50?ab(d+1|0,b,a,e):aJ(ab,[0,b,a,e])}else
+2:throw[0,ap,n8];default:return d<50?ab(d+1|0,b,a,e):aJ(ab,[0,b,a,e])}else
 switch(j[0]){case
 0:return d<50?ab(d+1|0,b,a,e):aJ(ab,[0,b,a,e]);case
 1:return d<50?ab(d+1|0,b,a,e):aJ(ab,[0,b,a,e]);case
@@ -1668,10 +1668,10 @@ switch(j[0]){case
 7:return d<50?ab(d+1|0,b,a,e):aJ(ab,[0,b,a,e]);case
 8:return d<50?ab(d+1|0,b,a,e):aJ(ab,[0,b,a,e]);case
 9:var
-t=j[2];return d<50?gw(d+1|0,b,a,t,e):aJ(gw,[0,b,a,t,e]);case
+t=j[2];return d<50?gy(d+1|0,b,a,t,e):aJ(gy,[0,b,a,t,e]);case
 10:return d<50?ab(d+1|0,b,a,e):aJ(ab,[0,b,a,e]);default:return d<50?ab(d+1|0,b,a,e):aJ(ab,[0,b,a,e])}default:var
-p=c[3],r=c[1],s=y(c[2],0);return d<50?gv(d+1|0,b,a,p,r,s):aJ(gv,[0,b,a,p,r,s])}}function
-gw(e,d,c,a,b){if(typeof
+p=c[3],r=c[1],s=y(c[2],0);return d<50?gx(d+1|0,b,a,p,r,s):aJ(gx,[0,b,a,p,r,s])}}function
+gy(e,d,c,a,b){if(typeof
 a==="number")return e<50?ab(e+1|0,d,c,b):aJ(ab,[0,d,c,b]);else
 switch(a[0]){case
 0:var
@@ -1700,29 +1700,29 @@ r=a[1];return function(e,a){return a6(d,c,r,b)};case
 s=a[1];return function(a){return a6(d,c,s,b)};case
 12:var
 t=a[1];return function(a){return a6(d,c,t,b)};case
-13:throw[0,ao,n4];default:throw[0,ao,n5]}}function
+13:throw[0,ap,n9];default:throw[0,ap,n_]}}function
 ab(d,b,e,a){var
-c=[8,e,n6];return d<50?dG(d+1|0,b,c,a):aJ(dG,[0,b,c,a])}function
-gv(g,b,e,a,d,c){if(d){var
-h=d[1];return function(d){return nZ(b,e,a,h,y(c,d))}}var
+c=[8,e,n$];return d<50?dG(d+1|0,b,c,a):aJ(dG,[0,b,c,a])}function
+gx(g,b,e,a,d,c){if(d){var
+h=d[1];return function(d){return n4(b,e,a,h,y(c,d))}}var
 f=[4,e,c];return g<50?dG(g+1|0,b,f,a):aJ(dG,[0,b,f,a])}function
-X(a,b,c){return gZ(dG(0,a,b,c))}function
-a6(a,b,c,d){return gZ(gw(0,a,b,c,d))}function
-nZ(a,b,c,d,e){return gZ(gv(0,a,b,c,d,e))}function
-fe(e,d,c,a,b){if(typeof
-a==="number")return function(a){return X(e,[4,d,y(b,a)],c)};else{if(0===a[0]){var
-f=a[2],g=a[1];return function(a){return X(e,[4,d,a2(g,f,y(b,a))],c)}}var
-h=a[1];return function(f,a){return X(e,[4,d,a2(h,f,y(b,a))],c)}}}function
+Y(a,b,c){return g1(dG(0,a,b,c))}function
+a6(a,b,c,d){return g1(gy(0,a,b,c,d))}function
+n4(a,b,c,d,e){return g1(gx(0,a,b,c,d,e))}function
+fd(e,d,c,a,b){if(typeof
+a==="number")return function(a){return Y(e,[4,d,y(b,a)],c)};else{if(0===a[0]){var
+f=a[2],g=a[1];return function(a){return Y(e,[4,d,a2(g,f,y(b,a))],c)}}var
+h=a[1];return function(f,a){return Y(e,[4,d,a2(h,f,y(b,a))],c)}}}function
 dS(f,e,d,g,c,b,a){if(typeof
 g==="number"){if(typeof
-c==="number")return c?function(g,c){return X(f,[4,e,cH(g,ar(b,a,c))],d)}:function(c){return X(f,[4,e,ar(b,a,c)],d)};var
-k=c[1];return function(c){return X(f,[4,e,cH(k,ar(b,a,c))],d)}}else{if(0===g[0]){var
+c==="number")return c?function(g,c){return Y(f,[4,e,cH(g,ar(b,a,c))],d)}:function(c){return Y(f,[4,e,ar(b,a,c)],d)};var
+k=c[1];return function(c){return Y(f,[4,e,cH(k,ar(b,a,c))],d)}}else{if(0===g[0]){var
 h=g[2],i=g[1];if(typeof
-c==="number")return c?function(g,c){return X(f,[4,e,a2(i,h,cH(g,ar(b,a,c)))],d)}:function(c){return X(f,[4,e,a2(i,h,ar(b,a,c))],d)};var
-l=c[1];return function(c){return X(f,[4,e,a2(i,h,cH(l,ar(b,a,c)))],d)}}var
+c==="number")return c?function(g,c){return Y(f,[4,e,a2(i,h,cH(g,ar(b,a,c)))],d)}:function(c){return Y(f,[4,e,a2(i,h,ar(b,a,c))],d)};var
+l=c[1];return function(c){return Y(f,[4,e,a2(i,h,cH(l,ar(b,a,c)))],d)}}var
 j=g[1];if(typeof
-c==="number")return c?function(h,g,c){return X(f,[4,e,a2(j,h,cH(g,ar(b,a,c)))],d)}:function(g,c){return X(f,[4,e,a2(j,g,ar(b,a,c))],d)};var
-m=c[1];return function(g,c){return X(f,[4,e,a2(j,g,cH(m,ar(b,a,c)))],d)}}}function
+c==="number")return c?function(h,g,c){return Y(f,[4,e,a2(j,h,cH(g,ar(b,a,c)))],d)}:function(g,c){return Y(f,[4,e,a2(j,g,ar(b,a,c))],d)};var
+m=c[1];return function(g,c){return Y(f,[4,e,a2(j,g,cH(m,ar(b,a,c)))],d)}}}function
 b5(b,h){var
 a=h;for(;;)if(typeof
 a==="number")return 0;else
@@ -1731,29 +1731,29 @@ switch(a[0]){case
 d=a[2],i=a[1];if(typeof
 d==="number")switch(d){case
 0:var
-c=ml;break;case
+c=mq;break;case
 1:var
-c=mm;break;case
+c=mr;break;case
 2:var
-c=mn;break;case
+c=ms;break;case
 3:var
-c=mo;break;case
+c=mt;break;case
 4:var
-c=mp;break;case
+c=mu;break;case
 5:var
-c=mq;break;default:var
-c=mr}else
+c=mv;break;default:var
+c=mw}else
 switch(d[0]){case
 0:var
 c=d[1];break;case
 1:var
 c=d[1];break;default:var
-c=c_(ms,ha(1,d[1]))}b5(b,i);return da(b,c);case
+c=c_(mx,hc(1,d[1]))}b5(b,i);return da(b,c);case
 1:var
 f=a[2],g=a[1];if(0===f[0]){var
-j=f[1];b5(b,g);da(b,n7);var
+j=f[1];b5(b,g);da(b,oa);var
 a=j;continue}var
-k=f[1];b5(b,g);da(b,n8);var
+k=f[1];b5(b,g);da(b,ob);var
 a=k;continue;case
 6:var
 n=a[2];b5(b,a[1]);return da(b,y(n,0));case
@@ -1765,43 +1765,43 @@ o=a[2];b5(b,a[1]);return cm(o);case
 4:var
 l=a[2];b5(b,a[1]);return da(b,l);default:var
 m=a[2];b5(b,a[1]);var
-e=b[2];if(b[3]<=e)hb(b,1);am(b[1],e,m);b[2]=e+1|0;return 0}}function
-hg(b){var
-a=b[1];return X(function(d){var
-e=64,b=c$<64?c$:e,c=aA(b),a=[0,c,0,b,c];b5(a,d);return g_(a[1],0,a[2])},0,a)}var
-v=bq(0),w=bq(1);function
-aV(a){return lW(a,v)}function
-hh(a){return L(a,v)?a$(a):a}function
-dT(b,a){return L(b,a)?a:b}function
-cn(b,a){return O(bq(b),a)}function
-g(b,a){return D(bq(b),a)}function
-E(a){return O(a,w)}function
+e=b[2];if(b[3]<=e)hd(b,1);an(b[1],e,m);b[2]=e+1|0;return 0}}function
+hi(b){var
+a=b[1];return Y(function(d){var
+e=64,b=c$<64?c$:e,c=aA(b),a=[0,c,0,b,c];b5(a,d);return ha(a[1],0,a[2])},0,a)}var
+u=bq(0),v=bq(1);function
+aV(a){return l1(a,u)}function
+hj(a){return M(a,u)?a$(a):a}function
+dT(b,a){return M(b,a)?a:b}function
+cn(b,a){return L(bq(b),a)}function
+f(b,a){return B(bq(b),a)}function
+C(a){return L(a,v)}function
 br(d,a){var
-b=lZ(d,a),c=ba(d,D(b,a));return V(v,c)?[0,b,c]:L(v,a)?[0,ba(b,w),O(c,a)]:[0,E(b),ba(c,a)]}function
-hi(b,a){return br(b,a)[1]}function
-hj(b,a){return br(b,a)[2]}function
-ff(d,c){var
-b=d,a=c;for(;;){if(x(a,v))return hh(b);var
-e=ba(b,D(lZ(b,a),a)),b=a,a=e;continue}}var
-n_=n9.slice();function
+b=l4(d,a),c=ba(d,B(b,a));return V(u,c)?[0,b,c]:M(u,a)?[0,ba(b,v),L(c,a)]:[0,C(b),ba(c,a)]}function
+hk(b,a){return br(b,a)[1]}function
+hl(b,a){return br(b,a)[2]}function
+fe(d,c){var
+b=d,a=c;for(;;){if(x(a,u))return hj(b);var
+e=ba(b,B(l4(b,a),a)),b=a,a=e;continue}}var
+od=oc.slice();function
 bs(b,a){return b>>>a|0|b<<(32-a|0)}function
-n$(M){var
+oe(M){var
 h=0,p=M;for(;;){if(p){var
 h=h+1|0,p=p[2];continue}var
 g=b4(((h+72|0)/64|0)*64|0,0),q=0,m=M;for(;;){if(m){var
 Q=m[2];bZ(g,q,m[1]);var
-q=q+1|0,m=Q;continue}bZ(g,h,c5);xU(g,aZ(g)-8|0,x5(yb(oa,lK(h))));var
-f=ob.slice(),N=(aZ(g)/64|0)-1|0,av=0;if(!(N<0)){var
+q=q+1|0,m=Q;continue}bZ(g,h,c5);x5(g,aZ(g)-8|0,ye(ym(of,lP(h))));var
+f=og.slice(),N=(aZ(g)/64|0)-1|0,av=0;if(!(N<0)){var
 o=av;a:for(;;){var
-aw=64*o|0,C=function(b){return function(a){return 16<=a?0:x3(xR(g,b+(4*a|0)|0))}}(aw),c=lN(64,C(0)),i=1;for(;;){c[1+i]=C(i);var
+aw=64*o|0,C=function(b){return function(a){return 16<=a?0:yc(x2(g,b+(4*a|0)|0))}}(aw),c=lS(64,C(0)),i=1;for(;;){c[1+i]=C(i);var
 T=i+1|0;if(63!==i){var
 i=T;continue}var
 b=16;for(;;){var
-E=b+gG|0,F=b+gG|0,am=aI(c,E)[1+E]>>>3|0,G=b+gG|0,an=bs(aI(c,F)[1+F],18)^am,H=b-2|0,ao=bs(aI(c,G)[1+G],7)^an,I=b-2|0,ap=aI(c,H)[1+H]>>>10|0,J=b-2|0,aq=bs(aI(c,I)[1+I],19)^ap,K=b-7|0,ar=bs(aI(c,J)[1+J],17)^aq,L=b-16|0,as=aI(c,K)[1+K],at=((aI(c,L)[1+L]+ao|0)+as|0)+ar|0;aI(c,b)[1+b]=at;var
+E=b+gI|0,F=b+gI|0,am=aI(c,E)[1+E]>>>3|0,G=b+gI|0,an=bs(aI(c,F)[1+F],18)^am,H=b-2|0,ao=bs(aI(c,G)[1+G],7)^an,I=b-2|0,ap=aI(c,H)[1+H]>>>10|0,J=b-2|0,aq=bs(aI(c,I)[1+I],19)^ap,K=b-7|0,ar=bs(aI(c,J)[1+J],17)^aq,L=b-16|0,as=aI(c,K)[1+K],at=((aI(c,L)[1+L]+ao|0)+as|0)+ar|0;aI(c,b)[1+b]=at;var
 au=b+1|0;if(63!==b){var
 b=au;continue}var
-x=f.length-1,a=0===x?[0]:xO(f,0,x),e=0;for(;;){var
-k=aI(a,0)[1],l=aI(a,4)[5],_=bs(l,25),$=bs(l,11)^_,aa=bs(l,6)^$,ab=bs(k,22),ac=bs(k,13)^ab,ad=bs(k,2)^ac,ae=aI(c,e)[1+e],af=aI(n_,e)[1+e],ag=(l^-1)&aI(a,6)[7],ah=l&aI(a,5)[6]^ag,D=(((aI(a,7)[8]+aa|0)+ah|0)+af|0)+ae|0,ai=aI(a,2)[3],aj=aI(a,1)[2]&ai,P=0,ak=ad+(k&a[2]^k&a[3]^aj)|0;if(!((a.length-1-7|0)<0)&&!((a.length-1-7|0)<1)){xL(a,0,a,1,7);P=1}if(!P)cm(mh);a[5]=a[5]+D|0;a[1]=D+ak|0;var
+x=f.length-1,a=0===x?[0]:xZ(f,0,x),e=0;for(;;){var
+k=aI(a,0)[1],l=aI(a,4)[5],_=bs(l,25),$=bs(l,11)^_,aa=bs(l,6)^$,ab=bs(k,22),ac=bs(k,13)^ab,ad=bs(k,2)^ac,ae=aI(c,e)[1+e],af=aI(od,e)[1+e],ag=(l^-1)&aI(a,6)[7],ah=l&aI(a,5)[6]^ag,D=(((aI(a,7)[8]+aa|0)+ah|0)+af|0)+ae|0,ai=aI(a,2)[3],aj=aI(a,1)[2]&ai,P=0,ak=ad+(k&a[2]^k&a[3]^aj)|0;if(!((a.length-1-7|0)<0)&&!((a.length-1-7|0)<1)){xW(a,0,a,1,7);P=1}if(!P)cm(mm);a[5]=a[5]+D|0;a[1]=D+ak|0;var
 al=e+1|0;if(63!==e){var
 e=al;continue}var
 B=a.length-1-1|0,W=0;if(!(B<0)){var
@@ -1811,20 +1811,20 @@ Y=d+1|0;if(B!==d){var
 d=Y;continue}break}}var
 ax=o+1|0;if(N!==o){var
 o=ax;continue a}break}break}break}break}}var
-O=hg(oc),r=f.length-1;if(0===r)var
+O=hi(oh),r=f.length-1;if(0===r)var
 t=[0];else{var
-z=lN(r,y(O,f[1])),A=r-1|0,U=1;if(!(A<1)){var
+z=lS(r,y(O,f[1])),A=r-1|0,U=1;if(!(A<1)){var
 j=U;for(;;){z[1+j]=y(O,f[1+j]);var
 V=j+1|0;if(A!==j){var
 j=V;continue}break}}var
 t=z}var
 n=t.length-1-1|0,s=0;for(;;){if(0<=n){var
 Z=[0,t[1+n],s],n=n-1|0,s=Z;continue}var
-w=cz(fb(od,s)),v=function(a,d){if(a===aZ(w))return 0;var
-b=lA(w,a),c=a+1|0;return[0,b,function(a){return v(c,a)}]},R=0,S=function(a){return v(R,a)},u=function(f,e){if(0===f){var
+w=cz(fa(oi,s)),v=function(a,d){if(a===aZ(w))return 0;var
+b=lF(w,a),c=a+1|0;return[0,b,function(a){return v(c,a)}]},R=0,S=function(a){return v(R,a)},u=function(f,e){if(0===f){var
 a=0,d=e;for(;;){var
 b=y(d,0);if(b){var
-a=[0,b[1],a],d=b[2];continue}return fa(a)}}var
+a=[0,b[1],a],d=b[2];continue}return e$(a)}}var
 c=y(e,0);if(c){var
 g=c[1];return[0,g,u(f-1|0,c[2])]}return 0};return u(500,S)}}}}function
 cI(b,a){return b?a?0:1:a}function
@@ -1833,77 +1833,77 @@ av(b,a){var
 c=a?[0,y(b,a[1])]:a;return c}function
 bK(a){return a[1]}function
 b6(a){return a[2]}function
-ap(a){var
-b=a?[0,ap(a[2])]:a;return b}function
-u(a,b){if(a){var
-c=u(a[2],b);return[0,a[1],c]}return b}function
-fg(b,a){return b?[0,fg(b[1],a)]:a}function
-dU(a,b){return a?fg(b,dU(a[1],b)):a}function
+aq(a){var
+b=a?[0,aq(a[2])]:a;return b}function
+w(a,b){if(a){var
+c=w(a[2],b);return[0,a[1],c]}return b}function
+ff(b,a){return b?[0,ff(b[1],a)]:a}function
+dU(a,b){return a?ff(b,dU(a[1],b)):a}function
 bL(b,a){return b?a:a?0:1}function
-hk(b,a){return b?[0,hk(b[1],a)]:a}function
-hl(a,b){return a?hk(b,hl(a[1],b)):a}function
+hm(b,a){return b?[0,hm(b[1],a)]:a}function
+hn(a,b){return a?hm(b,hn(a[1],b)):a}function
 dc(d,c){var
 b=d,a=c;for(;;){if(b){if(a){var
 b=b[1],a=a[1];continue}return a}return a?0:1}}function
-fh(d,c){var
+fg(d,c){var
 b=d,a=c;for(;;){if(b){if(a){var
 b=b[1],a=a[1];continue}return a}return 1}}function
-fi(b,a){return fh([0,b],a)}function
-fj(h,g){var
-b=h,a=g;for(;;){if(V(b,w))return V(a,w)?1:x(br(a,bq(2))[2],v)?0:0;var
-e=br(b,bq(2)),f=e[1];if(x(e[2],v)){if(V(a,w))return 0;var
-c=br(a,bq(2)),i=c[1];if(x(c[2],v)){var
-b=f,a=i;continue}return 0}if(V(a,w))return 0;var
-d=br(a,bq(2)),j=d[1];if(x(d[2],v))return 0;var
+fh(b,a){return fg([0,b],a)}function
+fi(h,g){var
+b=h,a=g;for(;;){if(V(b,v))return V(a,v)?1:x(br(a,bq(2))[2],u)?0:0;var
+e=br(b,bq(2)),f=e[1];if(x(e[2],u)){if(V(a,v))return 0;var
+c=br(a,bq(2)),i=c[1];if(x(c[2],u)){var
+b=f,a=i;continue}return 0}if(V(a,v))return 0;var
+d=br(a,bq(2)),j=d[1];if(x(d[2],u))return 0;var
 b=f,a=j;continue}}function
-hm(b,g,f){var
-c=g,a=f;for(;;){if(V(c,w))return a;var
-d=br(c,bq(2)),e=d[1];if(x(d[2],v)){var
-c=e,a=ar(b,a,a);continue}return ar(b,a,hm(b,e,ar(b,a,a)))}}function
-hn(a){return a?E(hn(a[1])):w}var
-of=O;function
-ho(c,b){var
-a=lW(c,b);return 0===a?0:0<=a?2:1}function
+ho(b,g,f){var
+c=g,a=f;for(;;){if(V(c,v))return a;var
+d=br(c,bq(2)),e=d[1];if(x(d[2],u)){var
+c=e,a=ar(b,a,a);continue}return ar(b,a,ho(b,e,ar(b,a,a)))}}function
+hp(a){return a?C(hp(a[1])):v}var
+ok=L;function
+hq(c,b){var
+a=l1(c,b);return 0===a?0:0<=a?2:1}function
 bi(a){var
-b=aV(a);return 0===b?0:0<b?hm(fg,a,oe):0}function
-aD(a){return a?hn(a[1]):v}function
+b=aV(a);return 0===b?0:0<b?ho(ff,a,oj):0}function
+aD(a){return a?hp(a[1]):u}function
 bM(b,a){var
-c=aV(a);return 0===c?v:1===c?hi(b,a):cn(-1,hi(cn(-1,b),a))}function
-hp(b,a){var
-c=aV(a);return 0===c?b:1===c?hj(b,a):O(a,cn(1,hj(cn(-1,b),a)))}function
-hq(e){function
-f(a){return 0<aV(g1(e,a))?1:0}if(0<aV(e)){var
+c=aV(a);return 0===c?u:1===c?hk(b,a):cn(-1,hk(cn(-1,b),a))}function
+hr(b,a){var
+c=aV(a);return 0===c?b:1===c?hl(b,a):L(a,cn(1,hl(cn(-1,b),a)))}function
+hs(e){function
+f(a){return 0<aV(g3(e,a))?1:0}if(0<aV(e)){var
 a=1;for(;;){if(f(a)){var
 a=2*a|0;continue}var
 b=0,c=a;for(;;){if(1<(c-b|0)){var
 d=(b+c|0)/2|0;if(f(d)){var
 b=d;continue}var
-c=d;continue}return bq(b)}}}return v}function
+c=d;continue}return bq(b)}}}return u}function
 dV(b,c){var
-a=lY(c);return 0<=a?lX(b,a):g1(b,-a|0)}function
-fk(b,a){return hh(D(b,bM(a,ff(b,a))))}function
+a=l3(c);return 0<=a?l2(b,a):g3(b,-a|0)}function
+fj(b,a){return hj(B(b,bM(a,fe(b,a))))}function
 b7(b,a){return a?a[1]:b}function
 bN(a){var
 b=a?a[2]:a;return b}function
 bt(e,d,c){var
 b=e,a=d;for(;;){if(b){if(a){var
 b=b[1],a=a[2];continue}return c}return a?a[1]:c}}function
-Y(d,c){var
+W(d,c){var
 a=d,b=c;for(;;){if(a){var
 e=[0,a[1],b],a=a[2],b=e;continue}return b}}function
 a7(a){if(a){var
-b=a7(a[2]);return u(a[1],b)}return a}function
+b=a7(a[2]);return w(a[1],b)}return a}function
 o(b,a){if(a)var
 d=o(b,a[2]),c=[0,y(b,a[1]),d];else
 var
 c=a;return c}function
 _(b,a){if(a){var
-c=_(b,a[2]);return u(y(b,a[1]),c)}return a}function
+c=_(b,a[2]);return w(y(b,a[1]),c)}return a}function
 co(e,d,c){var
 a=d,b=c;for(;;){if(a){var
 f=ar(e,b,a[1]),a=a[2],b=f;continue}return b}}function
-aq(c,b,a){if(a){var
-d=aq(c,b,a[2]);return ar(c,a[1],d)}return b}function
+al(c,b,a){if(a){var
+d=al(c,b,a[2]);return ar(c,a[1],d)}return b}function
 ae(e,d){var
 a=d;for(;;){if(a){var
 b=y(e,a[1]);if(!b){var
@@ -1911,7 +1911,7 @@ a=a[2];continue}var
 c=b}else
 var
 c=a;return c}}function
-B(d,c){var
+D(d,c){var
 a=c;for(;;){if(a){var
 b=y(d,a[1]);if(b){var
 a=a[2];continue}return b}return 1}}function
@@ -1929,8 +1929,8 @@ var
 c=a;else
 var
 c=b;return c}function
-hr(b,a){if(b)if(a)var
-d=hr(b[1],a[2]),c=[0,a[1],d];else
+ht(b,a){if(b)if(a)var
+d=ht(b[1],a[2]),c=[0,a[1],d];else
 var
 c=a;else
 var
@@ -1939,17 +1939,17 @@ bu(b,a){var
 c=a?[0,b,bu([0,b],a[1])]:a;return c}function
 dd(b,a){var
 c=a?[0,b,dd(b,a[1])]:a;return c}var
-hs=0,og=1;function
-ht(a,b){var
-c=a?1:a;return e$((b<<1&gz)+c|0)}function
-fl(b,a){if(b){var
-c=b[1];if(V(a,w))return og;var
-d=br(a,bq(2)),e=d[1];return x(d[2],v)?ht(0,fl(c,e)):ht(1,fl(c,e))}return hs}function
-hu(a){if(a){var
-b=hu(a[2]),c=D(g(2,w),b),d=a[1]?w:v;return O(d,c)}return v}function
-hv(c,b){var
+hu=0,ol=1;function
+hv(a,b){var
+c=a?1:a;return e_((b<<1&gB)+c|0)}function
+fk(b,a){if(b){var
+c=b[1];if(V(a,v))return ol;var
+d=br(a,bq(2)),e=d[1];return x(d[2],u)?hv(0,fk(c,e)):hv(1,fk(c,e))}return hu}function
+hw(a){if(a){var
+b=hw(a[2]),c=B(f(2,v),b),d=a[1]?v:u;return L(d,c)}return u}function
+hx(c,b){var
 a=c-b|0;return 0<=a?0===a?0:2:1}function
-dW(b,a){return 2<=hv(b,a)?0:1}function
+dW(b,a){return 2<=hx(b,a)?0:1}function
 k(a){if(a)var
 c=k(a[2]),b=[0,a[1],c];else
 var
@@ -1957,98 +1957,98 @@ b=a;return b}function
 dX(a){var
 b=a?1:a;return b}function
 cK(a){var
-b=ff(a[1],a[2]),c=bM(a[2],b),d=aV(c);return 0===d?a:0<d?[0,bM(a[1],b),c]:a}function
-aN(b,a){return cK([0,O(D(b[1],a[2]),D(a[1],b[2])),D(b[2],a[2])])}function
-T(b,a){return cK([0,D(b[1],a[1]),D(b[2],a[2])])}function
+b=fe(a[1],a[2]),c=bM(a[2],b),d=aV(c);return 0===d?a:0<d?[0,bM(a[1],b),c]:a}function
+aN(b,a){return cK([0,L(B(b[1],a[2]),B(a[1],b[2])),B(b[2],a[2])])}function
+T(b,a){return cK([0,B(b[1],a[1]),B(b[2],a[2])])}function
 cL(a){return[0,a$(a[1]),a[2]]}function
 aR(a){var
-b=a[1],c=aV(b);return 0===c?[0,v,w]:0<c?[0,a[2],b]:[0,v,w]}var
-M=[0,v,w],Z=[0,w,w];function
-bj(a){return V(v,a[1])}function
-aO(a){return L(v,a[1])}function
-N(b,a){return V(D(b[1],a[2]),D(a[1],b[2]))}function
+b=a[1],c=aV(b);return 0===c?[0,u,v]:0<c?[0,a[2],b]:[0,u,v]}var
+N=[0,u,v],Z=[0,v,v];function
+bj(a){return V(u,a[1])}function
+aO(a){return M(u,a[1])}function
+O(b,a){return V(B(b[1],a[2]),B(a[1],b[2]))}function
 cM(b,a){var
 c=x(b[1],a[1]);return c?x(b[2],a[2]):c}function
-ax(a){return aq(aN,M,a)}function
-hw(a,b){if(a){var
-c=hw(a[2],b);return[0,a[1],c]}return b}function
-hx(b,a){if(a)var
-d=hx(b,a[2]),c=[0,y(b,a[1]),d];else
+ax(a){return al(aN,N,a)}function
+hy(a,b){if(a){var
+c=hy(a[2],b);return[0,a[1],c]}return b}function
+hz(b,a){if(a)var
+d=hz(b,a[2]),c=[0,y(b,a[1]),d];else
 var
 c=a;return c}function
-fm(c,a){if(a){var
+fl(c,a){if(a){var
 d=a[1],g=a[2],e=function(b){if(b){var
-f=b[1];return ar(c,d,f)?[0,d,y(fm(c,g),b)]:[0,f,e(b[2])]}return a};return e}return function(a){return a}}function
-hy(c,b,a){if(a){var
-d=a[2],e=a[1];return e?[0,0,hy(c,y(fm(c,e),b),d)]:[0,b,d]}return[0,b,a]}function
-hz(e,d,c){var
+f=b[1];return ar(c,d,f)?[0,d,y(fl(c,g),b)]:[0,f,e(b[2])]}return a};return e}return function(a){return a}}function
+hA(c,b,a){if(a){var
+d=a[2],e=a[1];return e?[0,0,hA(c,y(fl(c,e),b),d)]:[0,b,d]}return[0,b,a]}function
+hB(e,d,c){var
 b=d,a=c;for(;;){if(a){var
-f=a[2],b=y(fm(e,a[1]),b),a=f;continue}return b}}function
-hA(c){var
+f=a[2],b=y(fl(e,a[1]),b),a=f;continue}return b}}function
+hC(c){var
 i=0;return function(j){var
 b=i,a=j;for(;;){if(a){var
 d=a[2],e=a[1];if(d){var
-f=d[1],g=ar(c,e,f)?[0,e,[0,f,0]]:[0,f,[0,e,0]],h=d[2],b=hy(c,g,b),a=h;continue}return hz(c,a,b)}return hz(c,a,b)}}}function
-hB(f,a){if(a){var
-g=a[1],b=g[2],c=g[1],d=hB(f,a[2]);if(d){var
-h=d[1],i=h[2],e=h[1],j=d[2];return ar(f,c,e)?[0,[0,e,O(b,i)],j]:[0,[0,c,b],[0,[0,e,i],j]]}var
+f=d[1],g=ar(c,e,f)?[0,e,[0,f,0]]:[0,f,[0,e,0]],h=d[2],b=hA(c,g,b),a=h;continue}return hB(c,a,b)}return hB(c,a,b)}}}function
+hD(f,a){if(a){var
+g=a[1],b=g[2],c=g[1],d=hD(f,a[2]);if(d){var
+h=d[1],i=h[2],e=h[1],j=d[2];return ar(f,c,e)?[0,[0,e,L(b,i)],j]:[0,[0,c,b],[0,[0,e,i],j]]}var
 k=[0,[0,c,b],0]}else
 var
 k=a;return k}function
-hC(a){if(a){var
-b=a[1],c=hC(a[2]),d=b[2][1],e=b[1];return hw(hx(function(a){return[0,a[1],D(e,a[2])]},d),c)}return a}function
-hD(a){if(a){var
-b=a[1],c=hD(a[2]);return O(D(b[1],b[2][2]),c)}return v}function
-hE(d,c,b){if(b){var
-f=hE(d,c,b[2]),a=b[1],e=L(v,a[2])?y(c,a[1]):y(d,a[1]);return O(D(a[2],e),f)}return v}function
-oi(b,a){var
+hE(a){if(a){var
+b=a[1],c=hE(a[2]),d=b[2][1],e=b[1];return hy(hz(function(a){return[0,a[1],B(e,a[2])]},d),c)}return a}function
+hF(a){if(a){var
+b=a[1],c=hF(a[2]);return L(B(b[1],b[2][2]),c)}return u}function
+hG(d,c,b){if(b){var
+f=hG(d,c,b[2]),a=b[1],e=M(u,a[2])?y(c,a[1]):y(d,a[1]);return L(B(a[2],e),f)}return u}function
+on(b,a){var
 c=a[1],d=b[1],e=x(d[1],c[1]),f=e?x(d[2],c[2]):e;return f?x(b[2],a[2]):f}function
 bO(a){return[0,0,a]}function
 dY(b,a){var
-c=aN(b[2],a[2]);return[0,u(b[1],a[1]),c]}function
+c=aN(b[2],a[2]);return[0,w(b[1],a[1]),c]}function
 cp(b,a){var
 c=T(b,a[2]),d=a[1];return[0,o(function(a){var
 c=T(b,a[2]);return[0,a[1],c]},d),c]}function
 b8(b,a){return dY(b,cp(cL(Z),a))}function
-hF(a){return aq(dY,bO(M),a)}function
+hH(a){return al(dY,bO(N),a)}function
 cN(b,a){if(a)var
-d=cN(O(b,w),a[2]),c=[0,[0,b,a[1]],d];else
+d=cN(L(b,v),a[2]),c=[0,[0,b,a[1]],d];else
 var
 c=a;return c}function
 dZ(e,d,c){var
-a=d,b=c;for(;;){if(a){if(x(b,v))return a[1];var
-a=a[2],b=ba(b,w);continue}return e}}function
-hG(a){var
-b=cN(v,a);return[0,o(function(a){return[0,[0,[0,a[1],v],v],a[2]]},b),M]}function
-de(c,b,a){if(c[11])return hG(a[3]);var
-d=0,e=a[1],f=c[6]?a$(w):b[2];return[0,[0,[0,[0,[0,b[1],f],e],Z],d],M]}function
+a=d,b=c;for(;;){if(a){if(x(b,u))return a[1];var
+a=a[2],b=ba(b,v);continue}return e}}function
+hI(a){var
+b=cN(u,a);return[0,o(function(a){return[0,[0,[0,a[1],u],u],a[2]]},b),N]}function
+de(c,b,a){if(c[11])return hI(a[3]);var
+d=0,e=a[1],f=c[6]?a$(v):b[2];return[0,[0,[0,[0,[0,b[1],f],e],Z],d],N]}function
 df(a){var
 b=a[3];return ax(o(function(a){return a[2]},b))}function
-fn(b,a){switch(b[3]){case
+fm(b,a){switch(b[3]){case
 0:return df(a);case
 1:return a[4];default:return Z}}function
-hH(c,a){var
-b=a[3],d=hF(o(function(b){var
+hJ(c,a){var
+b=a[3],d=hH(o(function(b){var
 d=de(c,a,b);return cp(b[2],d)},b));return cp(aR(df(a)),d)}function
-fo(b,a){var
+fn(b,a){var
 c=b[4];return aE(function(b){return x(b[2],a)},c)}function
-fp(a,b){var
-c=fo(a,b);return ax(o(function(b){return fn(a,b)},c))}var
-d0=bO(M);function
+fo(a,b){var
+c=fn(a,b);return ax(o(function(b){return fm(a,b)},c))}var
+d0=bO(N);function
 d1(e,a,d){var
 b=a[3],c=cJ(function(a){return x(a[1],d)},b);return av(function(b){return de(e,a,b)},c)}function
-hI(f,e){var
+hK(f,e){var
 a=f;for(;;){if(a){var
 c=a[2],b=a[1],g=b[1];if(ae(function(b){return function(a){return x(b,a)}}(g),e)){var
 a=c;continue}var
-d=[0,b,hI(c,[0,b[1],0])]}else
+d=[0,b,hK(c,[0,b[1],0])]}else
 var
 d=a;return d}}function
-hJ(b,a){if(a){var
+hL(b,a){if(a){var
 c=a[1],d=b[4];return aE(function(a){return x(a[1],c)},d)}return b[4]}function
-hK(d,c,b){var
-a=hJ(c,b);return d[6]?hI(a,0):a}function
-hL(e,g,d){if(d){var
+hM(d,c,b){var
+a=hL(c,b);return d[6]?hK(a,0):a}function
+hN(e,g,d){if(d){var
 a=d[1],i=g[4],c=cJ(function(b){var
 c=x(b[1],a[1]);if(c){var
 d=e[6];if(!d)return x(b[2],a[2]);var
@@ -2058,81 +2058,81 @@ f=c;return f},i);if(c)var
 j=d1(e,c[1],a[3]),k=a[4],b=av(function(a){return cp(k,a)},j);else
 var
 b=c;if(b)var
-f=hL(e,g,d[2]),l=f?[0,dY(b[1],f[1])]:f,h=l;else
+f=hN(e,g,d[2]),l=f?[0,dY(b[1],f[1])]:f,h=l;else
 var
-h=b;return h}return[0,bO(M)]}function
-hM(a,b,f){var
+h=b;return h}return[0,bO(N)]}function
+hO(a,b,f){var
 c=a[11];if(c)var
 j=c[1][3],k=o(function(a){var
-b=hG(a[1]);return b8(bO(a[2]),b)},j),i=hK(a,b,0),g=u(_(function(b){var
+b=hI(a[1]);return b8(bO(a[2]),b)},j),i=hM(a,b,0),g=w(_(function(b){var
 c=b[3];return _(function(c){var
 d=de(a,b,c),e=[0,b8(bO(a[2]),d),0],f=bO(a[3]);return[0,b8(de(a,b,c),f),e]},c)},i),k);else
 var
 g=c;var
-l=a[10],m=u(o(function(d){var
-c=hL(a,b,d[1]);if(c){var
+l=a[10],m=w(o(function(d){var
+c=hN(a,b,d[1]);if(c){var
 e=c[1];return b8(bO(d[2]),e)}return d0},l),g),d=a[7];if(d)var
-n=d[1],e=hJ(b,f),h=_(function(b){return _(function(c){var
+n=d[1],e=hL(b,f),h=_(function(b){return _(function(c){var
 d=x(b[1],c[1]),e=d?F(x(b[2],c[2])):d;if(e){var
 f=b[3];return o(function(e){var
 f=d1(a,c,e[1]);if(f){var
-g=de(a,b,e),d=a[8],h=f[1],i=c[2],j=b[2],k=d?dZ(M,dZ(0,d[1],j),i):Z;return b8(dY(bO(T(n,k)),h),g)}return d0},f)}return e},e)},e);else
+g=de(a,b,e),d=a[8],h=f[1],i=c[2],j=b[2],k=d?dZ(N,dZ(0,d[1],j),i):Z;return b8(dY(bO(T(n,k)),h),g)}return d0},f)}return e},e)},e);else
 var
 h=d;var
-p=u(h,m),q=hK(a,b,f);return u(_(function(d){var
+p=w(h,m),q=hM(a,b,f);return w(_(function(d){var
 b=a[9];return o(function(e){var
 b=d1(a,d,e[1]);if(b){var
 c=d1(a,d,e[2]);return c?b8(c[1],b[1]):d0}return d0},b)},q),p)}function
-hN(a){if(a[10])return 1;var
+hP(a){if(a[10])return 1;var
 b=a[11],c=b?1:b;return c}function
-hO(a){return aq(function(b,a){return fk(b[2],a)},w,a)}function
-hP(b,a){return x(hp(b,a[2]),v)}function
+hQ(a){return al(function(b,a){return fj(b[2],a)},v,a)}function
+hR(b,a){return x(hr(b,a[2]),u)}function
 d2(b,a){var
-c=bM(b,a[2]);return D(a[1],c)}function
-hQ(a){var
-b=o(b6,a[1]);return[0,a[2],b]}function
-cO(a){return hO(hQ(a))}function
-hR(a){var
-b=L(v,cO(a));if(b){var
-c=hQ(a),d=cO(a);return B(function(a){return hP(d,a)},c)}return b}function
+c=bM(b,a[2]);return B(a[1],c)}function
 hS(a){var
+b=o(b6,a[1]);return[0,a[2],b]}function
+cO(a){return hQ(hS(a))}function
+hT(a){var
+b=M(u,cO(a));if(b){var
+c=hS(a),d=cO(a);return D(function(a){return hR(d,a)},c)}return b}function
+hU(a){var
 b=cO(a),c=d2(b,a[2]),d=a[1];return[0,o(function(a){var
 c=d2(b,a[2]);return[0,a[1],c]},d),c]}function
-hT(a){var
+hV(a){var
 b=a[11];if(b){var
-c=b[1];return u(c[1],c[2])}return[0,a[3],[0,a[2],0]]}function
-fq(a){return hO(hT(a))}function
-hU(g,a,f){var
+c=b[1];return w(c[1],c[2])}return[0,a[3],[0,a[2],0]]}function
+fp(a){return hQ(hV(a))}function
+hW(g,a,f){var
 c=g,b=f;for(;;){if(b){if(a){var
 d=a[1],e=b[2],h=d[2],i=b[1];if(x(d[1],c)){var
-j=hU(O(c,w),a[2],e);return av(function(a){return[0,[0,h,i],a]},j)}var
-c=O(c,w),b=e;continue}return oj}return a?0:ok}}function
-hV(a){var
+j=hW(L(c,v),a[2],e);return av(function(a){return[0,[0,h,i],a]},j)}var
+c=L(c,v),b=e;continue}return oo}return a?0:op}}function
+hX(a){var
 b=a[4];if(b){var
-c=b[1];return N(c,a[3])?a[3]:c}return a[3]}function
-ol(a){var
+c=b[1];return O(c,a[3])?a[3]:c}return a[3]}function
+oq(a){var
 b=a[3];return o(function(b){var
 c=b[2],d=T(aR(df(a)),c);return[0,b[1],d]},b)}function
-hW(b,a){return aO(fp(b,a))}function
-hX(a){if(2<=a[3]){var
-c=aD(ap(a[2])),d=D(aD(ap(a[1])),c),b=x(aD(ap(a[4])),d);if(b){var
-e=a[2];return aE(function(b){return hW(a,b)},e)}return b}var
-f=a[2];return aE(function(b){return hW(a,b)},f)}function
-om(a){var
-e=a[3],b=B(function(a){return bj(a[2])},e);if(b){var
+hY(b,a){return aO(fo(b,a))}function
+hZ(a){if(2<=a[3]){var
+c=aD(aq(a[2])),d=B(aD(aq(a[1])),c),b=x(aD(aq(a[4])),d);if(b){var
+e=a[2];return aE(function(b){return hY(a,b)},e)}return b}var
+f=a[2];return aE(function(b){return hY(a,b)},f)}function
+or(a){var
+e=a[3],b=D(function(a){return bj(a[2])},e);if(b){var
 c=aO(df(a));if(c)return bj(a[4]);var
 d=c}else
 var
 d=b;return d}function
-hY(a){var
+h0(a){var
 b=a[3],c=ax(o(function(a){return T(a[2],a[4])},b));return T(aR(df(a)),c)}function
-hZ(b,a){if(b[1]){var
+h1(b,a){if(b[1]){var
 c=a[1];return o(function(b){var
-c=a[4];return o(hY,aE(function(a){return x(a[1],b)},c))},c)}var
-d=0,e=hX(a);return[0,o(function(b){var
-c=fo(a,b),d=ax(o(function(b){var
-c=hY(b);return T(fn(a,b),c)},c));return T(aR(fp(a,b)),d)},e),d]}function
-h0(g){function
+c=a[4];return o(h0,aE(function(a){return x(a[1],b)},c))},c)}var
+d=0,e=hZ(a);return[0,o(function(b){var
+c=fn(a,b),d=ax(o(function(b){var
+c=h0(b);return T(fm(a,b),c)},c));return T(aR(fo(a,b)),d)},e),d]}function
+h2(g){function
 b(c,a){function
 d(a){if(c){if(a){var
 e=a[1],f=c[1];return ar(g[1],f,e)?[0,f,b(c[2],a)]:[0,e,d(a[2])]}return c}return a}return d(a)}function
@@ -2151,7 +2151,7 @@ h(b){return a(f,b)}function
 e(d){var
 a=d;for(;;){if(a){var
 b=a[2],c=a[1];if(c){var
-f=e(b);return u(c[1],f)}var
+f=e(b);return w(c[1],f)}var
 a=b;continue}return a}}return[0,b,c,d,a,h,e]}function
 G(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
@@ -2163,20 +2163,19 @@ d=a;return d}return a?0:1}}var
 dg=34;function
 dh(a){var
 b=32===a?1:0,c=b||(9===a?1:0),d=c||(10===a?1:0),e=d||(13===a?1:0);return e}function
-h1(a){if(48===a)return[0,v];if(49===a)return[0,w];if(50===a)return[0,g(2,w)];if(51===a)return[0,E(g(2,w))];if(52===a)return[0,g(2,g(2,w))];if(53===a)return[0,E(g(2,g(2,w)))];if(54===a)return[0,g(2,E(g(2,w)))];if(55===a)return[0,E(g(2,E(g(2,w))))];if(56===a)return[0,g(2,g(2,g(2,w)))];var
-b=57===a?1:0,c=b?[0,E(g(2,g(2,g(2,w))))]:b;return c}function
+fq(a){if(48===a)return[0,u];if(49===a)return[0,v];if(50===a)return[0,f(2,v)];if(51===a)return[0,C(f(2,v))];if(52===a)return[0,f(2,f(2,v))];if(53===a)return[0,C(f(2,f(2,v)))];if(54===a)return[0,f(2,C(f(2,v)))];if(55===a)return[0,C(f(2,C(f(2,v))))];if(56===a)return[0,f(2,f(2,f(2,v)))];var
+b=57===a?1:0,c=b?[0,C(f(2,f(2,f(2,v))))]:b;return c}function
 d3(b){var
-a=h1(b),c=a?1:a;return c}function
-h2(e,d){var
+a=fq(b),c=a?1:a;return c}function
+h3(e,d){var
 b=e,a=d;for(;;){if(a){var
-c=h1(a[1]);if(c){var
-f=a[2],h=c[1],b=O(D(g(2,E(g(2,g(2,w)))),b),h),a=f;continue}return c}return[0,b]}}function
-d4(a){return a?a[2]?48===a[1]?0:h2(v,a):h2(v,a):a}function
-h3(d,c){var
+c=fq(a[1]);if(c){var
+g=a[2],h=c[1],b=L(B(f(2,C(f(2,f(2,v)))),b),h),a=g;continue}return c}return[0,b]}}function
+h4(d,c){var
 a=d,b=c;for(;;){if(b){if(a){var
 a=a[1],b=b[2];continue}return a}return 1}}function
-h4(a){var
-b=h3(on,a);return b?d4(a):b}function
+h5(a){var
+b=h4(os,a);return b?a?a[2]?48===a[1]?0:h3(u,a):h3(u,a):a:b}function
 cP(d,c){var
 a=c;for(;;){if(a){var
 b=a[1];if(dL(d,b[1]))return[0,b[2]];var
@@ -2197,11 +2196,11 @@ g=a;return g}function
 bv(i,h,g,f,e,d,c,b){function
 a(a,b){var
 c=a?1<<b:a;return c}var
-j=a(i,7),k=a(h,6),l=a(g,5),m=a(f,4),n=a(e,3),o=a(d,2),p=a(c,1);return e$(((((((a(b,0)+p|0)+o|0)+n|0)+m|0)+l|0)+k|0)+j|0)}function
+j=a(i,7),k=a(h,6),l=a(g,5),m=a(f,4),n=a(e,3),o=a(d,2),p=a(c,1);return e_(((((((a(b,0)+p|0)+o|0)+n|0)+m|0)+l|0)+k|0)+j|0)}function
 cQ(b){function
 a(a){return 0!==(b&1<<a)?1:0}var
 c=a(7);return a(6)?0:c}function
-h5(a){function
+h6(a){function
 b(b){return 0!==(a&1<<b)?1:0}var
 f=b(7),g=b(6);if(b(5)){if(f)return 0;var
 c=F(a===34?1:0);return c?F(92===a?1:0):c}if(g){if(f)return 0;var
@@ -2209,10 +2208,10 @@ d=F(a===34?1:0);if(d)return F(92===a?1:0);var
 e=d}else
 var
 e=g;return e}var
-op=[0,[0,dg,dg],oo];function
-oq(cK,cJ){var
+ou=[0,[0,dg,dg],ot];function
+ov(cK,cJ){var
 d=cK,h=cJ;for(;;){if(h){var
-w=h[2],j=h[1];if(h5(j)){var
+w=h[2],j=h[1];if(h6(j)){var
 d=[0,j,d],h=w;continue}if(w){var
 i=w[2],e=w[1];if(F(92===j?1:0)){var
 by=cQ(e);if(by){var
@@ -2376,7 +2375,7 @@ R=Q[2];if(R){var
 S=R[2];if(S){var
 T=S[2];if(T){var
 at=fr(Q[1],R[1],S[1],T[1]);if(at){var
-bV=at[1],be=bV[2],bf=be[1],bg=bf[1],bh=bV[1],bi=bh[2],bj=bi[1],bk=bj[1],bl=bh[1][2],bm=y[2],bn=bm[1],bo=bn[1],bp=y[1],bq=bp[2],br=bq[1],bs=br[1],u=bs[2],v=bs[1],bt=bp[1][2],ag=bt[1][2],D=bt[2],cL=T[2],cc=F(u),cd=cI(v,u),ce=v?u:v,cf=cI(D,ce),bu=D?v:D,cg=bu?u:bu,ch=cI(ag,cg),bw=ag?D:ag,bx=bw?v:bw,ci=bx?u:bx,cj=[0,bv(1,0,bj[2],bi[2],bg[1],bg[2],bf[2],be[2]),0],ck=[0,bv(1,0,bn[2],bm[2],bl[1][2],bl[2],bk[1],bk[2]),cj],cl=[0,bv(1,0,cd,cc,br[2],bq[2],bo[1],bo[2]),ck],d=Y([0,bv(1,1,1,1,0,ci,ch,cf),cl],d),h=cL;continue}var
+bV=at[1],be=bV[2],bf=be[1],bg=bf[1],bh=bV[1],bi=bh[2],bj=bi[1],bk=bj[1],bl=bh[1][2],bm=y[2],bn=bm[1],bo=bn[1],bp=y[1],bq=bp[2],br=bq[1],bs=br[1],u=bs[2],v=bs[1],bt=bp[1][2],ag=bt[1][2],D=bt[2],cL=T[2],cc=F(u),cd=cI(v,u),ce=v?u:v,cf=cI(D,ce),bu=D?v:D,cg=bu?u:bu,ch=cI(ag,cg),bw=ag?D:ag,bx=bw?v:bw,ci=bx?u:bx,cj=[0,bv(1,0,bj[2],bi[2],bg[1],bg[2],bf[2],be[2]),0],ck=[0,bv(1,0,bn[2],bm[2],bl[1][2],bl[2],bk[1],bk[2]),cj],cl=[0,bv(1,0,cd,cc,br[2],bq[2],bo[1],bo[2]),ck],d=W([0,bv(1,1,1,1,0,ci,ch,cf),cl],d),h=cL;continue}var
 bW=at}else
 var
 bW=T;var
@@ -2395,12 +2394,12 @@ b0=as;var
 b1=b0}else
 var
 b1=r;return b1}}var
-aX=y[2],aY=aX[1],aZ=aY[1],W=aZ[2],X=aZ[1],Z=aY[2],_=aX[2],a0=y[1],a1=a0[2],a2=a1[1],a3=a2[1],$=a3[2],aa=a3[1],ab=a2[2],ac=a1[2],a4=a0[1],a5=a4[2],a6=a5[1],a7=a6[1],ad=a7[2],a8=a7[1],ae=a6[2],af=a5[2],a9=a4[1],a_=a9[1],a$=a_[1],ba=a$[2],bb=a$[1],bc=a_[2],bd=a9[2],aD=0;if(!bb&&!ba&&!bc&&!bd&&!a8){var
+aX=y[2],aY=aX[1],aZ=aY[1],X=aZ[2],Y=aZ[1],Z=aY[2],_=aX[2],a0=y[1],a1=a0[2],a2=a1[1],a3=a2[1],$=a3[2],aa=a3[1],ab=a2[2],ac=a1[2],a4=a0[1],a5=a4[2],a6=a5[1],a7=a6[1],ad=a7[2],a8=a7[1],ae=a6[2],af=a5[2],a9=a4[1],a_=a9[1],a$=a_[1],ba=a$[2],bb=a$[1],bc=a_[2],bd=a9[2],aD=0;if(!bb&&!ba&&!bc&&!bd&&!a8){var
 b9=0;if(!ad&&!ae&&!af&&!aa){var
-au=[0,bv(0,$,ab,ac,X,W,Z,_),0];aD=1;b9=1}if(!b9){var
-cb=[0,bv(1,0,ab,ac,X,W,Z,_),0],au=[0,bv(1,1,0,ad,ae,af,aa,$),cb];aD=1}}if(!aD)var
-b$=[0,bv(1,0,ab,ac,X,W,Z,_),0],ca=[0,bv(1,0,a8,ad,ae,af,aa,$),b$],au=[0,bv(1,1,1,0,bb,ba,bc,bd),ca];var
-d=Y(au,d),h=r;continue}var
+au=[0,bv(0,$,ab,ac,Y,X,Z,_),0];aD=1;b9=1}if(!b9){var
+cb=[0,bv(1,0,ab,ac,Y,X,Z,_),0],au=[0,bv(1,1,0,ad,ae,af,aa,$),cb];aD=1}}if(!aD)var
+b$=[0,bv(1,0,ab,ac,Y,X,Z,_),0],ca=[0,bv(1,0,a8,ad,ae,af,aa,$),b$],au=[0,bv(1,1,1,0,bb,ba,bc,bd),ca];var
+d=W(au,d),h=r;continue}var
 b2=ap}else
 var
 b2=P;var
@@ -2413,53 +2412,53 @@ b4=N;var
 b5=b4}else
 var
 b5=i;return b5}var
-av=cP(e,op);if(av){var
+av=cP(e,ou);if(av){var
 d=[0,av[1],d],h=i;continue}var
 b6=av}else
 var
-b6=w;return b6}return[0,Y(d,0)]}}function
-h6(d,c){var
-b=d,a=c;for(;;){if(b){if(a)switch(hv(b[1],a[1])){case
+b6=w;return b6}return[0,W(d,0)]}}function
+h7(d,c){var
+b=d,a=c;for(;;){if(b){if(a)switch(hx(b[1],a[1])){case
 0:var
 b=b[2],a=a[2];continue;case
 1:return 1;default:return 0}return a}return 1}}var
-h7=h0([0,h6]);function
+h8=h2([0,h7]);function
 cR(d){var
-a=y(h7[5],d);for(;;){if(a){var
+a=y(h8[5],d);for(;;){if(a){var
 b=a[2];if(b){var
 c=F(G(a[1],b[1]));if(c){var
 a=b;continue}return c}return 1}return 1}}function
-h8(c,b,a){if(dh(c))return[0,[0,[6,b],a]];if(a){var
+h9(c,b,a){if(dh(c))return[0,[0,[6,b],a]];if(a){var
 d=a[2],e=a[1];if(0===e[0]){var
-f=e[1];if(44===c)return[0,[0,or,[0,[0,[0,b,f]],d]]];var
-g=93===c?1:0,n=g?[0,[0,[6,[3,Y(f,[0,b,0])]],d]]:g;return n}var
+f=e[1];if(44===c)return[0,[0,ow,[0,[0,[0,b,f]],d]]];var
+g=93===c?1:0,n=g?[0,[0,[6,[3,W(f,[0,b,0])]],d]]:g;return n}var
 h=e[2],i=e[1];if(44===c)return[0,[0,[1,[0,[0,h,b],i],0],d]];var
 j=dI===c?1:0;if(j)var
-k=Y(i,[0,[0,h,b],0]),l=cR(o(bK,k)),p=l?[0,[0,[6,[4,k]],d]]:l,m=p;else
+k=W(i,[0,[0,h,b],0]),l=cR(o(bK,k)),p=l?[0,[0,[6,[4,k]],d]]:l,m=p;else
 var
 m=j;return m}return a}function
-oE(Q,P,O){var
+oJ(Q,P,O){var
 e=Q,a=P,i=O;for(;;){if(i){var
 d=i[1];switch(e[0]){case
 0:var
 u=e[1];if(dh(d))var
 c=[0,[0,[0,u],a]];else
 if(d===34)var
-c=[0,[0,os,a]];else
+c=[0,[0,ox,a]];else
 if(d3(d))var
 c=[0,[0,[4,[0,d,0]],a]];else
 if(91===d)var
-c=[0,[0,ou,[0,ot,a]]];else
-if(gM===d)var
-c=[0,[0,ov,a]];else
+c=[0,[0,oz,[0,oy,a]]];else
+if(gO===d)var
+c=[0,[0,oA,a]];else
 if(h===d)var
-c=[0,[0,[5,k(ow),0],a]];else
+c=[0,[0,[5,k(oB),0],a]];else
 if(b===d)var
-c=[0,[0,[5,k(oy),ox],a]];else
+c=[0,[0,[5,k(oD),oC],a]];else
 if(z===d)var
-c=[0,[0,[5,k(oA),oz],a]];else{var
+c=[0,[0,[5,k(oF),oE],a]];else{var
 q=93===d?1:0,r=q?u:q,o=0;if(r)if(a)var
-s=a[1],c=0===s[0]?s[1]?0:[0,[0,oB,a[2]]]:0;else{var
+s=a[1],c=0===s[0]?s[1]?0:[0,[0,oG,a[2]]]:0;else{var
 t=a;o=1}else{var
 t=r;o=1}if(o)var
 c=t}break;case
@@ -2469,17 +2468,17 @@ c=[0,[0,[1,w,v],a]];else
 if(d===34)var
 c=[0,[0,[3,[0,w],0,0],a]];else
 var
-x=dI===d?1:0,y=x?v:x,K=y?[0,[0,oC,a]]:y,c=K;break;case
+x=dI===d?1:0,y=x?v:x,K=y?[0,[0,oH,a]]:y,c=K;break;case
 2:var
 A=e[2],B=e[1];if(dh(d))var
 c=[0,[0,[2,B,A],a]];else
 var
-C=58===d?1:0,L=C?[0,[0,oD,[0,[1,B,A],a]]]:C,c=L;break;case
+C=58===d?1:0,L=C?[0,[0,oI,[0,[1,B,A],a]]]:C,c=L;break;case
 3:var
 j=e[3],f=e[1];if(e[2])var
 c=[0,[0,[3,f,0,[0,d,j]],a]];else
 if(d===34){var
-l=oq(0,Y(j,0)),p=0;if(l){var
+l=ov(0,W(j,0)),p=0;if(l){var
 D=l[1];if(f)var
 c=[0,[0,[2,f[1],D],a]];else{var
 E=[0,[0,[6,[2,D]],a]];p=1}}else{var
@@ -2491,7 +2490,7 @@ c=[0,[0,[3,f,92===d?1:0,[0,d,j]],a]];break;case
 F=e[1];if(d3(d))var
 c=[0,[0,[4,[0,d,F]],a]];else
 var
-m=h4(Y(F,0)),c=m?h8(d,[1,m[1]],a):m;break;case
+m=h5(W(F,0)),c=m?h9(d,[1,m[1]],a):m;break;case
 5:var
 g=e[1];if(g){var
 G=d===g[1]?1:0;if(G)var
@@ -2501,28 +2500,28 @@ n=G}else
 var
 n=g;var
 c=n;break;default:var
-c=h8(d,e[1],a)}if(c){var
+c=h9(d,e[1],a)}if(c){var
 J=c[1],e=J[1],a=J[2],i=i[2];continue}return c}switch(e[0]){case
 4:if(a)return 0;var
-N=h4(Y(e[1],0));return av(function(a){return[1,a]},N);case
+N=h5(W(e[1],0));return av(function(a){return[1,a]},N);case
 6:return a?0:[0,e[1]];default:return 0}}}function
-d5(d){var
+d4(d){var
 e=d[1],f=e[1],g=f[2],c=e[2],b=d[2],h=g?c?b?55:54:b?53:52:c?b?51:50:b?49:48;return f[1]?g?c?b?z:a:b?q:99:c?b?98:97:b?57:56:h}function
 dj(a){var
-b=a[1],c=b[1],d=[0,d5(a[2]),0],e=[0,d5(b[2]),d],f=[0,d5(c[2]),e];return[0,92,[0,l,[0,d5(c[1]),f]]]}function
-oR(aY,aX){var
+b=a[1],c=b[1],d=[0,d4(a[2]),0],e=[0,d4(b[2]),d],f=[0,d4(c[2]),e];return[0,92,[0,l,[0,d4(c[1]),f]]]}function
+oW(aY,aX){var
 b=aY,f=aX;for(;;){if(f){var
-c=f[2],a=f[1],v=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aS=v(7),D=v(6);if(v(5))var
+c=f[2],a=f[1],u=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aS=u(7),D=u(6);if(u(5))var
 K=0;else
 var
 aR=D?aS:D,K=aR;if(K){if(c){var
-aZ=c[2],a0=c[1],n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),$=n(4),aa=n(3),ab=n(2),ac=n(1),ad=n(0),g=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a0),V=g(5),W=g(4),X=g(3),Z=g(2),_=g(1),b=Y(dj([0,[0,[0,fs,[0,[0,[0,0,$],aa],ab]],[0,[0,[0,ac,ad],V],W]],[0,[0,[0,X,Z],_],g(0)]]),b),f=aZ;continue}return b}var
+aZ=c[2],a0=c[1],n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),$=n(4),aa=n(3),ab=n(2),ac=n(1),ad=n(0),g=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a0),V=g(5),X=g(4),Y=g(3),Z=g(2),_=g(1),b=W(dj([0,[0,[0,fs,[0,[0,[0,0,$],aa],ab]],[0,[0,[0,ac,ad],V],X]],[0,[0,[0,Y,Z],_],g(0)]]),b),f=aZ;continue}return b}var
 q=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aU=q(7),E=q(6),G=q(5);if(q(4))var
 L=0;else
 var
 aT=G?E?aU:E:G,L=aT;if(L){if(c){var
-w=c[2];if(w){var
-a1=w[2],a2=w[1],a3=c[1],p=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),ap=p(3),aq=p(2),ar=p(1),as=p(0),i=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a3),aj=i(5),ak=i(4),al=i(3),am=i(2),an=i(1),ao=i(0),h=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a2),ae=h(5),af=h(4),ag=h(3),ah=h(2),ai=h(1),b=Y(dj([0,[0,[0,[0,[0,[0,ap,aq],ar],as],[0,[0,[0,aj,ak],al],am]],[0,[0,[0,an,ao],ae],af]],[0,[0,[0,ag,ah],ai],h(0)]]),b),f=a1;continue}return b}return b}var
+v=c[2];if(v){var
+a1=v[2],a2=v[1],a3=c[1],p=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),ap=p(3),aq=p(2),ar=p(1),as=p(0),i=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a3),aj=i(5),ak=i(4),al=i(3),am=i(2),an=i(1),ao=i(0),h=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a2),ae=h(5),af=h(4),ag=h(3),ah=h(2),ai=h(1),b=W(dj([0,[0,[0,[0,[0,[0,ap,aq],ar],as],[0,[0,[0,aj,ak],al],am]],[0,[0,[0,an,ao],ae],af]],[0,[0,[0,ag,ah],ai],h(0)]]),b),f=a1;continue}return b}return b}var
 o=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aW=o(7),H=o(6),I=o(5),J=o(4);if(o(3))var
 M=0;else
 var
@@ -2530,96 +2529,96 @@ aV=J?I?H?aW:H:I:J,M=aV;if(M){if(c){var
 x=c[2];if(x){var
 y=x[2];if(y){var
 a4=y[2],a5=y[1],a6=x[1],a7=c[1],t=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aP=t(2),aQ=t(1),C=t(0),m=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a7),s=m(5),aK=m(4),aL=m(3),aM=m(2),aN=m(1),aO=m(0),l=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a6),aE=l(5),aF=l(4),aG=l(3),aH=l(2),aI=l(1),aJ=l(0),k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a5),ay=k(5),az=k(4),aA=k(3),aB=k(2),aC=k(1),aD=k(0);if(aP)var
-z=1,r=oM;else
+z=1,r=oR;else
 var
 j=F(aK),au=cI(s,j),av=j?F(s):j,aw=cI(C,av),B=j?F(s):j,ax=B?F(C):B,z=j,r=[0,[0,cI(aQ,ax),aw],au];var
-A=r[1],at=dj([0,[0,[0,oO,[0,[0,oN,aG],aH]],[0,[0,[0,aI,aJ],ay],az]],[0,[0,[0,aA,aB],aC],aD]]),b=Y(u(dj([0,[0,[0,oQ,[0,[0,oP,A[1]],A[2]]],[0,[0,[0,r[2],z],aL],aM]],[0,[0,[0,aN,aO],aE],aF]]),at),b),f=a4;continue}return b}return b}return b}if(a===34)var
+A=r[1],at=dj([0,[0,[0,oT,[0,[0,oS,aG],aH]],[0,[0,[0,aI,aJ],ay],az]],[0,[0,[0,aA,aB],aC],aD]]),b=W(w(dj([0,[0,[0,oV,[0,[0,oU,A[1]],A[2]]],[0,[0,[0,r[2],z],aL],aM]],[0,[0,[0,aN,aO],aE],aF]]),at),b),f=a4;continue}return b}return b}return b}if(a===34)var
 d=[0,92,[0,dg,0]];else
 if(92===a)var
-d=oG;else
+d=oL;else
 if(8===a)var
-d=oH;else
+d=oM;else
 if(12===a)var
-d=oI;else
+d=oN;else
 if(10===a)var
-d=oJ;else
+d=oO;else
 if(13===a)var
-d=oK;else
+d=oP;else
 if(9===a)var
-d=oL;else{var
-N=0;if(h5(a)&&F(eZ===a?1:0))var
+d=oQ;else{var
+N=0;if(h6(a)&&F(eY===a?1:0))var
 d=[0,a,0];else
 N=1;if(N)var
 e=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),O=e(7),P=e(6),Q=e(5),R=e(4),S=e(3),T=e(2),U=e(1),d=dj([0,[0,[0,fs,fs],[0,[0,[0,O,P],Q],R]],[0,[0,[0,S,T],U],e(0)]])}var
-b=Y(d,b),f=c;continue}return b}}function
-h9(b,a){return[0,dg,oR([0,dg,b],a)]}function
-h_(p){var
-e=oS,b=p,a=0;for(;;){if(e){var
-c=g(2,E(g(2,g(2,w)))),f=aV(c);if(0===f)var
-d=[0,v,b];else
-if(1===f)var
+b=W(d,b),f=c;continue}return b}}function
+h_(b,a){return[0,dg,oW([0,dg,b],a)]}function
+h$(p){var
+e=oX,b=p,a=0;for(;;){if(e){var
+c=f(2,C(f(2,f(2,v)))),g=aV(c);if(0===g)var
+d=[0,u,b];else
+if(1===g)var
 d=br(b,c);else
 var
-h=br(cn(-1,b),c),m=h[2],n=O(cn(1,c),m),d=[0,cn(-1,h[1]),n];var
-i=d[1],j=d[2],o=0<=aV(j)?j:v,k=O(g(2,g(2,g(2,g(2,E(g(2,w)))))),o),l=0<aV(k)?fl(oh,k):hs;if(x(i,v))return[0,l,a];var
+h=br(cn(-1,b),c),m=h[2],n=L(cn(1,c),m),d=[0,cn(-1,h[1]),n];var
+i=d[1],j=d[2],o=0<=aV(j)?j:u,k=L(f(2,f(2,f(2,f(2,C(f(2,v)))))),o),l=0<aV(k)?fk(om,k):hu;if(x(i,u))return[0,l,a];var
 e=e[1],b=i,a=[0,l,a];continue}return a}}var
-oT=h0([0,function(b,a){return h6(b[1],a[1])}]);function
-d6(a,b){if(typeof
-b==="number")return Y(k(oU),a);else
+oY=h2([0,function(b,a){return h7(b[1],a[1])}]);function
+d5(a,b){if(typeof
+b==="number")return W(k(oZ),a);else
 switch(b[0]){case
-0:return b[1]?Y(k(oV),a):Y(k(oW),a);case
-1:return Y(h_(b[1]),a);case
-2:return h9(a,b[1]);case
+0:return b[1]?W(k(o0),a):W(k(o1),a);case
+1:return W(h$(b[1]),a);case
+2:return h_(a,b[1]);case
 3:var
 i=b[1];if(i){var
 f=a,j=91,c=i;for(;;){if(c){var
-n=c[2],f=d6([0,j,f],c[1]),j=44,c=n;continue}return[0,93,f]}}return[0,93,[0,91,a]];default:var
+n=c[2],f=d5([0,j,f],c[1]),j=44,c=n;continue}return[0,93,f]}}return[0,93,[0,91,a]];default:var
 l=function(a){if(a)var
-b=a[1],c=b[1],e=l(a[2]),f=b[2],d=[0,[0,c,[2,d6([0,58,h9(0,c)],f)]],e];else
+b=a[1],c=b[1],e=l(a[2]),f=b[2],d=[0,[0,c,[2,d5([0,58,h_(0,c)],f)]],e];else
 var
-d=a;return d},p=l(b[1]),h=y(oT[5],p);if(h){var
-e=a,m=gM,d=[0,h[1],h[2]];for(;;){if(d){var
+d=a;return d},p=l(b[1]),h=y(oY[5],p);if(h){var
+e=a,m=gO,d=[0,h[1],h[2]];for(;;){if(d){var
 g=d[1][2];if(typeof
 g!=="number"&&2===g[0]){var
-o=d[2],e=Y(Y(g[1],0),[0,m,e]),m=44,d=o;continue}return[0,dI,e]}return[0,dI,e]}}return[0,dI,[0,gM,a]]}}function
-ft(a){return Y(d6(0,a),0)}function
-d7(d){var
+o=d[2],e=W(W(g[1],0),[0,m,e]),m=44,d=o;continue}return[0,dI,e]}return[0,dI,e]}}return[0,dI,[0,gO,a]]}}function
+ft(a){return W(d5(0,a),0)}function
+d6(d){var
 b=0,a=d,e=0;for(;;){if(a){var
-c=a[2],b=[0,10,d6(b,a[1])],a=c;continue}return Y(b,e)}}function
-f(a,b){return 0===a[0]?y(b,a[1]):[1,a[1]]}function
+c=a[2],b=[0,10,d5(b,a[1])],a=c;continue}return W(b,e)}}function
+g(a,b){return 0===a[0]?y(b,a[1]):[1,a[1]]}function
 U(a){return[1,k(a)]}function
 I(c,b,a){return c?a:U(b)}function
-aP(b,a){return 0===a[0]?[0,a[1]]:[1,u(b,[0,32,a[1]])]}function
+aP(b,a){return 0===a[0]?[0,a[1]]:[1,w(b,[0,32,a[1]])]}function
 aW(e,d){var
 b=0,a=d;for(;;){if(a){var
 c=y(e,a[1]);if(0===c[0]){var
-b=[0,c[1],b],a=a[2];continue}return[1,c[1]]}return[0,Y(b,0)]}}function
+b=[0,c[1],b],a=a[2];continue}return[1,c[1]]}return[0,W(b,0)]}}function
 bk(b,a){if(typeof
-a==="number")return oX;function
-c(a){return[0,[0,a]]}return f(y(b,a),c)}function
+a==="number")return o2;function
+c(a){return[0,[0,a]]}return g(y(b,a),c)}function
 a8(a){if(typeof
-a!=="number"&&4===a[0])return[0,a[1]];return U(oY)}function
+a!=="number"&&4===a[0])return[0,a[1]];return U(o3)}function
 bb(a){if(typeof
-a!=="number"&&3===a[0])return[0,a[1]];return U(oZ)}function
+a!=="number"&&3===a[0])return[0,a[1]];return U(o4)}function
 as(d,c){var
 a=c;for(;;){if(a){var
 b=a[1];if(G(d,b[1]))return[0,b[2]];var
 a=a[2];continue}return a}}function
-W(c,b){var
+X(c,b){var
 a=as(c,b),d=a?1:a;return d}function
-d8(b,a){return ae(function(b){return G(a,b)},b)}function
+d7(b,a){return ae(function(b){return G(a,b)},b)}function
 P(b,d,a){function
 c(a){var
-c=[0,a],e=I(B(function(a){var
-c=d8(b,a[1]);return c?c:d8(d,a[1])},a),o0,c);return I(B(function(b){return W(b,a)},b),o1,e)}return f(a8(a),c)}function
+c=[0,a],e=I(D(function(a){var
+c=d7(b,a[1]);return c?c:d7(d,a[1])},a),o5,c);return I(D(function(b){return X(b,a)},b),o6,e)}return g(a8(a),c)}function
 r(d,a,c){var
-b=as(a,c);return b?aP(a,y(d,b[1])):U(o2)}function
+b=as(a,c);return b?aP(a,y(d,b[1])):U(o7)}function
 ag(b,a){function
-c(a){return aW(b,a)}return f(bb(a),c)}function
-h$(b,a){return x(aD(ap(a)),b)}function
+c(a){return aW(b,a)}return g(bb(a),c)}function
+ia(b,a){return x(aD(aq(a)),b)}function
 ay(c,b,a){function
 d(a){var
-d=aW(b,a);return I(h$(c,a),o3,d)}return f(bb(a),d)}function
+d=aW(b,a);return I(ia(c,a),o8,d)}return g(bb(a),d)}function
 $(c){if(typeof
 c!=="number"&&2===c[0]){var
 h=c[1],a=h,j=[0,h];for(;;){if(a){var
@@ -2631,113 +2630,128 @@ var
 f=b;var
 g=f}else
 var
-g=a;return I(F(g),o5,j)}}return U(o4)}function
+g=a;return I(F(g),o_,j)}}return U(o9)}function
 a3(a){if(typeof
-a!=="number"&&1===a[0])return[0,a[1]];return U(o6)}function
-d9(b,a){function
-c(a){return I(L(a,b),o7,[0,a])}return f(a3(a),c)}function
-ia(a){if(typeof
-a!=="number"&&0===a[0])return[0,a[1]];return U(o8)}function
+a!=="number"&&1===a[0])return[0,a[1]];return U(o$)}function
+d8(b,a){function
+c(a){return I(M(a,b),pa,[0,a])}return g(a3(a),c)}function
+ib(a){if(typeof
+a!=="number"&&0===a[0])return[0,a[1]];return U(pb)}function
 dk(d,c){var
 a=d;for(;;){if(a){var
 b=a[1];if(G(b[1],c))return[0,b[2]];var
-a=a[2];continue}return U(o9)}}function
+a=a[2];continue}return U(pc)}}function
 bw(b,a){function
-c(a){return dk(b,a)}return f($(a),c)}function
-ib(a){return _(function(a){return u(_(function(a){return 44===a?o$:[0,a,0]},a),o_)},a)}function
-d_(a){function
+c(a){return dk(b,a)}return g($(a),c)}function
+ic(a){return _(function(a){return w(_(function(a){return 44===a?pe:[0,a,0]},a),pd)},a)}function
+d9(a){function
 b(a){var
-b=I(cR(a),pa,[0,a]),c=a?1:a;return I(c,pb,b)}return f(ag($,a),b)}function
-d$(b,a){function
+b=I(cR(a),pf,[0,a]),c=a?1:a;return I(c,pg,b)}return g(ag($,a),b)}function
+d_(b,a){function
 c(a){var
-b=I(cR(o(ib,a)),pc,[0,a]),c=a?1:a;return I(c,pd,b)}return f(ag(function(a){return ay(b,$,a)},a),c)}function
-ic(c,b,a){function
+b=I(cR(o(ic,a)),ph,[0,a]),c=a?1:a;return I(c,pi,b)}return g(ag(function(a){return ay(b,$,a)},a),c)}function
+id(c,b,a){function
 d(a){function
 f(a){var
 c=cP(a,di);if(c){if(!b)return 0!==(a&32)?1:0;var
 d=b}else
 var
 d=c;return d}var
-d=h3(c,a),g=[0,a],e=d?h$(aD(c),a):d,h=e?B(f,a):e;return I(h,pe,g)}return f($(a),d)}var
-pf=0;function
-ea(a){return ic(pg,pf,a)}function
-fu(d){var
-b=g(2,g(2,g(2,g(2,g(2,E(g(2,g(2,E(g(2,g(2,E(g(2,E(g(2,g(2,g(2,g(2,g(2,E(g(2,w))))))))))))))))))))),a=d;for(;;){if(a){if(!V(b,v)){var
-b=ba(b,w),a=a[2];continue}var
+d=h4(c,a),g=[0,a],e=d?ia(aD(c),a):d,h=e?D(f,a):e;return I(h,pj,g)}return g($(a),d)}var
+pk=0;function
+d$(a){return id(pl,pk,a)}function
+ie(b,a){return[0,L(B(b[1],a[2]),a[1]),B(b[2],a[2])]}function
+fu(b,a){if(a){var
+c=a[2],d=a[1];return d?[0,0,fu(ie(d[1],b),c)]:[0,[0,b],c]}return[0,[0,b],0]}function
+ig(d){var
+a=d;for(;;){if(a){var
+b=a[2],c=a[1];if(c){var
+e=c[1];return ie(ig(b),e)}var
+a=b;continue}return[0,u,v]}}function
+ih(l,k,j,i){var
+d=l,a=k,c=j,b=i;for(;;){if(b){var
+g=b[2],e=fq(b[1]);if(e){var
+h=e[1];if(c){var
+m=c[1],n=a[2],o=B(f(2,C(f(2,f(2,v)))),n),p=a[1],a=[0,L(B(f(2,C(f(2,f(2,v)))),p),h),o],c=m,b=g;continue}var
+q=[0,h,f(2,C(f(2,f(2,v))))],d=fu(a,d),a=q,c=pm,b=g;continue}return e}return[0,ig(fu(a,d))[1]]}}function
+fv(a){return a?a[2]?48===a[1]?0:ih(0,[0,u,v],pn,a):ih(0,[0,u,v],po,a):a}function
+fw(d){var
+b=f(2,f(2,f(2,f(2,f(2,C(f(2,f(2,C(f(2,f(2,C(f(2,C(f(2,f(2,f(2,f(2,f(2,C(f(2,v))))))))))))))))))))),a=d;for(;;){if(a){if(!V(b,u)){var
+b=ba(b,v),a=a[2];continue}var
 c=0}else
 var
-c=1;return c?d4(d):c}}function
-id(g,f,e){var
+c=1;return c?fv(d):c}}function
+ii(g,f,e){var
 b=f,a=e;for(;;){if(a){var
-c=a[2],d=a[1];if(dL(d,g))return[0,Y(b,0),[0,c]];var
-b=[0,d,b],a=c;continue}return[0,Y(b,0),0]}}function
-ie(m){var
-e=id(47,0,m),f=e[2],g=e[1];if(f){var
-b=fu(g);if(b){var
-h=b[1],c=fu(f[1]);if(c){var
+c=a[2],d=a[1];if(dL(d,g))return[0,W(b,0),[0,c]];var
+b=[0,d,b],a=c;continue}return[0,W(b,0),0]}}function
+ij(m){var
+e=ii(47,0,m),f=e[2],g=e[1];if(f){var
+b=fw(g);if(b){var
+h=b[1],c=fw(f[1]);if(c){var
 a=c[1],k=aV(a);if(0===k)return 0;if(0<k){var
-i=F(fj(a,w)),j=i?x(ff(h,a),w):i,n=j?[0,[0,h,a]]:j;return n}return 0}var
+i=F(fi(a,v)),j=i?x(fe(h,a),v):i,n=j?[0,[0,h,a]]:j;return n}return 0}var
 l=c}else
 var
 l=b;return l}var
-d=fu(g),o=d?[0,[0,d[1],w]]:d;return o}function
-al(e){if(typeof
+d=fw(g),o=d?[0,[0,d[1],v]]:d;return o}function
+am(e){if(typeof
 e!=="number"&&2===e[0]){var
 a=e[1];if(a)if(45===a[1]){var
-c=ie(a[2]),f=0;if(c){var
-d=c[1];if(x(d[1],v))var
+c=ij(a[2]),f=0;if(c){var
+d=c[1];if(x(d[1],u))var
 b=0;else{var
 g=[0,[0,a$(d[1]),d[2]]];f=1}}else{var
 g=c;f=1}if(f)var
 b=g}else
 var
-b=ie(a);else
+b=ij(a);else
 var
-b=a;return b?[0,b[1]]:U(pi)}return U(ph)}function
+b=a;return b?[0,b[1]]:U(pq)}return U(pp)}function
 aX(a){function
-b(a){return I(V(v,a[1]),pj,[0,a])}return f(al(a),b)}var
-ig=k(pk);function
+b(a){return I(V(u,a[1]),pr,[0,a])}return g(am(a),b)}var
+ik=k(ps);function
 cq(a){if(typeof
-a!=="number"&&2===a[0]){if(G(a[1],ig))return pm;var
-b=function(a){return[0,[0,a]]};return f(al(a),b)}return U(pl)}function
-eb(f,e){var
+a!=="number"&&2===a[0]){if(G(a[1],ik))return pu;var
+b=function(a){return[0,[0,a]]};return g(am(a),b)}return U(pt)}function
+ea(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
 c=G(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return a?0:1}}var
-fv=a$(g(2,w));function
+fx=a$(f(2,v));function
 dl(c){return function(d){var
-b=v,a=d;for(;;){if(a){if(y(c,a[1]))return b;var
-b=O(b,w),a=a[2];continue}return fv}}}function
-ec(a){return o(aD,bu(0,bi(a)))}function
-fw(a){var
+b=u,a=d;for(;;){if(a){if(y(c,a[1]))return b;var
+b=L(b,v),a=a[2];continue}return fx}}}function
+eb(a){return o(aD,bu(0,bi(a)))}function
+fy(a){var
 b=a[5];if(b)return b[1];var
 c=a[7];return _(function(a){var
 b=a[4];return _(function(a){var
 b=a?[0,a[1],0]:a;return b},b)},c)}function
-fx(a){var
-b=fw(a);return ae(function(a){return L(a[1],v)},b)}function
-bl(b,a){return x(aD(ap(a)),b)}function
-ed(c,a){var
-b=V(v,a);return b?L(a,c):b}function
-ih(a){return x(a[1],a[2])}function
-ii(a){var
-q=L(v,a[1]);if(q){var
-r=L(v,a[2]);if(r){var
-s=L(v,a[3]);if(s){var
+fz(a){var
+b=fy(a);return ae(function(a){return M(a[1],u)},b)}function
+bl(b,a){return x(aD(aq(a)),b)}function
+ec(c,a){var
+b=V(u,a);return b?M(a,c):b}function
+il(a){return x(a[1],a[2])}function
+im(a){var
+q=M(u,a[1]);if(q){var
+r=M(u,a[2]);if(r){var
+s=M(u,a[3]);if(s){var
 t=a[5];if(t)var
 h=bl(a[3],t[1]);else
 var
 A=a[7],H=A?1:A,h=H;if(h){if(1===a[4])var
-D=a[7],i=ih(ax(o(function(a){return a[5]},D)));else
+C=a[7],i=il(ax(o(function(a){return a[5]},C)));else
 var
 i=1;if(i){var
-u=a[6];if(u){var
-j=u[1],w=a[4]?0:1;if(w){var
-y=ed(j[3],j[2]);if(y)var
-E=j[1],F=a[3],k=B(function(a){return ed(F,a)},E);else
+v=a[6];if(v){var
+j=v[1],w=a[4]?0:1;if(w){var
+y=ec(j[3],j[2]);if(y)var
+E=j[1],F=a[3],k=D(function(a){return ec(F,a)},E);else
 var
 k=y}else
 var
@@ -2745,25 +2759,25 @@ k=w;var
 l=k}else
 var
 l=1;if(l){var
-G=a[7],z=B(function(b){var
-k=ed(a[1],b[1]);if(k){var
-l=ed(a[2],b[2]);if(l){var
+G=a[7],z=D(function(b){var
+k=ec(a[1],b[1]);if(k){var
+l=ec(a[2],b[2]);if(l){var
 m=bl(a[3],b[3]);if(m){var
-n=B(bj,b[3]);if(n){var
-p=a[4]?ih(ax(b[3])):aO(ax(b[3]));if(p){var
+n=D(bj,b[3]);if(n){var
+p=a[4]?il(ax(b[3])):aO(ax(b[3]));if(p){var
 q=1===a[4]?bj(b[5]):1;if(q){if(a[5])var
 d=1;else{var
 f=bl(a[3],b[4]);if(f)var
-r=aw(b[3],b[4]),d=B(function(a){var
-b=a[1];return a[2]?1:x(b[1],v)},r);else
+r=aw(b[3],b[4]),d=D(function(a){var
+b=a[1];return a[2]?1:x(b[1],u)},r);else
 var
 d=f}if(d){var
 g=a[6];if(g){var
 h=bl(g[1][3],b[6]);if(h){var
-s=b[6],t=a[3],i=B(function(a){return bl(t,a)},s);if(i){var
-u=b[6],j=B(function(a){return B(bj,a)},u);if(j){var
-w=b[3],y=aw(bu(0,ap(b[3])),w);return B(function(a){var
-c=cK(a[2]),d=a[1],e=b[6];return cM(ax(o(function(a){return bt(d,a,M)},e)),c)},y)}var
+s=b[6],t=a[3],i=D(function(a){return bl(t,a)},s);if(i){var
+v=b[6],j=D(function(a){return D(bj,a)},v);if(j){var
+w=b[3],y=aw(bu(0,aq(b[3])),w);return D(function(a){var
+c=cK(a[2]),d=a[1],e=b[6];return cM(ax(o(function(a){return bt(d,a,N)},e)),c)},y)}var
 e=j}else
 var
 e=i}else
@@ -2784,12 +2798,12 @@ var
 c=k;return c},G);if(z){var
 c=a[7];for(;;){if(c){var
 d=c[2];if(d){var
-e=d[1],f=c[1],m=L(f[1],e[1]),C=0;if(m)var
+e=d[1],f=c[1],m=M(f[1],e[1]),B=0;if(m)var
 n=m;else{var
 p=x(f[1],e[1]);if(p){var
-g=L(f[2],e[2]);C=1}else
+g=M(f[2],e[2]);B=1}else
 var
-n=p}if(!C)var
+n=p}if(!B)var
 g=n;if(g){var
 c=d;continue}return g}return 1}return 1}}var
 b=z}else
@@ -2805,113 +2819,113 @@ var
 b=r}else
 var
 b=q;return b}var
-aY=a$(w);function
-ij(a){if(a){var
+aY=a$(v);function
+io(a){if(a){var
 b=a[2];if(b){var
-c=ij(b[2]);return[0,aN(a[1],b[1]),c]}return a}return a}function
+c=io(b[2]);return[0,aN(a[1],b[1]),c]}return a}return a}function
 cr(d){var
-b=pn,a=d;for(;;){if(b&&a&&a[2]){var
-c=ij(a),b=b[1],a=c;continue}return ax(a)}}function
+b=pv,a=d;for(;;){if(b&&a&&a[2]){var
+c=io(a),b=b[1],a=c;continue}return ax(a)}}function
 dm(c,b){if(b){var
 a=b[1],d=dm(c,b[2]);if(d){var
 f=d[1],g=f[2],e=f[1],h=d[2];return x(e,y(c,a))?[0,[0,e,[0,a,g]],h]:[0,[0,y(c,a),[0,a,0]],[0,[0,e,g],h]]}var
 i=[0,[0,y(c,a),[0,a,0]],0]}else
 var
 i=b;return i}function
-ik(a,b){return dm(a,y(hA(function(c,d){var
+ip(a,b){return dm(a,y(hC(function(c,d){var
 b=y(a,d);return V(y(a,c),b)}),b))}function
-il(a,b){if(a)var
-d=o(bN,b),e=il(a[1],d),c=[0,cr(o(function(a){return b7(M,a)},b)),e];else
+iq(a,b){if(a)var
+d=o(bN,b),e=iq(a[1],d),c=[0,cr(o(function(a){return b7(N,a)},b)),e];else
 var
 c=a;return c}function
-im(a){var
-b=D(a[1],a[2]);return x(aD(ap(a[7])),b)}function
-io(a){return 2<=a[4]?im(a):1}function
-ip(b,f,a){var
-c=a[6],e=aw(o(aD,bu(0,ap(c))),c),d=o(b6,aE(function(a){return bL(x(a[1],b[2]),x(f,v))},e)),g=ax(o(function(a){var
-c=b[1];return ax(o(function(b){return bt(bi(b),a,M)},c))},d)),h=[0,ax(o(ax,d)),g];return[0,a[2],h]}function
-po(a){var
+ir(a){var
+b=B(a[1],a[2]);return x(aD(aq(a[7])),b)}function
+is(a){return 2<=a[4]?ir(a):1}function
+it(b,f,a){var
+c=a[6],e=aw(o(aD,bu(0,aq(c))),c),d=o(b6,aE(function(a){return bL(x(a[1],b[2]),x(f,u))},e)),g=ax(o(function(a){var
+c=b[1];return ax(o(function(b){return bt(bi(b),a,N)},c))},d)),h=[0,ax(o(ax,d)),g];return[0,a[2],h]}function
+pw(a){var
 b=aR(a[2][1]),c=T(a[2][2],b);return[0,a[1],c]}function
-pp(a){return aO(a[2][1])}function
-fy(b,a){return[0,[0,[0,aY,b],aY],o(function(a){return[0,a[1],a[3]]},a)]}function
-fz(a,d,c,b){if(a)var
+px(a){return aO(a[2][1])}function
+fA(b,a){return[0,[0,[0,aY,b],aY],o(function(a){return[0,a[1],a[3]]},a)]}function
+fB(a,d,c,b){if(a)var
 f=o(function(a){var
-b=bN(a[2]);return[0,a[1],b]},b),g=fz(a[1],d,O(c,w),f),e=[0,[0,[0,[0,aY,d],c],o(function(a){var
-b=b7(M,a[2]);return[0,a[1],b]},b)],g];else
+b=bN(a[2]);return[0,a[1],b]},b),g=fB(a[1],d,L(c,v),f),e=[0,[0,[0,[0,aY,d],c],o(function(a){var
+b=b7(N,a[2]);return[0,a[1],b]},b)],g];else
 var
 e=a;return e}function
-iq(a){return o(function(a){return[0,a[1],a[2]]},a)}function
-pq(a,b,d){if(x(b[2][1],v)){var
+iu(a){return o(function(a){return[0,a[1],a[2]]},a)}function
+py(a,b,d){if(x(b[2][1],u)){var
 c=cJ(function(a){return aO(a[2])},d),e=c?c[1]:a;return[0,0,e]}var
 f=aR(b[2]);return[0,[0,T(a[2],f)],a]}function
-pr(a,b,d){var
+pz(a,b,d){var
 c=cL(b[2]);return[0,[0,aN(a[2],c)],a]}function
-ir(q,p,e){var
+iv(q,p,e){var
 f=e[2];if(f){var
 g=f[2];if(g){var
 i=g[1],h=f[1],b=h,a=h,c=[0,i,g[2]];for(;;){if(c){var
-d=c[1],m=c[2],n=N(a[2],d[2])?a:d,o=N(d[2],b[2])?b:d,b=o,a=n,c=m;continue}if(N(b[2],a[2]))return[0,[0,[0,q],e[1],h,i]];var
-j=xK(p,b,a,e[2]),k=[0,[0,j[1],e[1],j[2],a]];break}}else
+d=c[1],m=c[2],n=O(a[2],d[2])?a:d,o=O(d[2],b[2])?b:d,b=o,a=n,c=m;continue}if(O(b[2],a[2]))return[0,[0,[0,q],e[1],h,i]];var
+j=xV(p,b,a,e[2]),k=[0,[0,j[1],e[1],j[2],a]];break}}else
 var
 k=g;var
 l=k}else
 var
 l=f;return l}function
-ps(a){return ir(Z,pq,a)}function
-is(a){return ir(M,pr,a)}function
-fA(b,a){return b?a?N(b[1],a[1]):1:a?0:1}function
-fB(c,a){var
+pA(a){return iv(Z,py,a)}function
+iw(a){return iv(N,pz,a)}function
+fC(b,a){return b?a?O(b[1],a[1]):1:a?0:1}function
+fD(c,a){var
 b=0;return co(function(a,d){var
-b=y(c,d);return a?b?fA(b[1][1],a[1][1])?a:b:a:b},a,b)}function
-ee(a){var
+b=y(c,d);return a?b?fC(b[1][1],a[1][1])?a:b:a:b},a,b)}function
+ed(a){var
 c=a[2],b=c[1];return[0,a[1],[0,b[1],b[2],c[2],a[3][1],a[4][1]],[0,[0,a[3][2],a[4][2]]],0]}var
-it=g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,w))))))))))))))))))))))))))));function
-pt(a){return bM(D(a[1],it),a[2])}function
-iu(a){var
-b=o(pt,a[2]);return[0,a[1],a[2],b]}function
-iv(h,g){var
-b=h,a=g;for(;;){if(b){if(a){var
-c=a[2],d=a[1],e=b[2],f=b[1];if(N(f,d)){var
-b=e,a=c;continue}var
-i=iv(e,c);return aN(aN(f,cL(d)),i)}return M}return M}}function
-iw(b,a){if(b){if(a){var
-c=a[1],d=b[1],e=iw(b[2],a[2]),f=L(d,c)?v:O(ba(d,c),w);return O(f,e)}return v}return v}function
-ix(e,d,c,a){var
-b=[0,iv(d[2],c[2]),e,d,c];return a?N(b[1],a[1][1])?a:[0,b]:[0,b]}function
+ix=f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,v))))))))))))))))))))))))))));function
+pB(a){return bM(B(a[1],ix),a[2])}function
 iy(a){var
+b=o(pB,a[2]);return[0,a[1],a[2],b]}function
+iz(h,g){var
+b=h,a=g;for(;;){if(b){if(a){var
+c=a[2],d=a[1],e=b[2],f=b[1];if(O(f,d)){var
+b=e,a=c;continue}var
+i=iz(e,c);return aN(aN(f,cL(d)),i)}return N}return N}}function
+iA(b,a){if(b){if(a){var
+c=a[1],d=b[1],e=iA(b[2],a[2]),f=M(d,c)?u:L(ba(d,c),v);return L(f,e)}return u}return u}function
+iB(e,d,c,a){var
+b=[0,iz(d[2],c[2]),e,d,c];return a?O(b[1],a[1][1])?a:[0,b]:[0,b]}function
+iC(a){var
 b=0;return co(function(g,d){var
 e=d[1],a=d[2],b=g;for(;;){if(a){var
 c=a[2],f=a[1],a=c,b=co(function(c){return function(a,b){if(a){var
-d=a[1],f=D(d[1][1],it),g=d[1][2];return V(D(iw(c[3],b[3]),g),f)?a:ix(e,c,b,a)}return ix(e,c,b,0)}}(f),c,b);continue}return b}},a,b)}function
-iz(i,h,g){var
+d=a[1],f=B(d[1][1],ix),g=d[1][2];return V(B(iA(c[3],b[3]),g),f)?a:iB(e,c,b,a)}return iB(e,c,b,0)}}(f),c,b);continue}return b}},a,b)}function
+iD(i,h,g){var
 c=i,b=h,a=g;for(;;){if(b)if(a){var
-e=a[2],f=b[2];if(N(b[1],a[1])){var
-c=O(c,w),b=f,a=e;continue}var
-d=[0,c,iz(O(c,w),f,e)]}else
+e=a[2],f=b[2];if(O(b[1],a[1])){var
+c=L(c,v),b=f,a=e;continue}var
+d=[0,c,iD(L(c,v),f,e)]}else
 var
 d=a;else
 var
 d=b;return d}}function
-iA(a){var
-b=iz(v,a[3][2],a[4][2]);return[0,[0,a[1]],[0,aY,a[2],aY,a[3][1],a[4][1]],0,b]}function
-ef(b,a){if(b){var
+iE(a){var
+b=iD(u,a[3][2],a[4][2]);return[0,[0,a[1]],[0,aY,a[2],aY,a[3][1],a[4][1]],0,b]}function
+ee(b,a){if(b){var
 d=b[2],c=b[1];if(a){var
 e=a[1];if(x(e[1],c)){var
-g=ef(d,a[2]),h=e[2];return[0,[0,c,o(function(a){return a[1]},h)],g]}return[0,[0,c,0],ef(d,a)]}var
-f=[0,[0,c,0],ef(d,0)]}else
+g=ee(d,a[2]),h=e[2];return[0,[0,c,o(function(a){return a[1]},h)],g]}return[0,[0,c,0],ee(d,a)]}var
+f=[0,[0,c,0],ee(d,0)]}else
 var
 f=b;return f}function
-pu(a){if(typeof
+pC(a){if(typeof
 a!=="number"&&0===a[0])return a[2]?0:1;return 0}function
-fC(a,b){var
+fE(a,b){var
 c=a?[0,b,0]:a;return c}function
-iB(a){if(a)var
+iF(a){if(a)var
 b=a[2],c=b?1:b;else
 var
 c=a;return c}function
-pw(t,ab,K,J){var
-L=ef(ec(t[1]),ab);if(ae(pu,J))return 0;var
-j=L,e=J,ac=ec(t[2]);b:for(;;){if(j){var
+pE(t,ab,K,J){var
+L=ee(eb(t[1]),ab);if(ae(pC,J))return 0;var
+j=L,e=J,ac=eb(t[2]);b:for(;;){if(j){var
 A=j[1],V=A[1];if(e){var
 i=e[1],M=0;if(typeof
 i==="number"||!(0===i[0]))M=1;else
@@ -2923,12 +2937,12 @@ k=[0,0,e];var
 f=ac,h=A[2],d=k[1];for(;;){if(f){var
 p=f[2],q=f[1];if(h){if(x(h[1],q)){var
 f=p,h=h[2];continue}if(d){var
-v=x(d[1],q);if(v){var
+u=x(d[1],q);if(u){var
 f=p,d=d[2];continue}var
-w=v}else
+v=u}else
 var
-w=d;var
-l=w}else{if(d){var
+v=d;var
+l=v}else{if(d){var
 y=x(d[1],q);if(y){var
 f=p,h=0,d=d[2];continue}var
 z=y}else
@@ -2940,12 +2954,12 @@ l=d?0:1;if(l){var
 j=j[2],e=k[2];continue b}var
 n=l;break}}else
 var
-n=[0,e];if(n){if(io(t))var
-X=1,B=fC(F(iB(aE(function(a){return aO(a[4])},K))),X);else
+n=[0,e];if(n){if(is(t))var
+X=1,B=fE(F(iF(aE(function(a){return aO(a[4])},K))),X);else
 var
-B=pv;var
-Y=aE(function(a){return F(aO(a[4]))},K),r=o(function(a){return a[1]},Y),Z=[2,r],W=r?1:r,$=u(fC(W,Z),B),aa=u(_(function(a){var
-b=[1,a[1]];return fC(F(iB(a[2])),b)},L),$),m=n[1],g=aa;for(;;){if(m){if(g){var
+B=pD;var
+Y=aE(function(a){return F(aO(a[4]))},K),r=o(function(a){return a[1]},Y),Z=[2,r],W=r?1:r,$=w(fE(W,Z),B),aa=w(_(function(a){var
+b=[1,a[1]];return fE(F(iF(a[2])),b)},L),$),m=n[1],g=aa;for(;;){if(m){if(g){var
 a=g[1],c=m[1],s=function(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
 c=x(b[1],a[1]);if(c){var
@@ -3004,9 +3018,9 @@ m=m[2],g=g[2];continue}var
 I=b}else
 var
 I=g;return I}return g?0:1}}return n}}function
-bm(b,a){return x(D(b[1],a[2]),D(a[1],b[2]))}function
+bm(b,a){return x(B(b[1],a[2]),B(a[1],b[2]))}function
 b9(c,b,a){return b?a?ar(c,b[1],a[1]):a:a?0:1}function
-px(g,f){var
+pF(g,f){var
 p=b9(bm,g[1],f[1]);if(p){var
 b=f[2],c=g[2],l=x(c[1],b[1]),r=0;if(l){var
 m=x(c[2],b[2]);if(m){var
@@ -3035,7 +3049,7 @@ var
 i=h}else
 var
 i=p;return i}function
-iC(b,a){if(typeof
+iG(b,a){if(typeof
 b==="number")switch(b){case
 0:if(typeof
 a==="number"&&!a)return 1;return 0;case
@@ -3059,26 +3073,26 @@ dn(c,a){switch(c){case
 1:return 1===a?1:0;case
 2:return 2===a?1:0;default:var
 b=3<=a?1:0,d=b?1:b;return d}}function
-iD(e,a,c,b){var
+iH(e,a,c,b){var
 d=bi(e[3]);if(typeof
 b==="number")switch(b){case
-0:return o(function(a){return fy(a[1],a[2])},a);case
+0:return o(function(a){return fA(a[1],a[2])},a);case
 4:return _(function(a){var
-b=iq(a[2]);return fz(d,a[1],v,b)},a);case
-5:return fz(d,aY,v,iq(c));case
-6:return o(function(a){return fy(a[1],a[2])},a);case
+b=iu(a[2]);return fB(d,a[1],u,b)},a);case
+5:return fB(d,aY,u,iu(c));case
+6:return o(function(a){return fA(a[1],a[2])},a);case
 1:case
-7:return[0,fy(aY,c),0]}return 0}function
-eg(a,d,j){var
+7:return[0,fA(aY,c),0]}return 0}function
+ef(a,d,j){var
 b=a[6];if(b){var
-c=b[1];return fB(is,_(function(b){if(j)var
-g=0,h=a[7],i=ik(bK,o(function(a){return ip(c,b,a)},h)),d=[0,[0,aY,o(function(a){var
+c=b[1];return fD(iw,_(function(b){if(j)var
+g=0,h=a[7],i=ip(bK,o(function(a){return it(c,b,a)},h)),d=[0,[0,aY,o(function(a){var
 b=o(b6,a[2]),d=a[1],c=cr(o(b6,b));return[0,d,[0,cr(o(bK,b)),c]]},i)],g];else
 var
 e=a[7],f=dm(function(a){return a[1]},e),d=o(function(a){var
-d=a[2],e=o(function(a){return ip(c,b,a)},d);return[0,a[1],e]},f);return o(function(a){var
-c=a[1];return[0,[0,[0,b,c],aY],o(po,aE(pp,a[2]))]},d)},d))}return b}function
-iE(a){var
+d=a[2],e=o(function(a){return it(c,b,a)},d);return[0,a[1],e]},f);return o(function(a){var
+c=a[1];return[0,[0,[0,b,c],aY],o(pw,aE(px,a[2]))]},d)},d))}return b}function
+iI(a){var
 g=a[7],h=dm(function(a){return a[1]},g),d=o(function(b){var
 c=b[2],d=o(function(b){var
 e=ax(b[3]),i=b[3],j=aR(e),f=o(function(a){return T(j,a)},i);switch(a[4]){case
@@ -3090,56 +3104,56 @@ c=Z}var
 d=a[5];if(d)var
 g=d[1];else
 var
-h=b[4],g=o(function(a){return a?a[1]:M},h);var
-k=aw(f,g),l=ax(o(function(a){return T(a[1],a[2])},k));return[0,b[2],f,l,c]},c);return[0,b[1],d]},h),i=_(b6,d),j=ik(function(a){return a[1]},i),b=o(function(e){var
-b=e[2],h=e[1],i=bi(a[3]),c=cr(o(function(a){return a[4]},b)),d=aR(c),f=T(d,cr(o(function(a){return T(a[4],a[3])},b))),g=il(i,o(function(a){var
-b=a[2],c=a[4];return o(function(a){return T(c,a)},b)},b));return[0,h,o(function(a){return T(d,a)},g),f,c]},j),e=io(a),f=e?aE(function(a){return aO(a[4])},b):e,c=a[6],k=c?py:c,l=u(pz,k);return[0,a,d,b,o(function(b){if(typeof
+h=b[4],g=o(function(a){return a?a[1]:N},h);var
+k=aw(f,g),l=ax(o(function(a){return T(a[1],a[2])},k));return[0,b[2],f,l,c]},c);return[0,b[1],d]},h),i=_(b6,d),j=ip(function(a){return a[1]},i),b=o(function(e){var
+b=e[2],h=e[1],i=bi(a[3]),c=cr(o(function(a){return a[4]},b)),d=aR(c),f=T(d,cr(o(function(a){return T(a[4],a[3])},b))),g=iq(i,o(function(a){var
+b=a[2],c=a[4];return o(function(a){return T(c,a)},b)},b));return[0,h,o(function(a){return T(d,a)},g),f,c]},j),e=is(a),f=e?aE(function(a){return aO(a[4])},b):e,c=a[6],k=c?pG:c,l=w(pH,k);return[0,a,d,b,o(function(b){if(typeof
 b==="number")switch(b){case
 2:var
-c=av(iA,iy(o(function(a){var
-b=o(iu,a[2]);return[0,a[1],b]},d)));break;case
+c=av(iE,iC(o(function(a){var
+b=o(iy,a[2]);return[0,a[1],b]},d)));break;case
 3:var
-c=av(iA,iy([0,[0,aY,o(iu,f)],0]));break;case
+c=av(iE,iC([0,[0,aY,o(iy,f)],0]));break;case
 6:case
 7:var
-c=av(ee,fB(is,iD(a,d,f,b)));break;default:var
-c=fx(a)?0:av(ee,fB(ps,iD(a,d,f,b)))}else
+c=av(ed,fD(iw,iH(a,d,f,b)));break;default:var
+c=fz(a)?0:av(ed,fD(pA,iH(a,d,f,b)))}else
 if(0===b[0])var
-c=av(ee,eg(a,[0,v,0],b[1]));else{var
-e=b[1],h=eg(a,[0,v,0],e),g=0;if(h){var
-i=eg(a,[0,w,0],e);if(i)var
-c=av(ee,eg(a,[0,v,[0,w,0]],e));else{var
+c=av(ed,ef(a,[0,u,0],b[1]));else{var
+e=b[1],h=ef(a,[0,u,0],e),g=0;if(h){var
+i=ef(a,[0,v,0],e);if(i)var
+c=av(ed,ef(a,[0,u,[0,v,0]],e));else{var
 j=i;g=1}}else{var
 j=h;g=1}if(g)var
 c=j}return[0,b,c]},l)]}function
 bP(c,b){var
-d=c[4],a=cJ(function(a){return iC(a[1],b)},d);return a?a[1][2]:a}function
-iF(b,a){return N(b,a)?a:b}function
-pA(b,a){return N(b,a)?b:a}function
-iG(a){var
-b=a?[0,co(iF,a[2],a[1])]:a;return b}function
-fD(a){var
-b=a?[0,co(pA,a[2],a[1])]:a;return b}function
-iH(a,f){if(a){var
-i=o(bN,f),j=iH(a[1],i),k=0,l=o(function(a){return b7(k,a)},f),c=_(function(a){var
-b=a?[0,a[1],0]:a;return b},l),d=iG(c);if(d){var
-e=fD(c);if(e)var
+d=c[4],a=cJ(function(a){return iG(a[1],b)},d);return a?a[1][2]:a}function
+iJ(b,a){return O(b,a)?a:b}function
+pI(b,a){return O(b,a)?b:a}function
+iK(a){var
+b=a?[0,co(iJ,a[2],a[1])]:a;return b}function
+fF(a){var
+b=a?[0,co(pI,a[2],a[1])]:a;return b}function
+iL(a,f){if(a){var
+i=o(bN,f),j=iL(a[1],i),k=0,l=o(function(a){return b7(k,a)},f),c=_(function(a){var
+b=a?[0,a[1],0]:a;return b},l),d=iK(c);if(d){var
+e=fF(c);if(e)var
 h=cL(e[1]),b=aN(d[1],h);else
 var
-b=M}else
+b=N}else
 var
-b=M;var
+b=N;var
 g=[0,b,j]}else
 var
 g=a;return g}function
-iI(a){if(a[5])return M;var
-b=a[7],c=dm(function(a){return a[1]},b);return co(iF,_(function(b){var
-c=b[2],d=o(function(a){return a[4]},c);return iH(bi(a[3]),d)},c),M)}function
-iJ(a){if(a){var
+iM(a){if(a[5])return N;var
+b=a[7],c=dm(function(a){return a[1]},b);return co(iJ,_(function(b){var
+c=b[2],d=o(function(a){return a[4]},c);return iL(bi(a[3]),d)},c),N)}function
+iN(a){if(a){var
 b=a[1],c=aR(aN(b,Z));return T(aN(b,cL(Z)),c)}return Z}function
-iK(a,b){return a?fA(a[1][1],b):a}function
-fE(a,b){return a?b9(bm,a[1][1],b):a}function
-iL(b,a){var
+iO(a,b){return a?fC(a[1][1],b):a}function
+fG(a,b){return a?b9(bm,a[1][1],b):a}function
+iP(b,a){var
 Y=b[1];switch(a[0]){case
 2:var
 i=0;break;case
@@ -3151,17 +3165,17 @@ z=typeof
 a[1]==="number"?1:0,X=z?1:z,i=X;break;default:var
 i=1}if(i){switch(a[0]){case
 0:var
-K=b[1][3],L=D(aD(ap(b[1][7])),K),c=x(a[1],L);break;case
+K=b[1][3],L=B(aD(aq(b[1][7])),K),c=x(a[1],L);break;case
 1:var
-M=bP(b,a[1]),c=b9(px,a[2],M);break;case
+M=bP(b,a[1]),c=b9(pF,a[2],M);break;case
 2:var
 c=0;break;case
 3:var
-m=iG(fw(b[1])),c=m?bm(a[1],m[1]):m;break;case
+m=iK(fy(b[1])),c=m?bm(a[1],m[1]):m;break;case
 4:var
-n=fD(fw(b[1])),c=n?bm(a[1],n[1]):n;break;case
+n=fF(fy(b[1])),c=n?bm(a[1],n[1]):n;break;case
 5:var
-A=b[2],N=fD(_(function(b){var
+A=b[2],N=fF(_(function(b){var
 a=b[2];if(a){var
 c=a[2];if(c){var
 e=b[2];return o(function(a){return a[3]},e)}var
@@ -3169,80 +3183,80 @@ d=c}else
 var
 d=a;return d},A)),c=b9(bm,a[1],N);break;case
 6:var
-O=iI(b[1]),c=bm(a[1],O);break;case
+O=iM(b[1]),c=bm(a[1],O);break;case
 7:var
-P=aO(iI(b[1])),c=bL(a[1],P);break;case
+P=aO(iM(b[1])),c=bL(a[1],P);break;case
 8:var
-c=pw(b[1],b[2],b[3],a[1]);break;case
+c=pE(b[1],b[2],b[3],a[1]);break;case
 9:var
-Q=a[2],c=fE(bP(b,a[1]),Q);break;case
+Q=a[2],c=fG(bP(b,a[1]),Q);break;case
 10:var
-R=a[2],S=a[1]?4:5,c=fE(bP(b,S),R);break;case
+R=a[2],S=a[1]?4:5,c=fG(bP(b,S),R);break;case
 11:var
 d=a[3],e=a[2];if(a[1]){var
 r=0;if(typeof
 e==="number")if(2===e)var
-k=bP(b,4),g=k?b9(bm,[0,iJ(k[1][1])],d):k;else
+k=bP(b,4),g=k?b9(bm,[0,iN(k[1][1])],d):k;else
 if(3===e)var
-l=bP(b,5),g=l?b9(bm,[0,iJ(l[1][1])],d):l;else
+l=bP(b,5),g=l?b9(bm,[0,iN(l[1][1])],d):l;else
 r=1;else
 r=1;if(r)var
 g=0;var
-c=g?iK(bP(b,e),d):g}else{var
-u=iC(e,1),j=0;if(u){var
-C=b[3],s=o(function(a){return a[4]},C),E=cr(s),t=im(b[1]);if(t)var
-F=b[2],p=B(function(a){var
-b=a[2],c=cr(o(function(a){return a[4]},b)),d=aw(a[2],s);return B(function(a){var
+c=g?iO(bP(b,e),d):g}else{var
+u=iG(e,1),j=0;if(u){var
+C=b[3],s=o(function(a){return a[4]},C),E=cr(s),t=ir(b[1]);if(t)var
+F=b[2],p=D(function(a){var
+b=a[2],c=cr(o(function(a){return a[4]},b)),d=aw(a[2],s);return D(function(a){var
 b=T(c,a[2]);return bm(T(a[1][4],E),b)},d)},F);else
 var
 p=t;if(p){var
-v=fE(bP(b,0),d);if(v)var
-c=iK(bP(b,1),d);else{var
+v=fG(bP(b,0),d);if(v)var
+c=iO(bP(b,1),d);else{var
 q=v;j=1}}else{var
 q=p;j=1}}else{var
 q=u;j=1}if(j)var
 c=q}break;case
 12:var
-w=a[2],U=a[3],V=a[1]?w?6:7:w?0:1,y=bP(b,V),W=y?fA(y[1][1],[0,U])?0:1:2,c=dn(a[4],W);break;default:var
+w=a[2],U=a[3],V=a[1]?w?6:7:w?0:1,y=bP(b,V),W=y?fC(y[1][1],[0,U])?0:1:2,c=dn(a[4],W);break;default:var
 f=a[1],G=1;if(ae(function(a){return dn(G,a)},f))var
-h=pB;else{var
+h=pJ;else{var
 H=3;if(ae(function(a){return dn(H,a)},f))var
-h=pC;else{var
+h=pK;else{var
 I=2;if(ae(function(a){return dn(I,a)},f))var
-h=pD;else
+h=pL;else
 var
-J=f?pE:f,h=J}}var
+J=f?pM:f,h=J}}var
 c=b9(dn,a[2],h)}return c?0:1}return 2}function
-iM(f,l){var
-r=g(2,g(2,g(2,g(2,g(2,g(2,w)))))),h=O(D(g(2,w),f),r),k=dV(l[2],f),q=[0,dT(v,bM(dV(O(k,l[1]),h),k)),a$(h)],e=bi(f),a=q;for(;;){if(e){var
-o=a[2],p=D(g(2,w),o),b=[0,D(a[1],a[1]),p],d=ba(hq(b[1]),h);if(L(v,d))var
-i=b[1],c=lY(d),m=O(b[2],d),n=0<=c?g1(i,c):lX(i,-c|0),j=[0,n,m];else
+iQ(g,l){var
+r=f(2,f(2,f(2,f(2,f(2,f(2,v)))))),h=L(B(f(2,v),g),r),k=dV(l[2],g),q=[0,dT(u,bM(dV(L(k,l[1]),h),k)),a$(h)],e=bi(g),a=q;for(;;){if(e){var
+o=a[2],p=B(f(2,v),o),b=[0,B(a[1],a[1]),p],d=ba(hs(b[1]),h);if(M(u,d))var
+i=b[1],c=l3(d),m=L(b[2],d),n=0<=c?g3(i,c):l2(i,-c|0),j=[0,n,m];else
 var
 j=b;var
 e=e[1],a=j;continue}return a}}function
-iN(c,b,a){if(V(v,a[2]))return L(c,dV(D(a[1],b),a[2]));var
-d=D(a[1],b);return L(dV(c,a$(a[2])),d)}var
-pF=[0,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,w)))))))))))))),0],pG=[0,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,w))))))))))),pF],pH=[0,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,w))))))))),pG],pI=[0,g(2,g(2,g(2,g(2,g(2,E(g(2,g(2,w)))))))),pH],pJ=[0,g(2,g(2,g(2,g(2,g(2,g(2,w)))))),pI];function
-eh(b,a){var
-c=b[1],e=b[2];if(L(c,e))return 0;if(L(a[1],v))return 0;if(x(c,e))return[0,ho(v,a[1])];var
-i=a[1],j=a[2];if(V(D(O(hq(c),w),j),i))return pM;if(V(D(ba(c,e),a[2]),D(a[1],e)))return pN;if(V(D(a[1],c),D(ba(c,e),a[2])))return pO;var
-d=pJ;for(;;){if(d){var
-f=d[1],g=iM(f,a);if(iN(b[1],b[2],g))return pK;var
-h=iM(f,[0,a$(a[1]),a[2]]);if(iN(b[2],b[1],h))return pL;var
+iR(c,b,a){if(V(u,a[2]))return M(c,dV(B(a[1],b),a[2]));var
+d=B(a[1],b);return M(dV(c,a$(a[2])),d)}var
+pN=[0,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,v)))))))))))))),0],pO=[0,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,v))))))))))),pN],pP=[0,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,v))))))))),pO],pQ=[0,f(2,f(2,f(2,f(2,f(2,C(f(2,f(2,v)))))))),pP],pR=[0,f(2,f(2,f(2,f(2,f(2,f(2,v)))))),pQ];function
+eg(b,a){var
+c=b[1],e=b[2];if(M(c,e))return 0;if(M(a[1],u))return 0;if(x(c,e))return[0,hq(u,a[1])];var
+i=a[1],j=a[2];if(V(B(L(hs(c),v),j),i))return pU;if(V(B(ba(c,e),a[2]),B(a[1],e)))return pV;if(V(B(a[1],c),B(ba(c,e),a[2])))return pW;var
+d=pR;for(;;){if(d){var
+f=d[1],g=iQ(f,a);if(iR(b[1],b[2],g))return pS;var
+h=iQ(f,[0,a$(a[1]),a[2]]);if(iR(b[2],b[1],h))return pT;var
 d=d[2];continue}return d}}var
-fF=g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,E(g(2,g(2,g(2,g(2,E(g(2,g(2,E(g(2,g(2,g(2,E(g(2,g(2,E(g(2,g(2,g(2,E(g(2,g(2,E(g(2,g(2,E(g(2,E(g(2,g(2,g(2,g(2,E(g(2,g(2,E(g(2,E(g(2,w)))))))))))))))))))))))))))))))))))))))))))))))))));function
-iO(a){if(a){var
+fH=f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,C(f(2,f(2,f(2,f(2,C(f(2,f(2,C(f(2,f(2,f(2,C(f(2,f(2,C(f(2,f(2,f(2,C(f(2,f(2,C(f(2,f(2,C(f(2,C(f(2,f(2,f(2,f(2,C(f(2,f(2,C(f(2,C(f(2,v)))))))))))))))))))))))))))))))))))))))))))))))))));function
+iS(a){if(a){var
 b=a[2],c=a[1];if(46===c)return[0,0,b];var
-d=iO(b);return[0,[0,c,d[1]],d[2]]}return pU}function
-iP(B){var
-j=iO(B),b=j[1];if(b){var
+d=iS(b);return[0,[0,c,d[1]],d[2]]}return p2}function
+iT(D){var
+j=iS(D),b=j[1];if(b){var
 k=j[2],m=0;if(48===b[1]){var
-l=b[2],C=l?1:l;if(C)m=1}if(!m&&!F(dc(ap(k),pV))){var
-f=v,c=u(b,k);for(;;){if(c){var
-y=c[1],x=g(2,g(2,g(2,g(2,E(g(2,w)))))),a=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(y),n=a(7),o=a(6),p=a(5),q=a(4),r=a(3),s=a(2),t=a(1),d=ba(hu([0,a(0),[0,t,[0,s,[0,r,[0,q,[0,p,[0,o,[0,n,0]]]]]]]]),x),h=V(v,d),i=h?V(d,E(g(2,g(2,g(2,w))))):h,e=i?[0,d]:i;if(e){var
-z=c[2],A=e[1],f=O(D(g(2,E(g(2,g(2,w)))),f),A),c=z;continue}return e}return[0,f]}}return 0}return b}var
-iQ=k(pW),iR=k(pX);function
-ei(h,g){var
+l=b[2],E=l?1:l;if(E)m=1}if(!m&&!F(dc(aq(k),p3))){var
+g=u,c=w(b,k);for(;;){if(c){var
+y=c[1],x=f(2,f(2,f(2,f(2,C(f(2,v)))))),a=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(y),n=a(7),o=a(6),p=a(5),q=a(4),r=a(3),s=a(2),t=a(1),d=ba(hw([0,a(0),[0,t,[0,s,[0,r,[0,q,[0,p,[0,o,[0,n,0]]]]]]]]),x),h=V(u,d),i=h?V(d,C(f(2,f(2,f(2,v))))):h,e=i?[0,d]:i;if(e){var
+z=c[2],A=e[1],g=L(B(f(2,C(f(2,f(2,v)))),g),A),c=z;continue}return e}return[0,g]}}return 0}return b}var
+iU=k(p4),iV=k(p5);function
+eh(h,g){var
 b=h,a=g;for(;;){if(b){if(a){var
 d=dL(b[1],a[1]);if(d){var
 b=b[2],a=a[2];continue}var
@@ -3253,41 +3267,41 @@ c=e}else
 var
 c=a?0:1;var
 f=c?1:c;return f}}var
-cS=k(p1),ej=k(p2),fG=k(p3),cT=k(p4),a9=k(p5),aa=k(p6),cs=k(p7),ek=k(p8),el=k(p9),bn=k(p_),iS=k(p$),bo=k(qa),fH=k(qb),iT=k(qc),fI=k(qd),fJ=k(qe),em=k(qf),en=k(qg),b_=k(qh),bQ=k(qi);function
-iU(d){var
-a=as(ej,d);if(a){var
+cS=k(p9),ei=k(p_),fI=k(p$),cT=k(qa),a9=k(qb),aa=k(qc),cs=k(qd),ej=k(qe),ek=k(qf),bn=k(qg),iW=k(qh),bo=k(qi),fJ=k(qj),iX=k(qk),fK=k(ql),fL=k(qm),el=k(qn),em=k(qo),b_=k(qp),bQ=k(qq);function
+iY(d){var
+a=as(ei,d);if(a){var
 b=a[1];if(typeof
-b!=="number"&&4===b[0])return W(cs,b[1]);var
+b!=="number"&&4===b[0])return X(cs,b[1]);var
 c=0}else
 var
 c=a;return c}function
-qj(a){function
+qr(a){function
 b(a){function
 b(c){function
 b(b){function
 d(d){function
 h(a){var
-e=a?[0,a[1],0]:a,f=I(cR([0,c,u(b,u(d,e))]),qk,[0,[0,c,b,d,a]]),g=b?1:b;return I(g,ql,f)}var
+e=a?[0,a[1],0]:a,f=I(cR([0,c,w(b,w(d,e))]),qs,[0,[0,c,b,d,a]]),g=b?1:b;return I(g,qt,f)}var
 e=as(cs,a);if(e)var
-i=function(a){return[0,[0,a]]},g=f($(e[1]),i);else
+i=function(a){return[0,[0,a]]},f=g($(e[1]),i);else
 var
-g=qm;return f(g,h)}return f(r(function(a){return ag($,a)},aa,a),d)}return f(r(function(a){return ag($,a)},a9,a),b)}return f(r($,cT,a),b)}return f(P([0,cT,[0,a9,[0,aa,0]]],[0,cs,0],a),b)}function
-fK(a){function
+f=qu;return g(f,h)}return g(r(function(a){return ag($,a)},aa,a),d)}return g(r(function(a){return ag($,a)},a9,a),b)}return g(r($,cT,a),b)}return g(P([0,cT,[0,a9,[0,aa,0]]],[0,cs,0],a),b)}function
+fM(a){function
 b(b){function
 d(d){function
 c(a){var
 e=[0,[0,b,d,a]];if(b)var
 f=a[4]?0:1,c=f;else
 var
-c=1;return I(c,qn,e)}return f(r(qj,ej,a),c)}if(b)var
-e=[0,[0,k(qo),2],0],c=[0,[0,k(qp),1],e];else
+c=1;return I(c,qv,e)}return g(r(qr,ei,a),c)}if(b)var
+e=[0,[0,k(qw),2],0],c=[0,[0,k(qx),1],e];else
 var
-c=[0,[0,k(qq),0],0];return f(r(function(a){return bw(c,a)},fG,a),d)}var
-c=[0,[0,k(qr),1],0],d=[0,[0,k(qs),0],c];return f(r(function(a){return bw(d,a)},cS,a),b)}function
-iV(e,a){var
+c=[0,[0,k(qy),0],0];return g(r(function(a){return bw(c,a)},fI,a),d)}var
+c=[0,[0,k(qz),1],0],d=[0,[0,k(qA),0],c];return g(r(function(a){return bw(d,a)},cS,a),b)}function
+iZ(e,a){var
 c=e[3],b=a[3],h=G(c[1],b[1]);if(h){var
-i=eb(c[2],b[2]);if(i){var
-j=eb(c[3],b[3]);if(j){var
+i=ea(c[2],b[2]);if(i){var
+j=ea(c[3],b[3]);if(j){var
 k=c[4];if(k)var
 f=b[4],p=f?G(k[1],f[1]):f,l=p;else
 var
@@ -3307,10 +3321,10 @@ o=2<=a[2]?1:0,u=o?1:o,g=u}if(e[1])var
 m=a[1],r=m?1:m,n=r;else
 var
 s=a[1]?0:1,n=s;return[0,[0,n,g],d]}function
-R(a){return aD(ap(a))}function
-iW(a){function
+R(a){return aD(aq(a))}function
+i0(a){function
 b(c){var
-b=iU(c),d=b?[0,fJ,0]:b;function
+b=iY(c),d=b?[0,fL,0]:b;function
 e(a){function
 b(e){function
 c(c){function
@@ -3319,269 +3333,271 @@ c(e){function
 c(k){function
 c(l){function
 c(m){function
-g(g){function
+f(f){function
 n(h){function
-i(a){return[0,[0,b,e,k,l,m,g,h]]}var
-c=as(iT,a);if(c)var
-j=function(a){return aW(ea,o(b6,a))},d=f(P(0,[0,b_,[0,bQ,0]],c[1]),j);else
+i(a){return[0,[0,b,e,k,l,m,f,h]]}var
+c=as(iX,a);if(c)var
+j=function(a){return aW(d$,o(b6,a))},d=g(P(0,[0,b_,[0,bQ,0]],c[1]),j);else
 var
-d=qt;return f(d,i)}var
-h=as(fI,a);if(h){var
+d=qB;return g(d,i)}var
+h=as(fK,a);if(h){var
 c=h[1],j=0;if(typeof
 c==="number"||!(0===c[0]))j=1;else
 if(c[1])var
-p=b[1]?0:g?0:1,d=I(p,qw,qv);else
+p=b[1]?0:f?0:1,d=I(p,qE,qD);else
 var
-d=U(qx);if(j)var
-d=U(qu);var
+d=U(qF);if(j)var
+d=U(qC);var
 i=d}else
 var
-i=qy;return f(i,n)}var
-c=as(fJ,a);if(c)var
-h=function(a){return[0,[0,a]]},d=f(aP(fJ,d_(c[1])),h);else
+i=qG;return g(i,n)}var
+c=as(fL,a);if(c)var
+h=function(a){return[0,[0,a]]},d=g(aP(fL,d9(c[1])),h);else
 var
-d=qz;return f(d,g)}var
+d=qH;return g(d,f)}var
 d=R(e);function
-g(a){return ay(d,al,a)}return f(r(function(a){return bk(g,a)},bo,a),c)}var
-d=R(b[3][3]);return f(r(function(a){return d$(d,a)},iS,a),c)}var
-d=R(b[3][2]);return f(r(function(a){return d$(d,a)},bn,a),c)}return f(r(d_,el,a),c)}return f(fK(a),b)}var
-b=as(fH,a),d=b?aP(fH,ic(qA,1,b[1])):qB;return f(d,c)}var
-c=[0,[0,k(qC),0],0];return f(r(function(a){return bw(c,a)},ek,a),b)}return f(P(u([0,ek,[0,cS,[0,ej,[0,fG,[0,el,[0,bn,[0,iS,[0,bo,0]]]]]]]],d),[0,fH,[0,iT,[0,fI,0]]],a),e)}return f(a8(a),b)}function
-iX(a){if(typeof
-a!=="number"&&4===a[0])return W(fI,a[1]);return 0}var
-qK=k(qJ);function
-iY(d){var
+f(a){return ay(d,am,a)}return g(r(function(a){return bk(f,a)},bo,a),c)}var
+d=R(b[3][3]);return g(r(function(a){return d_(d,a)},iW,a),c)}var
+d=R(b[3][2]);return g(r(function(a){return d_(d,a)},bn,a),c)}return g(r(d9,ek,a),c)}return g(fM(a),b)}var
+b=as(fJ,a),d=b?aP(fJ,id(qI,1,b[1])):qJ;return g(d,c)}var
+c=[0,[0,k(qK),0],0];return g(r(function(a){return bw(c,a)},ej,a),b)}return g(P(w([0,ej,[0,cS,[0,ei,[0,fI,[0,ek,[0,bn,[0,iW,[0,bo,0]]]]]]]],d),[0,fJ,[0,iX,[0,fK,0]]],a),e)}return g(a8(a),b)}function
+i1(a){if(typeof
+a!=="number"&&4===a[0])return X(fK,a[1]);return 0}var
+qS=k(qR);function
+i2(d){var
 a=d;for(;;){if(a){var
 b=a[2];if(b){var
 c=a[1];if(G(c,b[1])){var
-a=b;continue}return[0,c,iY(b)]}return a}return a}}function
-qL(e){var
-a=iY(y(h7[5],e));if(a){var
+a=b;continue}return[0,c,i2(b)]}return a}return a}}function
+qT(e){var
+a=i2(y(h8[5],e));if(a){var
 b=a[2];if(b){var
 f=[0,a[1],[0,b[1],b[2]]],G=0,c=o(function(F){var
 e=G,d=F;for(;;){if(d){var
 g=d[2],a=d[1],k=dh(a),l=k||(11===a?1:0),m=l||(12===a?1:0);if(m){var
 d=g;continue}var
-h=dW(33,a),i=h?dW(a,ln):h;if(i){var
+h=dW(33,a),i=h?dW(a,ls):h;if(i){var
 c=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),x=c(7),y=c(6),z=c(5),A=c(4),B=c(3),C=c(2),D=c(1),E=c(0);if(z||!(y&&!x))var
 f=a;else{var
 j=0;if(dW(65,a)&&dW(a,90))var
 n=0,o=1,p=1,b=function(a,b){var
-c=a?1<<b:a;return c},q=b(n,7),r=b(o,6),s=b(p,5),t=b(A,4),u=b(B,3),v=b(C,2),w=b(D,1),f=e$(((((((b(E,0)+w|0)+v|0)+u|0)+t|0)+s|0)+r|0)+q|0);else
+c=a?1<<b:a;return c},q=b(n,7),r=b(o,6),s=b(p,5),t=b(A,4),u=b(B,3),v=b(C,2),w=b(D,1),f=e_(((((((b(E,0)+w|0)+v|0)+u|0)+t|0)+s|0)+r|0)+q|0);else
 j=1;if(j)var
 f=a}var
-e=[0,f,e],d=g;continue}return i}return[0,Y(e,0)]}},f),d=B(function(a){if(a){var
-b=a[1],f=ae(function(a){return F(ae(function(b){return a===b?1:0},qK))},b),c=f||F(ae(d3,b));if(c)var
+e=[0,f,e],d=g;continue}return i}return[0,W(e,0)]}},f),d=D(function(a){if(a){var
+b=a[1],f=ae(function(a){return F(ae(function(b){return a===b?1:0},qS))},b),c=f||F(ae(d3,b));if(c)var
 d=c;else
 var
-e=d4(b),g=e?1:e,d=g;return d}return a},c);return d?cR(_(function(a){var
+e=fv(b),g=e?1:e,d=g;return d}return a},c);return d?cR(_(function(a){var
 b=a?[0,a[1],0]:a;return b},c)):d}return 1}return 1}function
-fL(a,b){if(a)var
-d=o(bN,b),e=fL(a[2],d),f=0,c=[0,o(function(a){return b7(f,a)},b),e];else
+fN(a,b){if(a)var
+d=o(bN,b),e=fN(a[2],d),f=0,c=[0,o(function(a){return b7(f,a)},b),e];else
 var
 c=a;return c}function
-fM(a){var
-c=a[1][3],b=a[6],d=b?[0,b[1],0]:b,e=u(fL(c[3],a[4]),d),f=u(fL(c[2],a[3]),e);return B(qL,[0,a[2],f])}var
-bc=k(qM),bd=k(qN),be=k(qO),bf=k(qP),iZ=k(qQ),i0=k(qR),bg=k(qS),i1=k(qT),i2=k(qU),a_=k(qV),i3=k(qW),i4=k(qX),eo=k(qY),i5=k(qZ),b$=k(q0),i6=k(q1),i7=k(q2),i8=k(q3),i9=k(q4),i_=k(q5),cU=k(q6),i$=k(q7);function
-fN(a){return x(a[1],v)}function
-ja(a,b){if(a)var
-d=o(bN,b),e=ja(a[1],d),c=[0,o(function(a){return b7(M,a)},b),e];else
+fO(a){var
+c=a[1][3],b=a[6],d=b?[0,b[1],0]:b,e=w(fN(c[3],a[4]),d),f=w(fN(c[2],a[3]),e);return D(qT,[0,a[2],f])}var
+bc=k(qU),bd=k(qV),be=k(qW),bf=k(qX),i3=k(qY),i4=k(qZ),bg=k(q0),i5=k(q1),i6=k(q2),a_=k(q3),i7=k(q4),i8=k(q5),en=k(q6),i9=k(q7),b$=k(q8),i_=k(q9),i$=k(q_),ja=k(q$),jb=k(ra),jc=k(rb),cU=k(rc),jd=k(rd);function
+fP(a){return x(a[1],u)}function
+je(a,b){if(a)var
+d=o(bN,b),e=je(a[1],d),c=[0,o(function(a){return b7(N,a)},b),e];else
 var
 c=a;return c}function
-jb(e,d){var
+jf(e,d){var
 b=e,a=d;for(;;){if(b){if(a){var
-f=aw(b[1],a[1]),c=B(function(a){return cM(a[1],a[2])},f);if(c){var
+f=aw(b[1],a[1]),c=D(function(a){return cM(a[1],a[2])},f);if(c){var
 b=b[2],a=a[2];continue}return c}return 1}return 1}}function
-q8(a){function
+re(a){function
 b(a){function
 b(a){var
-c=jb(a,ja(ap(a),a)),f=[0,a];if(c)var
-e=cN(v,a),b=B(function(a){var
-b=cN(v,a[2]);return B(function(b){var
-c=x(a[1],b[1]);return bL(fN(b[2]),c)},b)},e),g=b?B(function(b){var
-c=aw(b,a);return B(function(a){var
-c=aw(b,a[2]);return B(function(b){var
-c=aN(b[1],b[2]);return N(a[1],c)},c)},c)},a):b,d=g;else
+c=jf(a,je(aq(a),a)),f=[0,a];if(c)var
+e=cN(u,a),b=D(function(a){var
+b=cN(u,a[2]);return D(function(b){var
+c=x(a[1],b[1]);return bL(fP(b[2]),c)},b)},e),g=b?D(function(b){var
+c=aw(b,a);return D(function(a){var
+c=aw(b,a[2]);return D(function(b){var
+c=aN(b[1],b[2]);return O(a[1],c)},c)},c)},a):b,d=g;else
 var
-d=c;return I(d,q9,f)}var
-c=R(a);return f(aW(function(a){return ay(c,aX,a)},a),b)}return f(bb(a),b)}function
-re(a){function
+d=c;return I(d,rf,f)}var
+c=R(a);return g(aW(function(a){return ay(c,aX,a)},a),b)}return g(bb(a),b)}function
+rm(a){function
 b(a){function
 b(c){var
 b=R(c);function
 d(c){function
 d(d){function
 e(e){function
-g(a){var
-b=[0,[0,[0,c,d,a],e]],f=aw(c,d);return I(B(function(a){return N(a[1],a[2])},f),rf,b)}function
+f(a){var
+b=[0,[0,[0,c,d,a],e]],f=aw(c,d);return I(D(function(a){return O(a[1],a[2])},f),rn,b)}function
 h(c){function
 a(a){function
 c(b){function
-c(a){return[0,[0,b,a]]}return f(r(al,eo,a),c)}return f(r(function(a){return ay(b,al,a)},i8,a),c)}return f(P([0,i8,[0,eo,0]],0,c),a)}return f(r(function(a){return ag(h,a)},a_,a),g)}function
-g(a){return ay(b,al,a)}function
-h(a){return ag(g,a)}return f(r(function(a){return ag(h,a)},i7,a),e)}return f(r(function(a){return ay(b,al,a)},i6,a),d)}return f(r(function(a){return ay(b,al,a)},b$,a),d)}return f(r(d_,i5,a),b)}return f(P([0,i5,[0,b$,[0,i6,[0,i7,[0,a_,0]]]]],0,a),b)}function
-jc(d,a,c,b){if(a)var
-f=bN(b),g=bN(c),h=jc(O(d,w),a[2],g,f),i=b7(M,c),j=b7(0,b),e=[0,[0,d,a[1],j,i],h];else
+c(a){return[0,[0,b,a]]}return g(r(am,en,a),c)}return g(r(function(a){return ay(b,am,a)},ja,a),c)}return g(P([0,ja,[0,en,0]],0,c),a)}return g(r(function(a){return ag(h,a)},a_,a),f)}function
+f(a){return ay(b,am,a)}function
+h(a){return ag(f,a)}return g(r(function(a){return ag(h,a)},i$,a),e)}return g(r(function(a){return ay(b,am,a)},i_,a),d)}return g(r(function(a){return ay(b,am,a)},b$,a),d)}return g(r(d9,i9,a),b)}return g(P([0,i9,[0,b$,[0,i_,[0,i$,[0,a_,0]]]]],0,a),b)}function
+jg(d,a,c,b){if(a)var
+f=bN(b),g=bN(c),h=jg(L(d,v),a[2],g,f),i=b7(N,c),j=b7(0,b),e=[0,[0,d,a[1],j,i],h];else
 var
 e=a;return e}function
-jd(f,b,e){if(b){var
-k=bN(e),l=jd(f,b[2],k),m=b7(0,e),a=b[1],c=f[5];if(c)var
+jh(f,b,e){if(b){var
+k=bN(e),l=jh(f,b[2],k),m=b7(0,e),a=b[1],c=f[5];if(c)var
 d=c[1];else
 var
-j=a[4],d=o(function(a){return a?a[1]:M},j);var
-h=a[5],i=jc(v,a[3],d,m),g=[0,[0,a[1],a[2],i,h],l]}else
+j=a[4],d=o(function(a){return a?a[1]:N},j);var
+h=a[5],i=jg(u,a[3],d,m),g=[0,[0,a[1],a[2],i,h],l]}else
 var
 g=b;return g}function
-je(e,d){var
+ji(e,d){var
 a=d;for(;;){if(a){var
 b=a[2];if(b){var
 c=ar(e,a[1],b[1]);if(c){var
 a=b;continue}return c}return 1}return 1}}function
-rv(a){function
+rD(a){function
 b(a){if(a){var
 b=a[2];if(b){var
-c=b[1];if(b[2])return U(rw);var
+c=b[1];if(b[2])return U(rE);var
 d=function(b){function
-a(a){return I(F(fN(a)),rx,[0,[0,b,a]])}return f(aX(c),a)};return f(a3(a[1]),d)}return U(ry)}return U(rz)}return f(bb(a),b)}function
-rA(a){function
+a(a){return I(F(fP(a)),rF,[0,[0,b,a]])}return g(aX(c),a)};return g(a3(a[1]),d)}return U(rG)}return U(rH)}return g(bb(a),b)}function
+rI(a){function
 b(a){var
-b=[0,a];return I(je(function(b,a){return L(b[1],a[1])},a),rB,b)}return f(ag(rv,a),b)}function
-rC(b,a){var
-d=L(b[1],a[1]);if(d)var
+b=[0,a];return I(ji(function(b,a){return M(b[1],a[1])},a),rJ,b)}return g(ag(rD,a),b)}function
+rK(b,a){var
+d=M(b[1],a[1]);if(d)var
 c=d;else{var
 e=x(b[1],a[1]);if(e){var
-f=L(b[2],a[2]);if(f)var
+f=M(b[2],a[2]);if(f)var
 c=f;else{var
-g=x(b[2],a[2]);if(g)return L(b[3],a[3]);var
+g=x(b[2],a[2]);if(g)return M(b[3],a[3]);var
 c=g}}else
 var
 c=e}return c}function
-jf(c,b,d){var
+jj(c,b,d){var
 a=b?b[1][11]:b;function
 e(b){function
 d(c){function
-e(a){return I(je(rC,c),rD,[0,c])}if(a)var
-g=R(a[1][1]),d=r(function(a){return ay(g,al,a)},i_,b);else
+e(a){return I(ji(rK,c),rL,[0,c])}if(a)var
+f=R(a[1][1]),d=r(function(a){return ay(f,am,a)},jc,b);else
 var
-d=rE;return f(d,e)}function
-e(g){function
+d=rM;return g(d,e)}function
+e(f){function
 a(a){function
 b(b){function
 c(c){function
 d(d){function
-e(a){return[0,[0,b,c,d,a]]}return f(r(rA,i$,a),e)}return f(r(a3,b$,a),d)}return f(r(a3,cU,a),c)}var
-d=c?r(a3,aa,a):[0,a$(w)];return f(d,b)}var
-b=0,d=[0,cU,[0,b$,[0,i$,0]]],e=c?[0,aa,0]:c;return f(P(u(e,d),b,g),a)}return f(r(function(a){return ag(e,a)},i9,b),d)}var
-g=0,h=a?[0,i_,0]:a;return f(P([0,i9,h],g,d),e)}function
-dp(a){return a?ap(a[1]):a}function
-jg(a){return aq(hl,rF,a)}function
-fO(a){return jg(o(ap,a))}function
-fP(a){return jg(o(dp,a))}function
-bx(a){return fO(a[1])}function
-jh(a){return fP(a[1])}function
+e(a){return[0,[0,b,c,d,a]]}return g(r(rI,jd,a),e)}return g(r(a3,b$,a),d)}return g(r(a3,cU,a),c)}var
+d=c?r(a3,aa,a):[0,a$(v)];return g(d,b)}var
+b=0,d=[0,cU,[0,b$,[0,jd,0]]],e=c?[0,aa,0]:c;return g(P(w(e,d),b,f),a)}return g(r(function(a){return ag(e,a)},jb,b),d)}var
+f=0,h=a?[0,jc,0]:a;return g(P([0,jb,h],f,d),e)}function
+dp(a){return a?aq(a[1]):a}function
+jk(a){return al(hn,rN,a)}function
+fQ(a){return jk(o(aq,a))}function
+fR(a){return jk(o(dp,a))}function
+bx(a){return fQ(a[1])}function
+jl(a){return fR(a[1])}function
 ca(b){var
-a=b[2];return 0===a[0]?fO(a[1]):a[1]}function
-ji(b){var
-a=b[2];return 0===a[0]?fP(a[1]):a[1]}function
-ct(b,a){return dc(ap(a),b)}function
-ep(e,a){var
+a=b[2];return 0===a[0]?fQ(a[1]):a[1]}function
+jm(b){var
+a=b[2];return 0===a[0]?fR(a[1]):a[1]}function
+ct(b,a){return dc(aq(a),b)}function
+eo(e,a){var
 b=ct(e,a);if(b){var
-c=B(bj,a);if(c)return cM(ax(a),Z);var
+c=D(bj,a);if(c)return cM(ax(a),Z);var
 d=c}else
 var
 d=b;return d}function
-jj(a){return ae(aO,a)}function
+jn(a){return ae(aO,a)}function
 cu(b,a){if(a){var
 c=cu(b,a[2]),d=aw(a[1],c);return o(function(a){return[0,a[1],a[2]]},d)}return dd(0,b)}function
-rG(a){var
-e=dp(a),b=B(function(a){return ep(e,a)},a);if(b){var
-c=F(ct(0,a));if(c)return B(jj,cu(dp(a),a));var
+rO(a){var
+e=dp(a),b=D(function(a){return eo(e,a)},a);if(b){var
+c=F(ct(0,a));if(c)return D(jn,cu(dp(a),a));var
 d=c}else
 var
 d=b;return d}function
-jk(a){var
-b=F(ct(0,a));return b?B(rG,a):b}function
-fQ(d,c,a){var
-b=ct(d,a);return b?B(function(a){return ct(c,a)},a):b}function
-fR(a){if(a){var
+jo(a){var
+b=F(ct(0,a));return b?D(rO,a):b}function
+fS(d,c,a){var
+b=ct(d,a);return b?D(function(a){return ct(c,a)},a):b}function
+fT(a){if(a){var
 b=a[2],c=a[1];return _(function(a){var
-c=fR(b);return o(function(b){return _(function(a){return o(function(b){return T(a,b)},b)},a)},c)},c)}return[0,[0,Z,0],0]}function
-jl(a){if(a)var
-b=a[1],d=jl(b),e=o(function(a){return[0,M,a]},d),c=[0,[0,Z,dd(M,b)],e];else
+c=fT(b);return o(function(b){return _(function(a){return o(function(b){return T(a,b)},b)},a)},c)},c)}return[0,[0,Z,0],0]}function
+jp(a){if(a)var
+b=a[1],d=jp(b),e=o(function(a){return[0,N,a]},d),c=[0,[0,Z,dd(N,b)],e];else
 var
 c=a;return c}function
-jm(a){return fR(a[1])}function
-fS(b){var
-a=b[2];return 0===a[0]?fR(a[1]):jl(a[1])}function
-fT(a){return aq(function(b,a){return fk(b[2],a)},w,a)}function
-jn(b,a){var
-c=bM(b,a[2]);return D(a[1],c)}function
-eq(a){return fT(a7(a))}function
-er(a){var
-b=eq(a);function
-c(a){return jn(b,a)}return o(function(a){return o(c,a)},a)}function
-fU(a){return aq(function(b,a){return D(eq(b),a)},w,a)}function
+jq(a){return fT(a[1])}function
+fU(b){var
+a=b[2];return 0===a[0]?fT(a[1]):jp(a[1])}function
+fV(a){return al(function(b,a){return fj(b[2],a)},v,a)}function
+jr(b,a){var
+c=bM(b,a[2]);return B(a[1],c)}function
+ep(a){return fV(a7(a))}function
+eq(a){var
+b=ep(a);function
+c(a){return jr(b,a)}return o(function(a){return o(c,a)},a)}function
+fW(a){return al(function(b,a){return B(ep(b),a)},v,a)}function
 cV(d,c,e){if(d){var
 b=c,a=e;for(;;){if(b&&a){var
 b=b[1],a=a[2];continue}var
-g=cV(d[1],c,a),f=[0,hr(c,e),g];break}}else
+g=cV(d[1],c,a),f=[0,ht(c,e),g];break}}else
 var
 f=d;return f}function
-jo(c,b,a){if(b){var
+js(c,b,a){if(b){var
 d=b[1];if(a){var
-f=a[1],e=jo(c,b[2],a[2]),g=aV(d);if(0===g)return e;if(0<g){var
-i=aw(f,e);return o(function(a){return O(D(d,a[1]),a[2])},i)}var
-h=aw(f,e);return o(function(a){return O(D(d,a[1]),a[2])},h)}return dd(v,c)}return dd(v,c)}function
-fV(b,a,d){if(a){var
-c=a[2],e=a[1],f=dU(fP(c),b),g=cV(dp(e),f,d),h=o(function(a){return fV(b,c,a)},g),i=er(e);return _(function(a){return jo(dU(fO(c),b),a,h)},i)}return d}function
-jp(a){var
-f=a[4],b=dU(bx(a),f),g=fT(a7(a7(a[5]))),h=a[5],c=o(function(b){var
-c=a7(b),d=o(function(a){return jn(g,a)},c);return fV(a[4],a[1],d)},h),d=a[2];if(0===d[0])var
-i=a7(c),e=fV(b,d[1],i);else
+f=a[1],e=js(c,b[2],a[2]),g=aV(d);if(0===g)return e;if(0<g){var
+i=aw(f,e);return o(function(a){return L(B(d,a[1]),a[2])},i)}var
+h=aw(f,e);return o(function(a){return L(B(d,a[1]),a[2])},h)}return dd(u,c)}return dd(u,c)}function
+fX(b,a,d){if(a){var
+c=a[2],e=a[1],f=dU(fR(c),b),g=cV(dp(e),f,d),h=o(function(a){return fX(b,c,a)},g),i=eq(e);return _(function(a){return js(dU(fQ(c),b),a,h)},i)}return d}function
+jt(a){var
+f=a[4],b=dU(bx(a),f),g=fV(a7(a7(a[5]))),h=a[5],c=o(function(b){var
+c=a7(b),d=o(function(a){return jr(g,a)},c);return fX(a[4],a[1],d)},h),d=a[2];if(0===d[0])var
+i=a7(c),e=fX(b,d[1],i);else
 var
 e=a7(c);var
 j=cV(ca(a),b,e),k=a[4],l=bx(a);return o(function(a){return cV(l,k,a)},j)}function
-jq(a){var
-b=aq(of,v,a),c=aV(b);return 0===c?o(function(a){return M},a):0<c?o(function(a){return cK([0,a,b])},a):o(function(a){return M},a)}function
-dq(b,a){return N(b,a)?a:b}function
-jr(b,a){return N(b,a)?b:a}function
-es(a){return a?aq(dq,a[1],a[2]):M}function
-cW(a){return a?aq(jr,a[1],a[2]):M}function
-et(a){var
-b=cW(a),c=es(a);return aO(b)?[0,T(c,aR(b))]:aO(c)?0:[0,Z]}function
+ju(a){var
+b=al(ok,u,a),c=aV(b);return 0===c?o(function(a){return N},a):0<c?o(function(a){return cK([0,a,b])},a):o(function(a){return N},a)}function
+dq(b,a){return O(b,a)?a:b}function
+jv(b,a){return O(b,a)?b:a}function
+er(a){return a?al(dq,a[1],a[2]):N}function
+cW(a){return a?al(jv,a[1],a[2]):N}function
+es(a){var
+b=cW(a),c=er(a);return aO(b)?[0,T(c,aR(b))]:aO(c)?0:[0,Z]}function
 dr(c,b,a){var
 d=b?a?[0,ar(c,b[1],a[1])]:a:b;return d}function
-js(a){var
-b=o(et,cu(dp(a),a)),c=[0,Z];return aq(function(a,b){return dr(dq,a,b)},c,b)}function
-jt(a){var
-b=o(js,a),c=[0,Z];return aq(function(a,b){return dr(T,a,b)},c,b)}function
+jw(a){var
+b=o(es,cu(dp(a),a)),c=[0,Z];return al(function(a,b){return dr(dq,a,b)},c,b)}function
+jx(a){var
+b=o(jw,a),c=[0,Z];return al(function(a,b){return dr(T,a,b)},c,b)}function
 ds(d,c,b){var
 a=d[7];return 0===a[0]?a[1]:bt(b,bt(c,a[1],0),0)}function
-fW(d,c,b){var
-a=d[6];return a?bt(b,bt(c,a[1],0),M):Z}function
-cb(a){return aw(bu(0,ap(a)),a)}var
-eu=k(rI),cX=k(rJ),cY=k(rK),ev=k(rL),ew=k(rM),bR=k(rN),ju=k(rO),dt=k(rP),du=k(rQ),dv=k(rR),ex=k(rS),ey=k(rT),cZ=k(rU),ez=k(rV),fX=k(rW),jv=k(rX),fY=k(rY),fZ=k(rZ),eA=k(r0),eB=k(r1),jw=k(r2),eC=k(r3),f0=k(r4),f1=k(r5),jx=k(r6),f2=k(r7),f3=k(r8),c0=k(r9),eD=k(r_),eE=k(r$),jy=k(sa),eF=k(sb),sd=k(sc),cc=k(se),jz=k(sf),jA=k(sg),jB=k(sh),jC=k(si),f4=k(sj),jD=k(sk),f5=k(sl),f6=k(sm),jE=k(sn),jF=k(so),jG=k(sp);function
-f7(b,a){var
-c=k(sq),d=u(h_(a),c),e=u(k(sr),d);return u(k(b),e)}function
-by(b,a){return y(dl(function(b){return eb(a,b)}),b)}function
-jH(a,b){function
-c(b){return aW(function(a){return r($,a,b)},a)}return f(P(a,0,b),c)}function
-f8(c,b,a){function
-d(a){return[0,by(b[3],a)]}return f(jH(c[3][2],a),d)}function
-jI(c,b,a){function
-d(a){return[0,by(b[4],a)]}return f(jH(c[3][3],a),d)}function
-jJ(b,a){function
+fY(d,c,b){var
+a=d[6];return a?bt(b,bt(c,a[1],0),N):Z}function
+cb(a){return aw(bu(0,aq(a)),a)}var
+et=k(rQ),cX=k(rR),cY=k(rS),eu=k(rT),ev=k(rU),bR=k(rV),jy=k(rW),dt=k(rX),du=k(rY),dv=k(rZ),ew=k(r0),ex=k(r1),cZ=k(r2),ey=k(r3),fZ=k(r4),jz=k(r5),f0=k(r6),f1=k(r7),ez=k(r8),eA=k(r9),jA=k(r_),eB=k(r$),f2=k(sa),f3=k(sb),jB=k(sc),f4=k(sd),f5=k(se),c0=k(sf),eC=k(sg),eD=k(sh),jC=k(si),eE=k(sj),sl=k(sk),cc=k(sm),jD=k(sn),jE=k(so),jF=k(sp),jG=k(sq),f6=k(sr),jH=k(ss),f7=k(st),f8=k(su),jI=k(sv),jJ=k(sw),jK=k(sx);function
+jL(a){var
+b=0;return al(function(b,a){return W(W(b,0),a)},b,a)}function
+f9(b,a){var
+c=k(sy),d=w(h$(a),c),e=w(k(sz),d);return w(k(b),e)}function
+by(b,a){return y(dl(function(b){return ea(a,b)}),b)}function
+jM(a,b){function
+c(b){return aW(function(a){return r($,a,b)},a)}return g(P(a,0,b),c)}function
+f_(c,b,a){function
+d(a){return[0,by(b[3],a)]}return g(jM(c[3][2],a),d)}function
+jN(c,b,a){function
+d(a){return[0,by(b[4],a)]}return g(jM(c[3][3],a),d)}function
+jO(b,a){function
 c(a){var
-c=b[2];return[0,y(dl(function(b){return G(a,b)}),c)]}return f($(a),c)}function
-jK(b,a){function
+c=b[2];return[0,y(dl(function(b){return G(a,b)}),c)]}return g($(a),c)}function
+jP(b,a){function
 c(a){if(a){var
-b=a[2];return b?b[2]?U(ss):[0,[0,a[1],b[1]]]:U(st)}return U(su)}return f(ay(g(2,w),b,a),c)}var
-sw=[0,[0,k(sv),w],0],sy=[0,[0,k(sx),v],sw];function
+b=a[2];return b?b[2]?U(sA):[0,[0,a[1],b[1]]]:U(sB)}return U(sC)}return g(ay(f(2,v),b,a),c)}var
+sE=[0,[0,k(sD),v],0],sG=[0,[0,k(sF),u],sE];function
 bS(a,b){var
 c=a?[0,b,0]:a;return c}function
 bz(c,b,a){return c?a:[0,b]}function
-jL(d,c,a,g,e){var
-b=a[6],h=b?[0,[0,b[1],b[2]],0]:b,i=u([0,cU,[0,b$,0]],h),j=u(bS(a[5],eF),i),k=u(bS(a[4],el),j),l=u(bS(a[3],cT),k),m=u(bS(a[2],aa),l);function
+jQ(d,c,a,f,e){var
+b=a[6],h=b?[0,[0,b[1],b[2]],0]:b,i=w([0,cU,[0,b$,0]],h),j=w(bS(a[5],eE),i),k=w(bS(a[4],ek),j),l=w(bS(a[3],cT),k),m=w(bS(a[2],aa),l);function
 n(b){function
 e(e){function
 h(h){function
@@ -3589,24 +3605,24 @@ i(i){function
 j(j){function
 k(k){function
 l(l){function
-m(a){return[0,[0,g,[0,j,e,h,k,l],a,i]]}var
+m(a){return[0,[0,f,[0,j,e,h,k,l],a,i]]}var
 c=a[6];if(c)var
-n=function(a){return[0,[0,a]]},o=[0,c[1],c[2]],d=f(r(function(a){return jK(al,a)},o,b),n);else
+n=function(a){return[0,[0,a]]},o=[0,c[1],c[2]],d=g(r(function(a){return jP(am,a)},o,b),n);else
 var
-d=sB;return f(d,m)}return f(r(function(a){return f8(d,c,a)},b$,b),l)}return f(r(function(a){return f8(d,c,a)},cU,b),k)}var
-k=r(function(a){return bw(sy,a)},eF,b);return f(bz(a[5],aY,k),j)}function
-j(a){return jJ(c,a)}var
-k=r(function(a){return ag(j,a)},el,b);return f(bz(a[4],0,k),i)}var
-i=r(function(a){return jJ(c,a)},cT,b);return f(bz(a[3],aY,i),h)}var
-h=r(function(a){return jI(d,c,a)},aa,b);return f(bz(a[2],aY,h),e)}return f(P(m,0,e),n)}function
-sD(a){function
+d=sJ;return g(d,m)}return g(r(function(a){return f_(d,c,a)},b$,b),l)}return g(r(function(a){return f_(d,c,a)},cU,b),k)}var
+k=r(function(a){return bw(sG,a)},eE,b);return g(bz(a[5],aY,k),j)}function
+j(a){return jO(c,a)}var
+k=r(function(a){return ag(j,a)},ek,b);return g(bz(a[4],0,k),i)}var
+i=r(function(a){return jO(c,a)},cT,b);return g(bz(a[3],aY,i),h)}var
+h=r(function(a){return jN(d,c,a)},aa,b);return g(bz(a[2],aY,h),e)}return g(P(m,0,e),n)}function
+sL(a){function
 b(a){var
-q=G(a,k(sC)),r=[0,a],c=q||G(a,ig),n=0;if(c)var
+q=G(a,k(sK)),r=[0,a],c=q||G(a,ik),n=0;if(c)var
 d=c;else{var
-e=id(46,0,a),b=e[2],o=0;if(b){var
-f=b[1],h=d4(e[1]),p=0;if(h){var
-i=bl(g(2,g(2,E(g(2,w)))),f);if(i){var
-m=B(d3,f);n=1;o=1;p=1}else
+e=ii(46,0,a),b=e[2],o=0;if(b){var
+g=b[1],h=fv(e[1]),p=0;if(h){var
+i=bl(f(2,f(2,C(f(2,v)))),g);if(i){var
+m=D(d3,g);n=1;o=1;p=1}else
 var
 j=i}else
 var
@@ -3615,39 +3631,39 @@ l=j}else
 var
 l=b;if(!o)var
 d=l}if(!n)var
-m=d;return I(m,sE,r)}return f($(a),b)}function
-eG(g,e,b,c){if(typeof
+m=d;return I(m,sM,r)}return g($(a),b)}function
+eF(f,e,b,c){if(typeof
 c==="number")return[0,[0,[0,[0,[1,b,0]],0],0]];if(typeof
 b==="number")switch(b){case
 0:var
-a=[0,1,1,0,0,0,eE];break;case
+a=[0,1,1,0,0,0,eD];break;case
 1:var
-a=[0,1,0,0,0,0,eE];break;case
+a=[0,1,0,0,0,0,eD];break;case
 2:var
-a=sz;break;case
+a=sH;break;case
 3:var
-a=sA;break;case
+a=sI;break;case
 4:var
-a=[0,1,1,1,0,0,jy];break;case
+a=[0,1,1,1,0,0,jC];break;case
 5:var
-a=[0,1,0,1,0,0,jy];break;case
+a=[0,1,0,1,0,0,jC];break;case
 6:var
-a=[0,0,1,0,0,0,eE];break;default:var
-a=[0,0,0,0,0,0,eE]}else
+a=[0,0,1,0,0,0,eD];break;default:var
+a=[0,0,0,0,0,0,eD]}else
 var
-a=[0,0,F(b[1]),0,0,1,sd];if(a[1]){var
+a=[0,0,F(b[1]),0,0,1,sl];if(a[1]){var
 d=function(c){function
 d(d){function
 h(h){function
-i(a){return[0,[0,[0,[0,[1,b,[0,a]]],[0,[2,d,h[1],h[2]],0]],[0,d]]]}return f(r(function(b){return jL(g,e,a,d,b)},eD,c),i)}return f(r(function(a){return jK(sD,a)},f3,c),h)}return f(r(cq,f2,c),d)};return f(P([0,f2,[0,f3,[0,eD,0]]],0,c),d)}function
+i(a){return[0,[0,[0,[0,[1,b,[0,a]]],[0,[2,d,h[1],h[2]],0]],[0,d]]]}return g(r(function(b){return jQ(f,e,a,d,b)},eC,c),i)}return g(r(function(a){return jP(sL,a)},f5,c),h)}return g(r(cq,f4,c),d)};return g(P([0,f4,[0,f5,[0,eC,0]]],0,c),d)}function
 h(c){function
 d(d){function
 h(a){return[0,[0,[0,[0,[1,b,[0,a]]],0],[0,[0,d]]]]}var
-i=[0,d];return f(r(function(b){return jL(g,e,a,i,b)},eD,c),h)}return f(r(al,c0,c),d)}return f(P([0,c0,[0,eD,0]],0,c),h)}var
-sF=E(g(2,g(2,w))),sH=[0,[0,k(sG),sF],0],sI=g(2,g(2,w)),sK=[0,[0,k(sJ),sI],sH],sL=E(g(2,w)),sN=[0,[0,k(sM),sL],sK],sO=g(2,w),sQ=[0,[0,k(sP),sO],sN],sS=[0,[0,k(sR),w],sQ],sU=[0,[0,k(sT),v],sS],sW=[0,[0,k(sV),[0,w,1]],0],sY=[0,[0,k(sX),[0,w,0]],sW],s0=[0,[0,k(sZ),[0,v,1]],sY],jM=[0,[0,k(s1),[0,v,0]],s0];function
+i=[0,d];return g(r(function(b){return jQ(f,e,a,i,b)},eC,c),h)}return g(r(am,c0,c),d)}return g(P([0,c0,[0,eC,0]],0,c),h)}var
+sN=C(f(2,f(2,v))),sP=[0,[0,k(sO),sN],0],sQ=f(2,f(2,v)),sS=[0,[0,k(sR),sQ],sP],sT=C(f(2,v)),sV=[0,[0,k(sU),sT],sS],sW=f(2,v),sY=[0,[0,k(sX),sW],sV],s0=[0,[0,k(sZ),v],sY],s2=[0,[0,k(s1),u],s0],s4=[0,[0,k(s3),[0,v,1]],0],s6=[0,[0,k(s5),[0,v,0]],s4],s8=[0,[0,k(s7),[0,u,1]],s6],jR=[0,[0,k(s9),[0,u,0]],s8];function
 dw(b,a){var
-c=B(function(b){return W(b,a)},b);return c?B(function(a){return d8(b,a[1])},a):c}function
-jN(h,d,c,a){function
+c=D(function(b){return X(b,a)},b);return c?D(function(a){return d7(b,a[1])},a):c}function
+jS(h,d,c,a){function
 b(a){function
 b(b){return c?dw([0,bc,b],a):c}var
 e=[0,b([0,bn,[0,cc,0]]),0],i=[0,b([0,aa,[0,cc,0]]),e],j=[0,b([0,aa,[0,bn,[0,cc,0]]]),i],k=[0,dw([0,bc,[0,cc,0]],a),j],l=[0,dw([0,bn,[0,cc,0]],a),k],m=[0,dw([0,aa,[0,cc,0]],a),l],n=[0,dw([0,aa,[0,bn,[0,cc,0]]],a),m];function
@@ -3656,67 +3672,67 @@ b(B){function
 b(e){function
 b(d){function
 b(k){var
-l=dk(sU,B),b=0===l[0]?l[1]:fv,m=dk(jM,k),f=0===m[0]?[0,m[1]]:0,h=d?1:d;if(W(bc,a)){var
-A=0;if(G(k,bQ)&&F(W(aa,a))&&F(W(bn,a)))if(x(b,E(g(2,w))))var
-c=s2;else
+l=dk(s2,B),b=0===l[0]?l[1]:fx,m=dk(jR,k),g=0===m[0]?[0,m[1]]:0,h=d?1:d;if(X(bc,a)){var
+A=0;if(G(k,bQ)&&F(X(aa,a))&&F(X(bn,a)))if(x(b,C(f(2,v))))var
+c=s_;else
 var
-n=x(b,w),c=n?s3:n;else
-A=1;if(A)if(f){var
-o=f[1],i=o[1],C=W(aa,a);if(bL(o[2],C))var
+n=x(b,v),c=n?s$:n;else
+A=1;if(A)if(g){var
+o=g[1],i=o[1],D=X(aa,a);if(bL(o[2],D))var
 j=0;else
-if(W(bn,a))var
-D=x(i,v)?g(2,g(2,w)):E(g(2,g(2,w))),p=x(b,D),q=p?h:p,j=q?[0,[3,i,e,d]]:q;else
+if(X(bn,a))var
+E=x(i,u)?f(2,f(2,v)):C(f(2,f(2,v))),p=x(b,E),q=p?h:p,j=q?[0,[3,i,e,d]]:q;else
 var
-r=x(b,w),j=r?[0,[4,i,e]]:r;var
+r=x(b,v),j=r?[0,[4,i,e]]:r;var
 c=j}else
 var
-c=f}else
-if(W(aa,a))if(W(bn,a))var
-s=x(b,v),t=s?h:s,c=t?[0,[0,e,d]]:t;else
+c=g}else
+if(X(aa,a))if(X(bn,a))var
+s=x(b,u),t=s?h:s,c=t?[0,[0,e,d]]:t;else
 var
-u=x(b,w),c=u?[0,[1,e]]:u;else
+w=x(b,v),c=w?[0,[1,e]]:w;else
 var
-y=x(b,g(2,w)),z=y?h:y,c=z?[0,[2,d]]:z;return[0,c]}var
-c=r($,bc,a);return f(bz(W(bc,a),0,c),b)}function
+y=x(b,f(2,v)),z=y?h:y,c=z?[0,[2,d]]:z;return[0,c]}var
+c=r($,bc,a);return g(bz(X(bc,a),0,c),b)}function
 c(b){function
-a(a){return[0,by(d[3],a)]}return f(ay(R(h[3][2]),$,b),a)}var
-i=r(function(a){return ag(c,a)},bn,a);return f(bz(W(bn,a),0,i),b)}var
+a(a){return[0,by(d[3],a)]}return g(ay(R(h[3][2]),$,b),a)}var
+i=r(function(a){return ag(c,a)},bn,a);return g(bz(X(bn,a),0,i),b)}var
 c=r(function(b){function
-a(a){return[0,by(d[4],a)]}return f(ay(R(h[3][3]),$,b),a)},aa,a);return f(bz(W(aa,a),aY,c),b)}return f(r($,cc,a),b)}return f(I(ae(function(a){return a},n),s5,s4),o)}return f(a8(a),b)}function
+a(a){return[0,by(d[4],a)]}return g(ay(R(h[3][3]),$,b),a)},aa,a);return g(bz(X(aa,a),aY,c),b)}return g(r($,cc,a),b)}return g(I(ae(function(a){return a},n),tb,ta),o)}return g(a8(a),b)}function
 dx(e,d){var
 a=e,b=d;for(;;){if(a){var
 c=a[1];if(c){var
-a=a[2],b=[0,c[1],b];continue}return c}return[0,Y(b,0)]}}var
-s7=[0,[0,k(s6),5],0],s9=[0,[0,k(s8),4],s7],s$=[0,[0,k(s_),2],s9],jO=[0,[0,b_,0],[0,[0,bQ,1],[0,[0,k(ta),3],s$]]],tc=[0,[0,k(tb),7],0],dy=[0,[0,k(td),6],tc];function
-jP(a){if(a)var
-c=[0,[0,k(tf),te],0],b=[0,[0,k(th),tg],c];else
+a=a[2],b=[0,c[1],b];continue}return c}return[0,W(b,0)]}}var
+td=[0,[0,k(tc),5],0],tf=[0,[0,k(te),4],td],th=[0,[0,k(tg),2],tf],jT=[0,[0,b_,0],[0,[0,bQ,1],[0,[0,k(ti),3],th]]],tk=[0,[0,k(tj),7],0],dy=[0,[0,k(tl),6],tk];function
+jU(a){if(a)var
+c=[0,[0,k(tn),tm],0],b=[0,[0,k(tp),to],c];else
 var
 b=a;var
-d=[0,[0,k(tj),ti],0];return u([0,[0,k(tl),tk],d],b)}var
-tm=u(dy,jP(1)),to=[0,[0,k(tn),2],0],tq=[0,[0,k(tp),3],to],ts=[0,[0,k(tr),1],tq],tu=u([0,[0,k(tt),0],ts],tm),f9=k(tv),eH=k(tw),f_=k(tx),tz=k(ty),jQ=k(tA),jR=k(tB),eI=k(tC),jS=k(tD),jT=k(tE),jU=k(tF),f$=k(tG);function
+d=[0,[0,k(tr),tq],0];return w([0,[0,k(tt),ts],d],b)}var
+tu=w(dy,jU(1)),tw=[0,[0,k(tv),2],0],ty=[0,[0,k(tx),3],tw],tA=[0,[0,k(tz),1],ty],tC=w([0,[0,k(tB),0],tA],tu),f$=k(tD),eG=k(tE),ga=k(tF),tH=k(tG),jV=k(tI),jW=k(tJ),eH=k(tK),jX=k(tL),jY=k(tM),jZ=k(tN),gb=k(tO);function
 cd(c,b){var
 a=dk(c,b);return 0===a[0]?[0,a[1]]:0}function
-jV(a,h){var
-c=G(a,jQ);if(c)var
+j0(a,h){var
+c=G(a,jV);if(c)var
 b=c;else{var
-d=G(a,jS);if(d)var
+d=G(a,jX);if(d)var
 b=d;else{var
-e=G(a,jT);if(e)var
+e=G(a,jY);if(e)var
 b=e;else{var
-f=G(a,jR);if(f)var
+f=G(a,jW);if(f)var
 b=f;else{var
-g=G(a,eI);if(g)return G(h,f_);var
+g=G(a,eH);if(g)return G(h,ga);var
 b=g}}}}return b}function
-jW(a){function
-b(a){return tN}return f(a8(a),b)}function
-ga(O,v,N,a){function
+j1(a){function
+b(a){return tV}return g(a8(a),b)}function
+gc(N,u,M,a){function
 b(b){function
 a(c){function
 a(d){function
 a(a){function
 e(h){function
 e(j){function
-e(Q){var
+e(O){var
 n=as(c0,b);if(n){var
 o=n[1],q=0;if(typeof
 o==="number")q=1;else
@@ -3727,67 +3743,67 @@ p=o[1];break;case
 1:q=1;break;default:var
 p=0}if(q)var
 p=0;var
-w=p}else
+v=p}else
 var
-w=n;var
-R=ft([2,a]),S=u(w,u(k(tO),R)),T=u(k(tP),S),U=u(ft([2,d]),T),V=u(k(tQ),U),W=u(ft([2,c]),V),X=u(k(tR),W),Y=u(f7(tS,N),X);function
-e(a){return r(a,f4,b)}var
-x=G(a,jR);if(x)var
-z=G(d,eH),A=z?G(h,tz):z;else
+v=n;var
+Q=[0,ft([2,a]),0],R=[0,v,[0,k(tW),Q]],S=[0,k(tX),R],T=[0,ft([2,d]),S],U=[0,k(tY),T],V=[0,ft([2,c]),U],W=[0,k(tZ),V],X=jL([0,f9(t0,M),W]);function
+e(a){return r(a,f6,b)}var
+w=G(a,jW);if(w)var
+x=G(d,eG),z=x?G(h,tH):x;else
 var
-A=x;function
-Z(b){if(b&&typeof
+z=w;function
+Y(b){if(b&&typeof
 b[1]==="number")var
 e=b[2],f=e?1:e;else
 var
-f=1;return[0,[0,[0,c,[0,d,[0,a,[0,h,0]]]],Y,b,f,Q]]}if(F(G(h,f_)))var
-g=0;else{var
-C=0;if(G(d,f9)&&G(a,jQ))var
-H=cd(tu,c),g=av(function(a){return[0,function(b){return[9,a,b]}]},H);else
+f=1;return[0,[0,[0,c,[0,d,[0,a,[0,h,0]]]],X,b,f,O]]}if(F(G(h,ga)))var
+f=0;else{var
+B=0;if(G(d,f$)&&G(a,jV))var
+E=cd(tC,c),f=av(function(a){return[0,function(b){return[9,a,b]}]},E);else
+B=1;if(B){var
+C=0;if(G(d,f$)&&G(a,jX))var
+H=[0,[0,k(tP),0],0],I=cd([0,[0,k(tQ),1],H],c),f=av(function(a){return[0,function(b){return[10,a,b]}]},I);else
 C=1;if(C){var
-D=0;if(G(d,f9)&&G(a,jS))var
-I=[0,[0,k(tH),0],0],J=cd([0,[0,k(tI),1],I],c),g=av(function(a){return[0,function(b){return[10,a,b]}]},J);else
+D=0;if(G(d,eG)&&G(a,jY))var
+J=[0,[0,k(tS),tR],0],K=cd([0,[0,k(tU),tT],J],c),f=av(function(a){return[1,a[1],a[2]]},K);else
 D=1;if(D){var
-E=0;if(G(d,eH)&&G(a,jT))var
-K=[0,[0,k(tK),tJ],0],L=cd([0,[0,k(tM),tL],K],c),g=av(function(a){return[1,a[1],a[2]]},L);else
-E=1;if(E){var
-s=G(d,eH);if(s)var
-t=G(a,eI),m=t?G(c,f$):t;else
+s=G(d,eG);if(s)var
+t=G(a,eH),m=t?G(c,gb):t;else
 var
 m=s;var
-M=m?[0,[0,function(a){return[11,0,1,a]}]]:m,g=M}}}}if(g){var
-l=g[1];if(0===l[0])var
-_=l[1],$=function(a){var
-b=[0,[6,G(a,O)],0];return[0,[0,[0,y(_,j)],b]]},B=f(e(function(a){function
-b(a){return r(ea,dv,a)}return f(P([0,dv,0],0,a),b)}),$);else
+L=m?[0,[0,function(a){return[11,0,1,a]}]]:m,f=L}}}}if(f){var
+l=f[1];if(0===l[0])var
+Z=l[1],_=function(a){var
+b=[0,[6,G(a,N)],0];return[0,[0,[0,y(Z,j)],b]]},A=g(e(function(a){function
+b(a){return r(d$,dv,a)}return g(P([0,dv,0],0,a),b)}),_);else
 var
-aa=l[2],ab=l[1],ac=function(a){return[0,[0,[0,[11,1,aa,j]],[0,[0,[10,ab,a]],0]]]},B=f(e(function(a){function
-b(a){return r(cq,jD,a)}return f(P([0,jD,0],0,a),b)}),ac);var
-i=B}else
-if(A)if(G(c,jU))var
-ad=function(a){return[0,[0,[1,1,j,a],0]]},ae=1,i=f(e(function(a){return jf(ae,v,a)}),ad);else
-if(G(c,f$))var
-af=function(a){return[0,[0,[1,0,j,a],0]]},ag=0,i=f(e(function(a){return jf(ag,v,a)}),af);else
+$=l[2],aa=l[1],ab=function(a){return[0,[0,[0,[11,1,$,j]],[0,[0,[10,aa,a]],0]]]},A=g(e(function(a){function
+b(a){return r(cq,jH,a)}return g(P([0,jH,0],0,a),b)}),ab);var
+i=A}else
+if(z)if(G(c,jZ))var
+ac=function(a){return[0,[0,[1,1,j,a],0]]},ad=1,i=g(e(function(a){return jj(ad,u,a)}),ac);else
+if(G(c,gb))var
+ae=function(a){return[0,[0,[1,0,j,a],0]]},af=0,i=g(e(function(a){return jj(af,u,a)}),ae);else
+var
+ag=function(e){var
+b=j0(a,h),c=0,d=b?t1:b;return[0,[0,d,c]]},i=g(e(j1),ag);else
 var
 ah=function(e){var
-b=jV(a,h),c=0,d=b?tT:b;return[0,[0,d,c]]},i=f(e(jW),ah);else
-var
-ai=function(e){var
-b=jV(a,h),c=0,d=b?tU:b;return[0,[0,d,c]]},i=f(e(jW),ai);return f(i,Z)}return f(r(function(a){return ag($,a)},jC,b),e)}return f(r(cq,c0,b),e)}return f(r($,jA,b),e)}return f(r($,jB,b),a)}return f(r($,jz,b),a)}return f(r($,bc,b),a)}return f(P([0,bc,[0,jz,[0,c0,[0,jA,[0,jB,[0,jC,[0,f4,0]]]]]]],0,a),b)}function
-gb(c,a){if(a)var
-b=a[1],e=gb([0,b[1],c],a[2]),f=b[1],g=ae(function(a){return eb(f,a)},c)?tV:b[3],d=[0,[0,b[2],g],e];else
+b=j0(a,h),c=0,d=b?t2:b;return[0,[0,d,c]]},i=g(e(j1),ah);return g(i,Y)}return g(r(function(a){return ag($,a)},jG,b),e)}return g(r(cq,c0,b),e)}return g(r($,jE,b),e)}return g(r($,jF,b),a)}return g(r($,jD,b),a)}return g(r($,bc,b),a)}return g(P([0,bc,[0,jD,[0,c0,[0,jE,[0,jF,[0,jG,[0,f6,0]]]]]]],0,a),b)}function
+gd(c,a){if(a)var
+b=a[1],e=gd([0,b[1],c],a[2]),f=b[1],g=ae(function(a){return ea(f,a)},c)?t3:b[3],d=[0,[0,b[2],g],e];else
 var
 d=a;return d}var
-tX=[0,[0,k(tW),0],0],t0=[0,[0,k(tZ),tY],tX],t3=[0,[0,k(t2),t1],t0],t6=[0,[0,k(t5),t4],t3],jX=[0,[0,k(t8),t7],t6];function
-jY(f,e){var
+t5=[0,[0,k(t4),0],0],t8=[0,[0,k(t7),t6],t5],t$=[0,[0,k(t_),t9],t8],uc=[0,[0,k(ub),ua],t$],j2=[0,[0,k(ue),ud],uc];function
+j3(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
 c=dL(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return 1}}var
-t_=[0,k(t9),0],ua=[0,k(t$),t_],uc=[0,k(ub),ua],ue=[0,k(ud),uc];function
-jZ(w,n,v,t,a){function
+ug=[0,k(uf),0],ui=[0,k(uh),ug],uk=[0,k(uj),ui],um=[0,k(ul),uk];function
+j4(v,n,u,t,a){function
 b(b){function
 a(d){function
 a(e){function
@@ -3804,146 +3820,146 @@ c!=="number")switch(c[0]){case
 d=0;e=1}if(!e)return 0}else
 var
 d=a;return d}var
-x=g(bR),z=u(k(uk),x),A=u(g(f5),z),B=u(k(ul),A),C=u(g(f6),B),D=u(k(um),C),E=u(g(bc),D),H=u(k(un),E),J=u(f7(uo,t),H),j=d?0:1,o=G(i,k(up)),s=jY(k(uf),i),K=s||ae(function(b){var
-a=Y(i,0);return jY(Y(b,0),a)},ue);if(K)var
-c=uq;else
+w=[0,g(bR),0],x=[0,k(us),w],z=[0,g(f7),x],A=[0,k(ut),z],B=[0,g(f8),A],C=[0,k(uu),B],D=[0,g(bc),C],E=[0,k(uv),D],H=jL([0,f9(uw,t),E]),j=d?0:1,o=G(i,k(ux)),s=j3(k(un),i),J=s||ae(function(b){var
+a=W(i,0);return j3(W(b,0),a)},um);if(J)var
+c=uy;else
 if(F(o))var
-c=ut;else
+c=uB;else
 switch(h){case
 0:var
-r=y(w,d);if(r)if(a)var
-m=a[1],f=r[1],l=1===m?[0,[0,[9,j,f]],[0,[3,f,e,0],0]]:m?ug:[0,[0,[9,j,f]],[0,[3,f,e,1],0]];else
+r=y(v,d);if(r)if(a)var
+m=a[1],f=r[1],l=1===m?[0,[0,[9,j,f]],[0,[3,f,e,0],0]]:m?uo:[0,[0,[9,j,f]],[0,[3,f,e,1],0]];else
 var
-l=uh;else
+l=up;else
 var
-l=a?2===a[1]?[0,[0,[1,j,0]],0]:ui:uj;var
+l=a?2===a[1]?[0,[0,[1,j,0]],0]:uq:ur;var
 c=[0,[6,F(n)],l];break;case
 1:if(a)var
-R=[0,[0,[12,0,d,e,a[1]]],0],c=[0,[6,F(n)],R];else
+Q=[0,[0,[12,0,d,e,a[1]]],0],c=[0,[6,F(n)],Q];else
 var
-c=uu;break;default:var
-c=v?a?[0,[0,[12,1,d,e,a[1]]],0]:uv:uw}var
-p=F(o),L=[0,[0,d,h,J,c,a]];if(p)var
+c=uC;break;default:var
+c=u?a?[0,[0,[12,1,d,e,a[1]]],0]:uD:uE}var
+p=F(o),K=[0,[0,d,h,H,c,a]];if(p)var
 q=p;else
 var
-P=W(jF,b),Q=P||W(jG,b),q=F(Q);var
-M=I(q,ur,L),O=1===h?N(Z,e):1;return I(O,us,M)}return f(r(function(a){return bw(jX,a)},bR,b),a)}return f(r($,jE,b),a)}var
-c=[0,[0,f3,0],[0,[0,f2,1],[0,[0,k(ux),2],0]]];return f(r(function(a){return bw(c,a)},f6,b),a)}return f(r(aX,f5,b),a)}var
-c=[0,[0,b_,1],[0,[0,bQ,0],0]];return f(r(function(a){return bw(c,a)},bc,b),a)}return f(P([0,bc,[0,f5,[0,f6,[0,jE,[0,bR,0]]]]],[0,jF,[0,jG,0]],a),b)}function
-gc(c,b){if(b)var
-a=b[1],e=gc([0,a,c],b[2]),f=ae(function(e){var
+N=X(jJ,b),P=N||X(jK,b),q=F(P);var
+L=I(q,uz,K),M=1===h?O(Z,e):1;return I(M,uA,L)}return g(r(function(a){return bw(j2,a)},bR,b),a)}return g(r($,jI,b),a)}var
+c=[0,[0,f5,0],[0,[0,f4,1],[0,[0,k(uF),2],0]]];return g(r(function(a){return bw(c,a)},f8,b),a)}return g(r(aX,f7,b),a)}var
+c=[0,[0,b_,1],[0,[0,bQ,0],0]];return g(r(function(a){return bw(c,a)},bc,b),a)}return g(P([0,bc,[0,f7,[0,f8,[0,jI,[0,bR,0]]]]],[0,jJ,[0,jK,0]],a),b)}function
+ge(c,b){if(b)var
+a=b[1],e=ge([0,a,c],b[2]),f=ae(function(e){var
 d=bL(a[1],e[1]);if(d){var
 b=e[2];switch(a[2]){case
 0:return b?0:1;case
 1:return 1===b?1:0;default:var
-c=2<=b?1:0,f=c?1:c;return f}}return d},c)?uy:a[4],d=[0,[0,a[3],f],e];else
+c=2<=b?1:0,f=c?1:c;return f}}return d},c)?uG:a[4],d=[0,[0,a[3],f],e];else
 var
 d=b;return d}function
-j0(a,b){function
+j5(a,b){function
 d(c){if(ae(function(a){var
 b=a[4];return ae(function(b){var
 a=typeof
 b==="number"?1:0,c=a?1:a;return c},b)},a))var
-d=uz;else{var
+d=uH;else{var
 f=0,e=dx(o(function(a){return a[5]},a),f);if(e)if(c)var
 g=_(function(a){return a[4]},a),b=[0,[0,[13,e[1],c[1]]],g];else
 var
-b=uA;else
+b=uI;else
 var
-b=uB;var
-d=b}return[0,d]}if(G(b,k(uC)))var
-c=uD;else
+b=uJ;var
+d=b}return[0,d]}if(G(b,k(uK)))var
+c=uL;else
 var
-e=function(a){return[0,av(function(a){return[0,a]},a)]},c=f(dk(jX,b),e);return f(c,d)}var
-j1=k(uE),gd=k(uF),j2=k(uG),ge=k(uH),gf=k(uI),j3=k(uJ),gg=k(uK),j4=k(uL),eJ=k(uM),uO=k(uN);function
-j5(a){return o(function(a){if(G(a[1],cS)){var
-b=[2,k(uP)];return[0,a[1],b]}return a},a)}function
-gh(g,f){var
+e=function(a){return[0,av(function(a){return[0,a]},a)]},c=g(dk(j2,b),e);return g(c,d)}var
+j6=k(uM),gf=k(uN),j7=k(uO),gg=k(uP),gh=k(uQ),j8=k(uR),gi=k(uS),j9=k(uT),eI=k(uU),uW=k(uV);function
+j_(a){return o(function(a){if(G(a[1],cS)){var
+b=[2,k(uX)];return[0,a[1],b]}return a},a)}function
+gj(g,f){var
 b=g,a=f;for(;;){if(b){if(a){var
 c=a[2],d=b[2];if(b[1]){var
-h=gh(d,c);return[0,a[1],h]}var
+h=gj(d,c);return[0,a[1],h]}var
 b=d,a=c;continue}var
 e=a}else
 var
 e=b;return e}}function
-uQ(a){function
+uY(a){function
 b(a){function
 b(c){function
 h(b){function
 c(d){function
 c(c){var
 e=R(c);function
-g(a){var
-e=o(jj,cu(ap(c),a)),f=o(function(a){return gh(e,a)},a),g=[0,[0,b,d,gh(e,c),f]];return I(L(v,b),uS,I(B(function(a){return cM(ax(a),Z)},a),uR,g))}function
+f(a){var
+e=o(jn,cu(aq(c),a)),f=o(function(a){return gj(e,a)},a),g=[0,[0,b,d,gj(e,c),f]];return I(M(u,b),u0,I(D(function(a){return cM(ax(a),Z)},a),uZ,g))}function
 h(a){return ay(e,aX,a)}var
-i=R(d);return f(r(function(a){return ay(i,h,a)},a_,a),g)}return f(r(function(a){return d$(b,a)},j2,a),c)}return f(r(function(a){return d$(b,a)},gd,a),c)}if(c){var
-b=c[1],g=0;if(typeof
+i=R(d);return g(r(function(a){return ay(i,h,a)},a_,a),f)}return g(r(function(a){return d_(b,a)},j7,a),c)}return g(r(function(a){return d_(b,a)},gf,a),c)}if(c){var
+b=c[1],f=0;if(typeof
 b!=="number"&&3===b[0]){var
-d=[0,R(b[1])];g=1}if(!g)var
-d=U(uT);var
+d=[0,R(b[1])];f=1}if(!f)var
+d=U(u1);var
 e=d}else
 var
-e=U(uU);return f(e,h)}return f(r(bb,gd,a),b)}return f(P([0,gd,[0,j2,[0,a_,0]]],0,a),b)}function
-j6(c,a){function
+e=U(u2);return g(e,h)}return g(r(bb,gf,a),b)}return g(P([0,gf,[0,j7,[0,a_,0]]],0,a),b)}function
+j$(c,a){function
 b(a){var
-d=[0,a],b=a?1:a,e=b?x(aq(function(b,a){return O(b[1],a)},v,a),c):b;return I(e,uV,d)}return f(ag(uQ,a),b)}function
+d=[0,a],b=a?1:a,e=b?x(al(function(b,a){return L(b[1],a)},u,a),c):b;return I(e,u3,d)}return g(ag(uY,a),b)}function
 cv(a){if(a){var
-b=cv(a[2]),c=a[1];return _(function(a){return o(function(b){return u(a,b)},b)},c)}return uW}function
-aM(a){return aq(function(b,a){return D(R(b),a)},w,a)}function
+b=cv(a[2]),c=a[1];return _(function(a){return o(function(b){return w(a,b)},b)},c)}return u4}function
+aM(a){return al(function(b,a){return B(R(b),a)},v,a)}function
 ce(a){var
 b=a[1];return o(function(a){return a[2]},b)}function
 cf(c,b){var
 a=b[2];if(a){var
 d=a[1];return o(function(a){return a[2]},d)}return[0,c[4],0]}function
-eK(a){var
+eJ(a){var
 b=a[1];return o(function(a){return a[3]},b)}function
-gi(c,b){var
+gk(c,b){var
 a=b[2];if(a){var
 d=a[1];return o(function(a){return a[3]},d)}return[0,c[4],0]}function
-uZ(b,a){var
-i=aM(ce(a)),f=D(aM(cf(b,a)),i),h=L(g(2,g(2,g(2,g(2,g(2,E(g(2,g(2,g(2,g(2,E(g(2,E(g(2,E(g(2,g(2,g(2,w)))))))))))))))))),f);if(h)var
+u7(b,a){var
+i=aM(ce(a)),g=B(aM(cf(b,a)),i),h=M(f(2,f(2,f(2,f(2,f(2,C(f(2,f(2,f(2,f(2,C(f(2,C(f(2,C(f(2,f(2,f(2,v)))))))))))))))))),g);if(h)var
 c=h;else
 var
-q=D(f,R(b[2])),c=L(g(2,g(2,g(2,g(2,g(2,g(2,E(g(2,g(2,E(g(2,g(2,E(g(2,E(g(2,g(2,g(2,g(2,g(2,E(g(2,w)))))))))))))))))))))),q);if(c)var
+q=B(g,R(b[2])),c=M(f(2,f(2,f(2,f(2,f(2,f(2,C(f(2,f(2,C(f(2,f(2,C(f(2,C(f(2,f(2,f(2,f(2,f(2,C(f(2,v)))))))))))))))))))))),q);if(c)var
 d=c;else
 var
-o=aM(eK(a)),p=D(aM(ce(a)),o),d=L(g(2,g(2,g(2,g(2,g(2,g(2,E(g(2,g(2,E(g(2,g(2,E(g(2,E(g(2,g(2,g(2,g(2,g(2,E(g(2,w)))))))))))))))))))))),p);if(d)var
+o=aM(eJ(a)),p=B(aM(ce(a)),o),d=M(f(2,f(2,f(2,f(2,f(2,f(2,C(f(2,f(2,C(f(2,f(2,C(f(2,C(f(2,f(2,f(2,f(2,f(2,C(f(2,v)))))))))))))))))))))),p);if(d)var
 e=d;else
 var
-m=aM(gi(b,a)),n=D(aM(cf(b,a)),m),e=L(g(2,g(2,g(2,g(2,g(2,g(2,E(g(2,g(2,E(g(2,g(2,E(g(2,E(g(2,g(2,g(2,g(2,g(2,E(g(2,w)))))))))))))))))))))),n);if(e)return e;var
-j=R(b[2]),k=aM(eK(a)),l=D(D(aM(cf(b,a)),k),j);return L(g(2,g(2,g(2,g(2,g(2,g(2,E(g(2,g(2,E(g(2,g(2,E(g(2,E(g(2,g(2,g(2,g(2,g(2,E(g(2,w)))))))))))))))))))))),l)}function
-j7(a,d,c,b){var
+m=aM(gk(b,a)),n=B(aM(cf(b,a)),m),e=M(f(2,f(2,f(2,f(2,f(2,f(2,C(f(2,f(2,C(f(2,f(2,C(f(2,C(f(2,f(2,f(2,f(2,f(2,C(f(2,v)))))))))))))))))))))),n);if(e)return e;var
+j=R(b[2]),k=aM(eJ(a)),l=B(B(aM(cf(b,a)),k),j);return M(f(2,f(2,f(2,f(2,f(2,f(2,C(f(2,f(2,C(f(2,f(2,C(f(2,C(f(2,f(2,f(2,f(2,f(2,C(f(2,v)))))))))))))))))))))),l)}function
+ka(a,d,c,b){var
 e=a[3],f=o(function(a){return by(e,a)},b),g=0;return dx(o(function(b){var
 e=by(a[4],b),c=aE(function(a){return x(a[1],e)},d),g=0;return dx(o(function(d){var
 a=c;for(;;){if(a){var
 b=a[1];if(x(b[2],d))return[0,b[3]];var
 a=a[2];continue}return a}},f),g)},c),g)}function
 dz(a){return 1===a[1][2]?1:0}function
-eL(a){return a[5]?0:1}function
-j8(a){return o(function(a){return a[4]},a)}function
+eK(a){return a[5]?0:1}function
+kb(a){return o(function(a){return a[4]},a)}function
 bT(a,c){var
 b=as(a,c);if(b){var
-d=function(a){return[0,[0,a]]};return f(aP(a,aX(b[1])),d)}return u7}function
-gj(b,a){function
+d=function(a){return[0,[0,a]]};return g(aP(a,aX(b[1])),d)}return vd}function
+gl(b,a){function
 g(a){if(b){if(a){var
-h=a[1],c=h[2],d=h[1],i=a[2],j=b[1],e=j[2],f=j[1],k=b[2];switch(ho(D(f,c),D(d,e))){case
-0:return[0,[0,O(f,d),O(e,c)],gj(k,i)];case
-1:return[0,[0,f,e],gj(k,a)];default:return[0,[0,d,c],g(i)]}}return b}return a}return g(a)}function
-j9(a){if(a){var
+h=a[1],c=h[2],d=h[1],i=a[2],j=b[1],e=j[2],f=j[1],k=b[2];switch(hq(B(f,c),B(d,e))){case
+0:return[0,[0,L(f,d),L(e,c)],gl(k,i)];case
+1:return[0,[0,f,e],gl(k,a)];default:return[0,[0,d,c],g(i)]}}return b}return a}return g(a)}function
+kc(a){if(a){var
 b=a[2];if(b){var
-c=j9(b[2]);return[0,gj(a[1],b[1]),c]}return a}return a}function
-j_(f){var
+c=kc(b[2]);return[0,gl(a[1],b[1]),c]}return a}return a}function
+kd(f){var
 g=aE(function(a){var
-b=x(a[1],v),c=b?x(a[2],v):b;return F(c)},f),b=vb,a=o(function(a){return[0,a,0]},g);for(;;){if(b){if(a){if(a[2]){var
-e=j9(a),b=b[1],a=e;continue}var
+b=x(a[1],u),c=b?x(a[2],u):b;return F(c)},f),b=vj,a=o(function(a){return[0,a,0]},g);for(;;){if(b){if(a){if(a[2]){var
+e=kc(a),b=b[1],a=e;continue}var
 c=a[1]}else
 var
 c=a;return c}if(a){if(a[2])return a7(a);var
 d=a[1]}else
 var
 d=a;return d}}function
-j$(a,b){return j_(_(function(a){return o(function(b){return[0,D(a[1],b[1]),D(a[2],b[2])]},b)},a))}function
-ka(e,d){var
+ke(a,b){return kd(_(function(a){return o(function(b){return[0,B(a[1],b[1]),B(a[2],b[2])]},b)},a))}function
+kf(e,d){var
 a=e,b=d;for(;;){if(b){var
 c=b[1],f=b[2],g=ae(function(i){return function(h){var
 b=i,a=h;for(;;){if(b){if(a){var
@@ -3952,101 +3968,101 @@ b=b[2],a=a[2];continue}var
 g=f}else
 var
 g=a;return g}return a?0:1}}}(c),a)?a:[0,c,a],a=g,b=f;continue}return a}}function
-gk(b,a){if(a){var
-c=a[2],d=a[1],e=gk([0,d,b],c),f=u(b,c);return u(o(function(a){return[0,d,a]},f),e)}return a}function
-gl(b,a){return j_(aw(b,a))}function
-gm(a){if(a){var
-b=a[2],c=a[1],e=gk(0,er(c)),f=ka(0,o(function(a){return gl(a[1],a[2])},e)),d=gm(b),g=eq(c),h=[0,[0,eq(c),g],0],i=o(function(a){return j$(h,a)},d);return ka(0,u(_(function(a){var
-c=fU(b),e=[0,[0,[0,fU(b),c],0],d];return o(function(b){return j$(a,b)},e)},f),i))}return a}function
-kb(b,a,d){var
-c=aV(b);if(0===c)return M;if(0<c){var
-e=D(b,a[2]);return cK([0,aq(function(b,c){return O(dT(v,ba(D(b[1],a[2]),D(b[2],a[1]))),c)},v,d),e])}return M}function
-cg(b,a){return b?a?N(b[1],a[1]):1:a?0:1}function
-eM(b,a){if(b){if(a){var
-c=a[1],d=b[1],e=N(d,c);if(e)return N(c,d);var
+gm(b,a){if(a){var
+c=a[2],d=a[1],e=gm([0,d,b],c),f=w(b,c);return w(o(function(a){return[0,d,a]},f),e)}return a}function
+gn(b,a){return kd(aw(b,a))}function
+go(a){if(a){var
+b=a[2],c=a[1],e=gm(0,eq(c)),f=kf(0,o(function(a){return gn(a[1],a[2])},e)),d=go(b),g=ep(c),h=[0,[0,ep(c),g],0],i=o(function(a){return ke(h,a)},d);return kf(0,w(_(function(a){var
+c=fW(b),e=[0,[0,[0,fW(b),c],0],d];return o(function(b){return ke(a,b)},e)},f),i))}return a}function
+kg(b,a,d){var
+c=aV(b);if(0===c)return N;if(0<c){var
+e=B(b,a[2]);return cK([0,al(function(b,c){return L(dT(u,ba(B(b[1],a[2]),B(b[2],a[1]))),c)},u,d),e])}return N}function
+cg(b,a){return b?a?O(b[1],a[1]):1:a?0:1}function
+eL(b,a){if(b){if(a){var
+c=a[1],d=b[1],e=O(d,c);if(e)return O(c,d);var
 f=e}else
 var
 f=a;return f}return a?0:1}function
-gn(b,a){return dr(dq,b,a)}function
+gp(b,a){return dr(dq,b,a)}function
 bA(b,a){return aN(b,cL(a))}function
-eN(b){var
+eM(b){var
 a=b[7];return 0===a[0]?a[1]:a7(a7(a[1]))}function
-kc(a){var
-b=a[7];if(0===b[0])return M;var
-c=b[1];return aq(function(d,c){var
-b=cu(a[4],d);return dq(aq(function(a,b){var
-c=cW(a);return dq(bA(es(a),c),b)},M,b),c)},M,c)}function
-go(a,b){return a?a[1]:b}function
+kh(a){var
+b=a[7];if(0===b[0])return N;var
+c=b[1];return al(function(d,c){var
+b=cu(a[4],d);return dq(al(function(a,b){var
+c=cW(a);return dq(bA(er(a),c),b)},N,b),c)},N,c)}function
+gq(a,b){return a?a[1]:b}function
 ch(a){var
-b=es(eN(a));return go(a[8][1],b)}function
+b=er(eM(a));return gq(a[8][1],b)}function
 dA(a){var
-b=cW(eN(a));return go(a[8][2],b)}function
+b=cW(eM(a));return gq(a[8][2],b)}function
 ci(a){var
-b=kc(a);return go(a[8][4],b)}function
-kd(a){var
-e=ch(a),b=N(es(eN(a)),e);if(b){var
-f=cW(eN(a)),c=N(dA(a),f);if(c){var
-g=ci(a);return N(kc(a),g)}var
+b=kh(a);return gq(a[8][4],b)}function
+ki(a){var
+e=ch(a),b=O(er(eM(a)),e);if(b){var
+f=cW(eM(a)),c=O(dA(a),f);if(c){var
+g=ci(a);return O(kh(a),g)}var
 d=c}else
 var
 d=b;return d}function
-dB(a){return x(ci(a)[1],v)}function
-bU(a){return fj(a[3],w)}function
-bB(a){return jt(a[1])}function
+dB(a){return x(ci(a)[1],u)}function
+bU(a){return fi(a[3],v)}function
+bB(a){return jx(a[1])}function
 dC(b,a){var
 c=aw(b,a);return ax(o(function(a){return T(a[1],a[2])},c))}function
-gp(a,b){var
+gr(a,b){var
 c=a[5];function
 d(c){return dC(c,ds(a,b,0))}return o(function(a){return o(d,a)},c)}function
-ke(a){var
-b=cb(fS(a));return aq(gn,[0,Z],o(et,o(function(b){var
-c=gp(a,b[1]),d=cu(jh(a),c),e=b[2];return o(function(a){return dC(e,a)},d)},b)))}function
-kf(a,b){var
-c=bu(0,ca(a));return o(function(c){return fW(a,c,b)},c)}function
-gq(a){var
-b=bu(0,bx(a));return aE(function(b){return aO(ax(kf(a,b)))},b)}function
-kg(c,b){var
-a=kf(c,b),d=aR(ax(a));return o(function(a){return T(d,a)},a)}function
-kh(a){return fh(vc,ap(gq(a)))}function
-ki(a){var
-b=gq(a),c=o(function(b){return kg(a,b)},b),d=fS(a),e=cu(ji(a),d);return aq(gn,[0,Z],o(et,o(function(a){return o(function(b){return dC(a,b)},c)},e)))}function
+kj(a){var
+b=cb(fU(a));return al(gp,[0,Z],o(es,o(function(b){var
+c=gr(a,b[1]),d=cu(jl(a),c),e=b[2];return o(function(a){return dC(e,a)},d)},b)))}function
+kk(a,b){var
+c=bu(0,ca(a));return o(function(c){return fY(a,c,b)},c)}function
+gs(a){var
+b=bu(0,bx(a));return aE(function(b){return aO(ax(kk(a,b)))},b)}function
+kl(c,b){var
+a=kk(c,b),d=aR(ax(a));return o(function(a){return T(d,a)},a)}function
+km(a){return fg(vk,aq(gs(a)))}function
+kn(a){var
+b=gs(a),c=o(function(b){return kl(a,b)},b),d=fU(a),e=cu(jm(a),d);return al(gp,[0,Z],o(es,o(function(a){return o(function(b){return dC(a,b)},c)},e)))}function
 dD(b,i,h){switch(i){case
 0:var
-f=cb(jp(b)),a=[0,cW(a7(o(function(a){var
+f=cb(jt(b)),a=[0,cW(a7(o(function(a){var
 c=cb(a[2]);return o(function(c){var
-d=ds(b,a[1],c[1]);return dC(jq(c[2]),d)},c)},f)))];break;case
+d=ds(b,a[1],c[1]);return dC(ju(c[2]),d)},c)},f)))];break;case
 2:var
 a=b[8][3];break;case
 7:var
-g=cb(fS(b)),a=[0,cW(_(function(a){var
-c=gp(b,a[1]),d=aw(a[2],c);return _(function(a){var
+g=cb(fU(b)),a=[0,cW(_(function(a){var
+c=gr(b,a[1]),d=aw(a[2],c);return _(function(a){var
 b=aO(a[1]);return b?a[2]:b},d)},g))];break;default:var
 a=0}if(a){var
 c=a[1],d=aO(c);if(d)return y(h,c);var
 e=d}else
 var
 e=a;return e}function
-eO(b,i,h,g,f,a,e,c){if(b){var
-j=b[1];return B(function(k){return ae(function(a){var
+eN(b,i,h,g,f,a,e,c){if(b){var
+j=b[1];return D(function(k){return ae(function(a){var
 c=bj(a);if(c){var
-d=T(bA(a,Z),g),b=bA(aN(i,T(h,kb(e,a,k))),d),l=bj(b)?aN(a,T(b,aR(f))):a;return N(l,j)}return c},a)},c)}var
+d=T(bA(a,Z),g),b=bA(aN(i,T(h,kg(e,a,k))),d),l=bj(b)?aN(a,T(b,aR(f))):a;return O(l,j)}return c},a)},c)}var
 d=a?1:a;return d}function
 cj(a){var
-b=gm(a[1]);return[0,fU(a[1]),b]}function
-kj(e){var
+b=go(a[1]);return[0,fW(a[1]),b]}function
+ko(e){var
 c=bB(e);if(c){var
-d=c[1],a=d[1],b=d[2];return[0,O(a,b),[0,[0,[0,a,b],[0,[0,b,a],0]],0]]}return[0,w,[0,[0,[0,w,v],[0,[0,v,w],0]],0]]}function
-eP(b,a){if(!(3<=a))switch(a){case
+d=c[1],a=d[1],b=d[2];return[0,L(a,b),[0,[0,[0,a,b],[0,[0,b,a],0]],0]]}return[0,v,[0,[0,[0,v,u],[0,[0,u,v],0]],0]]}function
+eO(b,a){if(!(3<=a))switch(a){case
 0:return 1;case
 2:return bU(b)}return 0}function
-vd(a,c,e){var
+vl(a,c,e){var
 d=c[3],b=F(c[1]);if(typeof
 e==="number")switch(e){case
 0:if(b){var
-v=eP(a,c[4]);if(v){var
+v=eO(a,c[4]);if(v){var
 w=dX(bB(a));if(w){var
-al=function(b){var
-c=aR(b),e=[0,aN(Z,T(ci(a),c))];return cg(dr(T,bB(a),e),d)};return dD(a,c[4],al)}var
+am=function(b){var
+c=aR(b),e=[0,aN(Z,T(ci(a),c))];return cg(dr(T,bB(a),e),d)};return dD(a,c[4],am)}var
 l=w}else
 var
 l=v}else
@@ -4065,12 +4081,12 @@ var
 h=b;return h}return 0;case
 2:if(1===c[4]){var
 A=F(b);if(A){var
-C=kh(a);if(C){var
-D=bU(a);if(D){var
+B=km(a);if(B){var
+C=bU(a);if(C){var
 E=dB(a);if(E){var
 G=dX(bB(a));if(G){var
-ah=gq(a),k=o(function(b){return kg(a,b)},ah);if(k)var
-ai=k[2],aj=k[1],m=B(function(e){var
+ah=gs(a),k=o(function(b){return kl(a,b)},ah);if(k)var
+ai=k[2],aj=k[1],m=D(function(e){var
 b=aj,a=e;for(;;){if(b){if(a){var
 c=cM(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
@@ -4085,17 +4101,17 @@ f=G}else
 var
 f=E}else
 var
-f=D}else
-var
 f=C}else
+var
+f=B}else
 var
 f=A;return f}return 0;case
 3:var
 H=8<=c[4]?1:0;if(H)if(b){var
 I=0===a[7][0]?1:0;if(I){var
 J=0===a[2][0]?1:0;if(J){var
-ag=gp(a,0);return cg(aq(gn,[0,Z],o(et,o(function(b){var
-c=jm(a);return o(function(a){return dC(a,b)},c)},ag))),d)}var
+ag=gr(a,0);return cg(al(gp,[0,Z],o(es,o(function(b){var
+c=jq(a);return o(function(a){return dC(a,b)},c)},ag))),d)}var
 i=J}else
 var
 i=I}else
@@ -4103,32 +4119,32 @@ var
 i=b;else
 var
 i=H;return i;default:if(b){var
-K=eP(a,c[4]);if(K){var
-am=function(b){var
-c=aR(b);return cg([0,T(ch(a),c)],d)};return dD(a,c[4],am)}var
+K=eO(a,c[4]);if(K){var
+an=function(b){var
+c=aR(b);return cg([0,T(ch(a),c)],d)};return dD(a,c[4],an)}var
 L=K}else
 var
 L=b;return L}else
 switch(e[0]){case
 0:var
-an=e[1];if(b){var
-O=eP(a,c[4]);if(O){var
-ao=function(b){var
-c=cj(a)[2],e=cj(a)[1],f=ch(a);return eO(d,ci(a),f,M,b,an,e,c)};return dD(a,c[4],ao)}var
-P=O}else
+ao=e[1];if(b){var
+M=eO(a,c[4]);if(M){var
+ap=function(b){var
+c=cj(a)[2],e=cj(a)[1],f=ch(a);return eN(d,ci(a),f,N,b,ao,e,c)};return dD(a,c[4],ap)}var
+P=M}else
 var
 P=b;return P;case
 1:var
 Q=e[1],n=c[4];if(7===n){if(b){var
 R=dB(a);if(R)return dD(a,7,function(b){var
-c=N(b,ch(a));if(c){var
-e=kj(a)[2],f=kj(a)[1];return eO(d,M,ch(a),M,b,Q,f,e)}return c});var
+c=O(b,ch(a));if(c){var
+e=ko(a)[2],f=ko(a)[1];return eN(d,N,ch(a),N,b,Q,f,e)}return c});var
 S=R}else
 var
 S=b;return S}if(b){var
-U=eP(a,n);if(U)return dD(a,n,function(b){var
-e=ci(a),c=N(b,bA(ch(a),e));if(c){var
-f=cj(a)[2],g=cj(a)[1],h=ci(a),i=bA(ch(a),h);return eO(d,ci(a),i,M,b,Q,g,f)}return c});var
+U=eO(a,n);if(U)return dD(a,n,function(b){var
+e=ci(a),c=O(b,bA(ch(a),e));if(c){var
+f=cj(a)[2],g=cj(a)[1],h=ci(a),i=bA(ch(a),h);return eN(d,ci(a),i,N,b,Q,g,f)}return c});var
 V=U}else
 var
 V=b;return V;case
@@ -4136,7 +4152,7 @@ V=b;return V;case
 W=bU(a);if(W){var
 X=dB(a);if(X){var
 Y=aO(dA(a));if(Y){var
-ap=cj(a)[2],ar=cj(a)[1],as=e[1],at=dA(a),au=dA(a),av=dA(a);return eO(d,M,bA(ch(a),av),au,at,as,ar,ap)}var
+aq=cj(a)[2],ar=cj(a)[1],as=e[1],at=dA(a),au=dA(a),av=dA(a);return eN(d,N,bA(ch(a),av),au,at,as,ar,aq)}var
 j=Y}else
 var
 j=X}else
@@ -4146,12 +4162,12 @@ var
 j=b;return j}return 0;case
 3:if(1===c[4]){var
 _=F(b);if(_){var
-$=kh(a);if($){var
+$=km(a);if($){var
 aa=bU(a);if(aa){var
 ab=0===a[7][0]?1:0;if(ab){var
 ac=dX(bB(a));if(ac){var
-aw=ki(a),ad=eM(e[1],aw);if(ad){var
-ax=ki(a);return cg(dr(T,bB(a),ax),d)}var
+aw=kn(a),ad=eL(e[1],aw);if(ad){var
+ax=kn(a);return cg(dr(T,bB(a),ax),d)}var
 g=ad}else
 var
 g=ac}else
@@ -4165,8 +4181,8 @@ var
 g=_;return g}return 0;case
 4:if(7===c[4]){if(b){var
 ae=dB(a);if(ae){var
-ay=ke(a),af=eM(e[1],ay);if(af){var
-p=ke(a),q=bB(a);if(q)if(p)var
+ay=kj(a),af=eL(e[1],ay);if(af){var
+p=kj(a),q=bB(a);if(q)if(p)var
 t=p[1],u=q[1],ak=aR(aN(t,u)),r=[0,T(aN(Z,T(t,u)),ak)];else
 var
 r=q;else
@@ -4177,15 +4193,15 @@ var
 s=ae}else
 var
 s=b;return s}return 0;default:return 0}}var
-kk=k(ve),kl=k(vf),km=k(vg),vi=k(vh),vk=k(vj),gr=k(vl),gs=k(vm);function
-kn(a){function
+kp=k(vm),kq=k(vn),kr=k(vo),vq=k(vp),vs=k(vr),gt=k(vt),gu=k(vu);function
+ks(a){function
 b(a){function
 b(b){function
-c(a){return[0,[0,b,a]]}return f(r(function(a){return ag(cq,a)},kl,a),c)}return f(r(cq,kk,a),b)}return f(P([0,kk,[0,kl,0]],0,a),b)}function
-ko(l,g,d){var
-b=u(k(vn),l);if(g){if(d){var
-h=d[1],i=g[1],p=o(js,h),c=i[2],a=p,m=0,n=0;for(;;){if(c){if(a){var
-e=eM(c[1],a[1]);if(e){var
+c(a){return[0,[0,b,a]]}return g(r(function(a){return ag(cq,a)},kq,a),c)}return g(r(cq,kp,a),b)}return g(P([0,kp,[0,kq,0]],0,a),b)}function
+kt(l,g,d){var
+b=w(k(vv),l);if(g){if(d){var
+h=d[1],i=g[1],p=o(jw,h),c=i[2],a=p,m=0,n=0;for(;;){if(c){if(a){var
+e=eL(c[1],a[1]);if(e){var
 c=c[2],a=a[2];continue}var
 f=e}else
 var
@@ -4193,30 +4209,30 @@ f=a;var
 j=f}else
 var
 j=a?0:1;var
-q=[0,[0,u(b,k(vo)),[0,[6,j],n]],m],r=jt(h),s=[0,[6,eM(i[1],r)],0];return[0,[0,u(b,k(vp)),s],q]}}return[0,[0,b,vq],0]}return d?[0,[0,b,vr],0]:[0,[0,b,vs],0]}function
-eQ(e,a,d,c){if(a)var
-f=[0,[0,d],[0,[6,y(c,a[1])],0]],b=[0,[0,u(k(vt),e),f],0];else
+q=[0,[0,w(b,k(vw)),[0,[6,j],n]],m],r=jx(h),s=[0,[6,eL(i[1],r)],0];return[0,[0,w(b,k(vx)),s],q]}}return[0,[0,b,vy],0]}return d?[0,[0,b,vz],0]:[0,[0,b,vA],0]}function
+eP(e,a,d,c){if(a)var
+f=[0,[0,d],[0,[6,y(c,a[1])],0]],b=[0,[0,w(k(vB),e),f],0];else
 var
 b=a;return b}function
-kp(c,b,a){if(a)var
-d=a[1][1],f=a[2],g=kp(O(c,w),dT(b,d),f),h=L(b,d)?vu:vw,e=[0,[0,f7(vv,c),h],g];else
+ku(c,b,a){if(a)var
+d=a[1][1],f=a[2],g=ku(L(c,v),dT(b,d),f),h=M(b,d)?vC:vE,e=[0,[0,f9(vD,c),h],g];else
 var
 e=a;return e}var
-eR=k(vz),kq=u(eR,k(vA)),kr=u(eR,k(vB)),vD=k(vC),ks=[0,[0,f_,0],[0,[0,eR,1],[0,[0,kq,2],[0,[0,kr,5],[0,[0,vD,7],[0,[0,k(vE),8],0]]]]]];function
+eQ=k(vH),kv=w(eQ,k(vI)),kw=w(eQ,k(vJ)),vL=k(vK),kx=[0,[0,ga,0],[0,[0,eQ,1],[0,[0,kv,2],[0,[0,kw,5],[0,[0,vL,7],[0,[0,k(vM),8],0]]]]]];function
 c1(b,a){function
-c(a){return[0,b]}return f(P(0,0,a),c)}function
-kt(a,c,b){function
+c(a){return[0,b]}return g(P(0,0,a),c)}function
+ky(a,c,b){function
 d(b){function
-d(a){return[0,y(c,a)]}return f(r(cq,a,b),d)}return f(P([0,a,0],0,b),d)}function
-eS(b,a){function
+d(a){return[0,y(c,a)]}return g(r(cq,a,b),d)}return g(P([0,a,0],0,b),d)}function
+eR(b,a){function
 c(a){function
 c(a){var
-c=[0,y(b,a)],d=a?1:a;return I(d,vF,c)}return f(r(function(a){return ag(aX,a)},km,a),c)}return f(P([0,km,0],0,a),c)}var
-ku=k(vG),kv=k(vH);function
-kw(f,a,e,d){var
+c=[0,y(b,a)],d=a?1:a;return I(d,vN,c)}return g(r(function(a){return ag(aX,a)},kr,a),c)}return g(P([0,kr,0],0,a),c)}var
+kz=k(vO),kA=k(vP);function
+kB(f,a,e,d){var
 b=y(f,a);if(b){var
-c=b[1],g=[0,[6,cg(c,e)],0],h=a?0:1;return[0,d,[0,[0,[9,h,c]],g]]}return vS}function
-kx(a){if(a){var
+c=b[1],g=[0,[6,cg(c,e)],0],h=a?0:1;return[0,d,[0,[0,[9,h,c]],g]]}return v0}function
+kC(a){if(a){var
 c=typeof
 a[1]==="number"?1:0;if(c){if(a[2])return 0;var
 b=1}else
@@ -4224,60 +4240,60 @@ var
 b=c}else
 var
 b=a;return b}var
-ky=k(v7),v9=k(v8);function
-kz(a){return a?aq(dT,a[1],a[2]):v}function
-eT(a){return kz(o(bK,a))}function
-we(a){return kz(o(function(b){var
-c=eT(a);return x(b[1],c)?b[2]:v},a))}function
-eU(g,f,e,d,c,a){return aq(function(b,h){var
-a=aw(d,c);return O(y(g,o(function(a){return[0,ba(D(D(b[1],a[1]),e),D(D(b[2],a[2]),f)),D(b[2],a[2])]},a)),h)},v,a)}function
-gt(a,c){var
-b=bu(0,bx(a));return er(o(function(b){return ds(a,c,b)},b))}function
-gu(a){return er(jm(a))}function
-kA(f,e,d,a){var
+kD=k(wd),wf=k(we);function
+kE(a){return a?al(dT,a[1],a[2]):u}function
+eS(a){return kE(o(bK,a))}function
+wm(a){return kE(o(function(b){var
+c=eS(a);return x(b[1],c)?b[2]:u},a))}function
+eT(g,f,e,d,c,a){return al(function(b,h){var
+a=aw(d,c);return L(y(g,o(function(a){return[0,ba(B(B(b[1],a[1]),e),B(B(b[2],a[2]),f)),B(b[2],a[2])]},a)),h)},u,a)}function
+gv(a,c){var
+b=bu(0,bx(a));return eq(o(function(b){return ds(a,c,b)},b))}function
+gw(a){return eq(jq(a))}function
+kF(f,e,d,a){var
 g=f[8][7],b=cJ(function(a){var
 b=aD(d);return x(a[1],b)},g);if(b){var
 c=y(e,b[1]);return c?c[1]:a}return a}function
-kB(b){var
-a=oE(oF,0,b);return a?[0,a[1]]:U(wg)}function
-kC(j,c,i){if(!W(cZ,c)&&!W(a_,c)){if(i){var
+kG(b){var
+a=oJ(oK,0,b);return a?[0,a[1]]:U(wo)}function
+kH(j,c,i){if(!X(cZ,c)&&!X(a_,c)){if(i){var
 e=i[1],n=function(a){return[0,[0,[0,[0,a,0],y(j,e)]]]},d=0,b=0,a=e,k=function(a){function
-b(a){return I(G(d7(a),e),wh,[0,a])}return f(aW(kB,a),b)};for(;;){if(a){var
-g=a[2],h=a[1];if(10===h){var
-d=[0,Y(b,0),d],b=0,a=g;continue}var
-b=[0,h,b],a=g;continue}var
-l=b?U(wf):[0,Y(d,0)];return f(f(l,k),n)}}return wi}function
+b(a){return I(G(d6(a),e),wp,[0,a])}return g(aW(kG,a),b)};for(;;){if(a){var
+f=a[2],h=a[1];if(10===h){var
+d=[0,W(b,0),d],b=0,a=f;continue}var
+b=[0,h,b],a=f;continue}var
+l=b?U(wn):[0,W(d,0)];return g(g(l,k),n)}}return wq}function
 m(a){function
-b(b){return[0,[0,[0,[0,[0,a,b],1],y(j,d7([0,a,b]))]]]}return f(r(bb,a_,c),b)}return f(r(function(a){return[0,a]},cZ,c),m)}function
-kD(a){function
+b(b){return[0,[0,[0,[0,[0,a,b],1],y(j,d6([0,a,b]))]]]}return g(r(bb,a_,c),b)}return g(r(function(a){return[0,a]},cZ,c),m)}function
+kI(a){function
 b(a){function
 b(h){function
 b(i){function
 b(j){function
 b(l){function
 b(m){function
-b(b,a){return[0,u(k(wj),b),[0,[0,a],0]]}var
-n=[0,b(f1,[7,m]),0],o=[0,b(bg,[6,l]),n],p=[0,b(bf,[5,j]),o],q=[0,b(be,[4,i]),p],r=[0,[0,b(bd,[3,h]),q]],d=as(jx,a);if(d){var
+b(b,a){return[0,w(k(wr),b),[0,[0,a],0]]}var
+n=[0,b(f3,[7,m]),0],o=[0,b(bg,[6,l]),n],p=[0,b(bf,[5,j]),o],q=[0,b(be,[4,i]),p],r=[0,[0,b(bd,[3,h]),q]],d=as(jB,a);if(d){var
 c=d[1],g=0;if(typeof
 c!=="number"&&0===c[0]){var
 e=c[1];g=1}if(!g)var
 e=0;var
 f=e}else
 var
-f=1;return I(f,wk,r)}return f(r(ia,f1,a),b)}return f(r(al,bg,a),b)}return f(r(function(a){return bk(al,a)},bf,a),b)}return f(r(al,be,a),b)}return f(r(al,bd,a),b)}return f(P([0,bd,[0,be,[0,bf,[0,bg,[0,f1,0]]]]],[0,jx,0],a),b)}function
-eV(a){return u(k(wl),a)}function
-eW(c,b,a){var
-d=aE(function(a){return W(a,b)},c);return o(function(b){return[0,u(k(a),b),wm]},d)}function
-wn(a){function
+f=1;return I(f,ws,r)}return g(r(ib,f3,a),b)}return g(r(am,bg,a),b)}return g(r(function(a){return bk(am,a)},bf,a),b)}return g(r(am,be,a),b)}return g(r(am,bd,a),b)}return g(P([0,bd,[0,be,[0,bf,[0,bg,[0,f3,0]]]]],[0,jB,0],a),b)}function
+eU(a){return w(k(wt),a)}function
+eV(c,b,a){var
+d=aE(function(a){return X(a,b)},c);return o(function(b){return[0,w(k(a),b),wu]},d)}function
+wv(a){function
 b(a){function
 b(c){function
-b(a){return wo}return f(aW(function(a){return $(a[2])},a),b)}return f(aW(function(a){return $([2,a[1]])},a),b)}return f(a8(a),b)}var
-wp=[0,ek,[0,eu,[0,cX,[0,cY,[0,ev,[0,ew,[0,bR,[0,ju,0]]]]]]]];function
+b(a){return ww}return g(aW(function(a){return $(a[2])},a),b)}return g(aW(function(a){return $([2,a[1]])},a),b)}return g(a8(a),b)}var
+wx=[0,ej,[0,et,[0,cX,[0,cY,[0,eu,[0,ev,[0,bR,[0,jy,0]]]]]]]];function
 dE(b,a){var
-c=cN(v,a);return aW(function(a){return ar(b,a[1],a[2])},c)}var
-kE=[0,fZ,[0,eA,[0,eB,[0,jw,[0,eC,[0,f0,0]]]]]];function
+c=cN(u,a);return aW(function(a){return ar(b,a[1],a[2])},c)}var
+kJ=[0,f1,[0,ez,[0,eA,[0,jA,[0,eB,[0,f2,0]]]]]];function
 dF(a){return a?a[1]?0:1:2}function
-xg(ar,a0,h){function
+xo(ar,a0,h){function
 a1(b){function
 a(b){function
 a(c){function
@@ -4286,79 +4302,79 @@ a(e){var
 c=as(cS,e);if(c){var
 d=c[1],l=0;if(typeof
 d!=="number"&&2===d[0]){var
-z=k(xc),i=G(d[1],z);l=1}if(!l)var
+z=k(xk),i=G(d[1],z);l=1}if(!l)var
 i=0;var
 a=i}else
 var
 a=c;var
-j=iU(e),m=j?[0,fX,0]:j,n=a?[0,jv,[0,fY,0]]:a,p=u([0,cS,[0,ej,[0,fG,[0,dv,[0,bo,0]]]]],u(n,m)),q=a?0:[0,ez,[0,jw,[0,eC,[0,f0,0]]]],s=u([0,fZ,[0,eA,[0,eB,0]]],q);function
+j=iY(e),m=j?[0,fZ,0]:j,n=a?[0,jz,[0,f0,0]]:a,p=w([0,cS,[0,ei,[0,fI,[0,dv,[0,bo,0]]]]],w(n,m)),q=a?0:[0,ey,[0,jA,[0,eB,[0,f2,0]]]],s=w([0,f1,[0,ez,[0,eA,0]]],q);function
 t(c){if(a){var
 i=function(a){return[0,[1,a]]},d=function(a){function
 b(a){var
-b=[0,[0,ew,wr],[0,[0,bR,wq],0]];return[0,u([0,[0,eu,wv],[0,[0,cX,wu],[0,[0,cY,wt],0]]],u(o(function(a){return[0,a[2],ws]},a),b))]}var
-c=0,d=0;return f(dE(function(a,b){return ga(d,c,a,b)},a),b)},p=f(f(r(bb,ev,b),d),i),j=function(l){function
+b=[0,[0,ev,wz],[0,[0,bR,wy],0]];return[0,w([0,[0,et,wD],[0,[0,cX,wC],[0,[0,cY,wB],0]]],w(o(function(a){return[0,a[2],wA]},a),b))]}var
+c=0,d=0;return g(dE(function(a,b){return gc(d,c,a,b)},a),b)},p=g(g(r(bb,eu,b),d),i),j=function(l){function
 a(a){function
+d(Y){function
 d(ab){function
-d(ac){function
 d(d){if(d){var
 e=d[1],i=e[1],z=i[2],a=i[1],A=e[2];if(a){var
-C=a[2],H=a[1],j=function(e){var
+E=a[2],H=a[1],j=function(e){var
 a=as(cS,e),m=0;if(a){var
 d=a[1],n=0;if(typeof
 d!=="number"&&2===d[0]){var
-j=G(d[1],uO);m=1;n=1}if(!n)var
+j=G(d[1],uW);m=1;n=1}if(!n)var
 i=0}else
 var
 i=a;if(!m)var
 j=i;if(F(j))return p;function
 q(a){function
-i(d){if(uZ(a,d))return p;var
-t=a[5],E=cv(cf(a,d)),J=cv(ce(d)),e=[0,a[1],a[2],J,E,t,0,0],g=C,i=0;for(;;){if(g){var
-j=g[1],s=0;if(typeof
+i(d){if(u7(a,d))return p;var
+t=a[5],C=cv(cf(a,d)),J=cv(ce(d)),e=[0,a[1],a[2],J,C,t,0,0],f=E,i=0;for(;;){if(f){var
+j=f[1],s=0;if(typeof
 j!=="number"&&4===j[0]){var
-n=W(gg,j[1]);s=1}if(!s)var
+n=X(gi,j[1]);s=1}if(!s)var
 n=0;if(!n){var
-g=g[2],i=[0,j,i];continue}var
-m=[0,Y(i,0),g]}else
+f=f[2],i=[0,j,i];continue}var
+m=[0,W(i,0),f]}else
 var
-m=[0,Y(i,0),0];var
-q=m[2],K=function(g){function
-s(E){var
-i=U(wV);function
-n(X){function
+m=[0,W(i,0),0];var
+q=m[2],K=function(f){function
+s(C){var
+i=U(w3);function
+n(W){function
 i(i){var
-m=bi(aM(cf(a,d))),n=bi(aM(ce(d))),p=a[5],J=p?[0,p[1]]:[1,cV(m,n,o(b6,E))],s=dz(a),K=s?[0,cV(m,n,o(bK,E))]:s,M=ap(a[2]),t=d[2],O=d[3],Q=t?[0,j8(t[1])]:[1,ap(a[4])],j=[0,j8(d[1]),Q,O,M,X,K,J,i],S=cv(ce(d)),T=j7(a,g,cv(cf(a,d)),S),q=av(function(b){var
+m=bi(aM(cf(a,d))),n=bi(aM(ce(d))),p=a[5],J=p?[0,p[1]]:[1,cV(m,n,o(b6,C))],s=dz(a),K=s?[0,cV(m,n,o(bK,C))]:s,L=aq(a[2]),t=d[2],N=d[3],Q=t?[0,kb(t[1])]:[1,aq(a[4])],j=[0,kb(d[1]),Q,N,L,W,K,J,i],S=cv(ce(d)),T=ka(a,f,cv(cf(a,d)),S),q=av(function(b){var
 c=cb(b),e=_(function(b){var
 d=cb(b[2]),c=b[1];return o(function(b){var
-g=fW(j,c,b[1]),d=eL(a),f=0;if(d)var
+g=fY(j,c,b[1]),d=eK(a),f=0;if(d)var
 h=ds(j,c,b[1]),e=o(function(a){return[0,a]},h);else
 var
 e=d;var
 i=b[2],k=aD(b[1]);return[0,aD(c),k,i,e,g,f]},d)},c),g=a[5],f=0,h=dz(a)?1:2,i=R(a[2]),k=aM(ce(d));return[0,aM(cf(a,d)),k,i,h,g,f,e]},T);function
-Y(Y){function
+Z(Z){function
 m(p){var
-n=ae(function(a){return W(a[1],p)},dy),s=n?dy:n,m=u(jO,s);function
+n=ae(function(a){return X(a[1],p)},dy),s=n?dy:n,m=w(jT,s);function
 t(p){function
-s(E){function
+s(C){function
 s(J){function
 p(b){var
-c=b?b_:bQ,a=cd(E,c),d=a?a[1][2]:a;return d}function
-m(Z){var
-am=fj(d[3],w);function
+c=b?b_:bQ,a=cd(C,c),d=a?a[1][2]:a;return d}function
+m(_){var
+al=fi(d[3],v);function
 m(m){function
 d(y){function
 d(d){var
-n=W(eB,c),_=n||W(du,b);function
-p($){function
-d(aa){function
+n=X(eA,c),$=n||X(du,b);function
+p(aa){function
+d(ac){function
 d(ad){function
 d(s){function
 d(ae){var
-K=iV(l,a[1]),M=K[1],N=K[2];function
-O(a){return _?wW:a}function
-P(a){return N?a:[0,wX,a]}var
-af=[0,[0,bR,O($)],0],ag=gc(0,y),ah=u(o(function(a){var
-b=O(a[2]);return[0,a[1],b]},ag),af),ai=m?1:m,U=0;if(ai&&B(function(l){function
+K=iZ(l,a[1]),L=K[1],N=K[2];function
+O(a){return $?w4:a}function
+P(a){return N?a:[0,w5,a]}var
+af=[0,[0,bR,O(aa)],0],ag=ge(0,y),ah=w(o(function(a){var
+b=O(a[2]);return[0,a[1],b]},ag),af),ai=m?1:m,U=0;if(ai&&D(function(l){function
 n(f,e){var
 a=as(e,f);if(a){var
 b=a[1],d=0;if(typeof
@@ -4375,217 +4391,217 @@ i=h[2],e=0;if(i){var
 c=i[2],f=0;if(c){var
 d=c[2],g=0;if(d)if(d[2]){var
 a=0;e=1;f=1;g=1}else{var
-j=d[1],o=c[1];if(G(j,kr))if(W(eJ,s)){var
+j=d[1],o=c[1];if(G(j,kw))if(X(eI,s)){var
 a=0;e=1;f=1;g=1}else{var
-H=0,I=W(bg,s)?b(bg):n(ae,bg),J=b(bd),K=b(be),D=u(I,k(wa)),E=u(J,u(k(wb),D)),F=u(K,u(k(wc),E)),a=[0,[0,ky,[0,u(k(wd),F),H]]];e=1;f=1;g=1}else{var
-L=b(bf),A=u(L,k(v_)),C=u(k(v$),A),M=bS(G(j,kq),C),p=G(j,eR);if(p)var
-N=G(o,eI),q=N||G(o,kv);else
+H=0,I=X(bg,s)?b(bg):n(ae,bg),J=b(bd),K=b(be),C=w(I,k(wi)),E=w(J,w(k(wj),C)),F=w(K,w(k(wk),E)),a=[0,[0,kD,[0,w(k(wl),F),H]]];e=1;f=1;g=1}else{var
+L=b(bf),A=w(L,k(wg)),B=w(k(wh),A),M=bS(G(j,kv),B),p=G(j,eQ);if(p)var
+N=G(o,eH),q=N||G(o,kA);else
 var
 q=p;var
-r=[0,[0,ky,u(bS(q,v9),M)]]}}else
+r=[0,[0,kD,w(bS(q,wf),M)]]}}else
 var
 r=d;if(!g)var
 t=r}else
 var
 t=c;if(!f)var
-v=t}else
+u=t}else
 var
-v=i;if(!e){var
-w=v;m=1}}else{var
-w=h;m=1}if(m)var
-a=w;if(a){var
+u=i;if(!e){var
+v=u;m=1}}else{var
+v=h;m=1}if(m)var
+a=v;if(a){var
 x=a[1],O=l[5],y=bl(R(x),O);if(y){var
-P=l[5];return B(function(a){return d8(P,a)},x)}var
+P=l[5];return D(function(a){return d7(P,a)},x)}var
 z=y}else
 var
 z=a;return z},m)){var
 Q=0;U=1}if(!U)var
-Q=[0,[0,k(w$),w_],0];var
-aj=u(Q,ah),ak=u(gb(0,m),aj),S=dx(Z,0),al=0,am=0,an=S?[0,[8,S[1]]]:w9,ao=u([0,[0,cY,[0,an,am]],al],ak),ap=P(J[2]),aq=u([0,[0,J[1],ap],0],ao),ar=u(o(function(a){var
-b=P(a[2][1]);return[0,eV(a[1]),b]},E),aq),at=u(eW([0,dt,[0,du,0]],b,0),ar),V=0;if(!W(eA,c)){var
-X=0;if(fM(a)&&fM(e))X=1;if(!X){var
-T=[0,[0,k(w8),w7],0];V=1}}if(!V)var
+Q=[0,[0,k(xh),xg],0];var
+aj=w(Q,ah),ak=w(gd(0,m),aj),S=dx(_,0),al=0,am=0,an=S?[0,[8,S[1]]]:xf,ao=w([0,[0,cY,[0,an,am]],al],ak),ap=P(J[2]),aq=w([0,[0,J[1],ap],0],ao),ar=w(o(function(a){var
+b=P(a[2][1]);return[0,eU(a[1]),b]},C),aq),at=w(eV([0,dt,[0,du,0]],b,0),ar),V=0;if(!X(ez,c)){var
+W=0;if(fO(a)&&fO(e))W=1;if(!W){var
+T=[0,[0,k(xe),xd],0];V=1}}if(!V)var
 T=0;var
-au=u(T,at),av=u(aa,u(Y,u(ad,u(eW(kE,c,wY),au))));if(h)if(z)var
-aw=d7([0,H,C]),ax=[0,[6,G(h[1],aw)],0],r=[0,[0,k(wZ),ax],0];else
+au=w(T,at),av=w(ac,w(Z,w(ad,w(eV(kJ,c,w6),au))));if(h)if(z)var
+aw=d6([0,H,E]),ax=[0,[6,G(h[1],aw)],0],r=[0,[0,k(w7),ax],0];else
 var
 r=z;else
 var
 r=h;var
-ay=u(r,av),az=[0,[0,k(w0),[0,[6,N],0]],0],aA=[0,[6,M[2]],0],aB=[0,[0,k(w1),aA],az],aC=[0,[6,M[1]],0],aD=[0,[0,k(w2),aC],aB],aE=R(a[2]),aF=[0,[6,x(ac,D(R(g),aE))],0],aG=[0,[0,k(w3),aF],aD],aH=[0,[6,G(ab,A)],0],aI=[0,[0,[0,[1,j,q],u([0,[0,k(w4),aH],aG],ay),0]]],aJ=B(function(a){return a[4]},g),aK=aJ||B(function(a){return F(a[4])},g),d=g,aL=I(aK,w5,aI);for(;;){if(d){var
-f=d[2];if(f){var
-i=f[1],n=d[1],v=L(n[1],i[1]);if(v)var
-p=v;else
+ay=w(r,av),az=[0,[0,k(w8),[0,[6,N],0]],0],aA=[0,[6,L[2]],0],aB=[0,[0,k(w9),aA],az],aC=[0,[6,L[1]],0],aD=[0,[0,k(w_),aC],aB],aE=R(a[2]),aF=[0,[6,x(ab,B(R(f),aE))],0],aG=[0,[0,k(w$),aF],aD],aH=[0,[6,G(Y,A)],0],aI=[0,[0,[0,[1,j,q],w([0,[0,k(xa),aH],aG],ay),0]]],aJ=D(function(a){return a[4]},f),aK=aJ||D(function(a){return F(a[4])},f),d=f,aL=I(aK,xb,aI);for(;;){if(d){var
+g=d[2];if(g){var
+i=g[1],n=d[1],u=M(n[1],i[1]);if(u)var
+p=u;else
 var
-w=x(n[1],i[1]),p=w?L(n[2],i[2]):w;if(p){var
-d=f;continue}var
+v=x(n[1],i[1]),p=v?M(n[2],i[2]):v;if(p){var
+d=g;continue}var
 t=p}else
 var
 t=1}else
 var
-t=1;return I(t,w6,aL)}}return f(r(a8,bo,c),d)}return f(r(a8,fY,c),d)}return f(r(function(b){function
+t=1;return I(t,xc,aL)}}return g(r(a8,bo,c),d)}return g(r(a8,f0,c),d)}return g(r(function(b){function
 a(a){function
 b(c){function
 b(d){function
 b(b){function
 e(a){var
-f=kp(v,a$(w),i[7]),e=i[5],g=e?[0,[0,k(vy),vx],0]:e,h=u(g,f);function
-j(b){return N(a,b)}var
-l=u(eQ(bg,i[4],[6,a],j),h);function
-m(a){return b?N(a,b[1]):b}var
-n=u(eQ(bf,i[3],[5,b],m),l);function
-o(a){return N(a,d)}var
-p=u(eQ(be,i[2],[4,d],o),n);function
-q(a){return N(c,a)}return[0,u(eQ(bd,i[1],[3,c],q),p)]}return f(r(al,bg,a),e)}return f(r(function(a){return bk(al,a)},bf,a),b)}return f(r(al,be,a),b)}return f(r(al,bd,a),b)}return f(a8(b),a)},bo,c),d)}return f(r(kD,bo,c),d)}return f(j0(y,d),p)}return f(r($,bR,b),d)}return f(r(function(a){function
+f=ku(u,a$(v),i[7]),e=i[5],g=e?[0,[0,k(vG),vF],0]:e,h=w(g,f);function
+j(b){return O(a,b)}var
+l=w(eP(bg,i[4],[6,a],j),h);function
+m(a){return b?O(a,b[1]):b}var
+n=w(eP(bf,i[3],[5,b],m),l);function
+o(a){return O(a,d)}var
+p=w(eP(be,i[2],[4,d],o),n);function
+q(a){return O(c,a)}return[0,w(eP(bd,i[1],[3,c],q),p)]}return g(r(am,bg,a),e)}return g(r(function(a){return bk(am,a)},bf,a),b)}return g(r(am,be,a),b)}return g(r(am,bd,a),b)}return g(a8(b),a)},bo,c),d)}return g(r(kI,bo,c),d)}return g(j5(y,d),p)}return g(r($,bR,b),d)}return g(r(function(a){function
 b(a){var
-b=0;return dE(function(a,c){return jZ(p,b,n,a,c)},a)}return f(bb(a),b)},ew,b),d)}return f(r(function(a){function
+b=0;return dE(function(a,c){return j4(p,b,n,a,c)},a)}return g(bb(a),b)},ev,b),d)}return g(r(function(a){function
 b(a){return dE(function(b,i){function
-a(a){if(kx(a[3])){var
+a(a){if(kC(a[3])){var
 b=a[1];if(b){var
 c=b[2];if(c){var
 d=c[2];if(d){var
-g=d[2];if(g){if(g[2])return[0,a];var
-n=g[1],o=d[1],q=c[1],h=b[1],j=function(b){function
+f=d[2];if(f){if(f[2])return[0,a];var
+n=f[1],o=d[1],q=c[1],h=b[1],j=function(b){function
 c(c){function
 d(b){var
-c=a[5],d=F(kx(b));return[0,[0,a[1],a[2],b,d,c]]}return f(r(function(s){if(G(h,f$))var
-d=vW;else
+c=a[5],d=F(kC(b));return[0,[0,a[1],a[2],b,d,c]]}return g(r(function(s){if(G(h,gb))var
+d=v4;else
 var
-m=G(h,jU),d=m?v6:m;if(d){var
-b=d[1],g=cd(ks,n);if(g){var
-i=g[1];if(G(q,eH)){var
-t=0,u=4,w=function(a){return c1(u,a)},x=[0,[0,k(vI),w],t],z=function(a){return[1,a]},A=function(a){return eS(z,a)},B=[0,[0,k(vJ),A],x],C=function(a){return[0,a]},D=function(a){return eS(C,a)},E=[0,[0,k(vK),D],B],H=0,I=function(a){return c1(H,a)},J=[0,[0,k(vL),I],E];switch(i){case
+m=G(h,jZ),d=m?wc:m;if(d){var
+b=d[1],f=cd(kx,n);if(f){var
+i=f[1];if(G(q,eG)){var
+t=0,v=4,w=function(a){return c1(v,a)},x=[0,[0,k(vQ),w],t],z=function(a){return[1,a]},A=function(a){return eR(z,a)},B=[0,[0,k(vR),A],x],C=function(a){return[0,a]},D=function(a){return eR(C,a)},E=[0,[0,k(vS),D],B],H=0,I=function(a){return c1(H,a)},J=[0,[0,k(vT),I],E];switch(i){case
 1:if(b)var
-K=0,L=function(a){return[3,a]},M=[0,[0,kv,function(a){return kt(vk,L,a)}],K],N=2,a=[0,[0,eI,function(a){return c1(N,a)}],M];else
+K=0,L=function(a){return[3,a]},M=[0,[0,kA,function(a){return ky(vs,L,a)}],K],N=2,a=[0,[0,eH,function(a){return c1(N,a)}],M];else
 var
-O=0,Q=function(a){return[2,a]},R=function(a){return eS(Q,a)},S=[0,[0,k(vM),R],O],T=1,W=function(a){return c1(T,a)},a=[0,[0,k(vN),W],S];break;case
+O=0,Q=function(a){return[2,a]},R=function(a){return eR(Q,a)},S=[0,[0,k(vU),R],O],T=1,W=function(a){return c1(T,a)},a=[0,[0,k(vV),W],S];break;case
 5:if(b)var
 a=0;else
 var
-X=0,a=[0,[0,ku,function(a){return c1(vO,a)}],X];break;case
+X=0,a=[0,[0,kz,function(a){return c1(vW,a)}],X];break;case
 7:if(b)var
 a=0;else
 var
-Y=0,Z=function(a){return[4,a]},_=function(a){return kt(vi,Z,a)},ab=[0,[0,k(vP),_],Y],ac=function(a){return[1,a]},ad=function(a){return eS(ac,a)},a=[0,[0,k(vQ),ad],ab];break;case
+Y=0,Z=function(a){return[4,a]},_=function(a){return ky(vq,Z,a)},ab=[0,[0,k(vX),_],Y],ac=function(a){return[1,a]},ad=function(a){return eR(ac,a)},a=[0,[0,k(vY),ad],ab];break;case
 8:if(b)var
 a=0;else
 var
-ae=0,af=3,ah=function(a){return c1(af,a)},a=[0,[0,k(vR),ah],ae];break;case
+ae=0,af=3,ah=function(a){return c1(af,a)},a=[0,[0,k(vZ),ah],ae];break;case
 0:case
 2:var
 a=b?0:J;break;default:var
 a=0}var
 j=cd(a,o);if(j){var
-aj=function(a){return[0,kw(p,F(b),c,[4,[0,b,0,c,i],a])]};return f(y(j[1],s),aj)}return vX}return vY}return vZ}var
-l=cd(ks,n);if(l){if(1===l[1]){if(G(h,k(v0))&&G(q,f9)&&G(o,ku)&&am){if(c){var
+aj=function(a){return[0,kB(p,F(b),c,[4,[0,b,0,c,i],a])]};return g(y(j[1],s),aj)}return v5}return v6}return v7}var
+l=cd(kx,n);if(l){if(1===l[1]){if(G(h,k(v8))&&G(q,f$)&&G(o,kz)&&al){if(c){var
 ak=function(a){var
-b=a?kw(p,1,c,[4,[0,0,1,c,1],[5,a[1]]]):v1;return[0,b]},ai=function(c){var
-b=as(gr,c);if(b){var
+b=a?kB(p,1,c,[4,[0,0,1,c,1],[5,a[1]]]):v9;return[0,b]},ai=function(c){var
+b=as(gt,c);if(b){var
 a=b[1];if(typeof
-a==="number")return vT;else{if(4===a[0]){var
+a==="number")return v1;else{if(4===a[0]){var
 d=function(a){function
 b(b){function
 c(j){function
 c(k){var
-a=by(e[3],j),c=by(e[3],k),d=b?by(e[4],b[1]):fv,f=V(v,a),g=f?V(v,c):f,h=g?V(v,d):g;if(h)var
+a=by(e[3],j),c=by(e[3],k),d=b?by(e[4],b[1]):fx,f=V(u,a),g=f?V(u,c):f,h=g?V(u,d):g;if(h)var
 l=bi(c),m=bi(a),i=[0,[0,[0,[0,bi(d)],m,l]]];else
 var
-i=h;return[0,i]}return f(r(function(a){return ag($,a)},b$,a),c)}return f(r(function(a){return ag($,a)},cU,a),c)}function
-c(a){return ag($,a)}return f(r(function(a){return bk(c,a)},aa,a),b)};return f(aP(gr,P([0,aa,[0,cU,[0,b$,0]]],0,a)),d)}return U(vU)}}return U(vV)};return f(f(P([0,gr,0],0,s),ai),ak)}return v2}return v3}return v4}return v5},f4,b),d)}return f(r(cq,c0,b),c)};return f(a8(i),j)}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return f(ga(A,0,b,i),a)},a)}return f(bb(a),b)},ev,b),m)}var
+i=h;return[0,i]}return g(r(function(a){return ag($,a)},b$,a),c)}return g(r(function(a){return ag($,a)},cU,a),c)}function
+c(a){return ag($,a)}return g(r(function(a){return bk(c,a)},aa,a),b)};return g(aP(gt,P([0,aa,[0,cU,[0,b$,0]]],0,a)),d)}return U(v2)}}return U(v3)};return g(g(P([0,gt,0],0,s),ai),ak)}return v_}return v$}return wa}return wb},f6,b),d)}return g(r(cq,c0,b),c)};return g(a8(i),j)}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return g(gc(A,0,b,i),a)},a)}return g(bb(a),b)},eu,b),m)}var
 s=0;function
-t(a){return jN(l,e,s,a)}return f(r(function(a){return ag(t,a)},cY,b),m)}var
-m=q?1:q;return f(r(function(b){function
-c(a){return[0,[0,eV(gs),a]]}if(typeof
+t(a){return jS(l,e,s,a)}return g(r(function(a){return ag(t,a)},cY,b),m)}var
+m=q?1:q;return g(r(function(b){function
+c(a){return[0,[0,eU(gu),a]]}if(typeof
 b==="number")var
 a=[0,[0,[6,F(m)],0]];else
 var
 d=function(a){function
 b(b){function
 c(c){if(m)var
-d=u(b[1],c[1]),a=o(function(a){if(typeof
+d=w(b[1],c[1]),a=o(function(a){if(typeof
 a!=="number"&&0===a[0])return[5,a[1]];return a},d);else
 var
-a=wU;return[0,a]}var
-d=1;return f(r(function(a){return eG(l,e,d,a)},bQ,a),c)}var
-c=0;return f(r(function(a){return eG(l,e,c,a)},b_,a),b)},a=f(P([0,b_,[0,bQ,0]],0,b),d);return f(a,c)},gs,p),s)}return f(aW(function(a){function
+a=w2;return[0,a]}var
+d=1;return g(r(function(a){return eF(l,e,d,a)},bQ,a),c)}var
+c=0;return g(r(function(a){return eF(l,e,c,a)},b_,a),b)},a=g(P([0,b_,[0,bQ,0]],0,b),d);return g(a,c)},gu,p),s)}return g(aW(function(a){function
 b(b){return[0,[0,a[1],b]]}var
-c=a[1],d=a[2];return f(r(function(a){return eG(l,e,d,a)},c,p),b)},m),s)}var
-E=0,J=[0,gs,o(bK,m)];return f(r(function(a){return P(J,E,a)},cX,b),t)}return f(r(a8,cX,b),m)}return f(r(function(b){function
+c=a[1],d=a[2];return g(r(function(a){return eF(l,e,d,a)},c,p),b)},m),s)}var
+C=0,J=[0,gu,o(bK,m)];return g(r(function(a){return P(J,C,a)},cX,b),t)}return g(r(a8,cX,b),m)}return g(r(function(b){function
 a(a){function
 b(b){function
 c(c){var
-a=j[2],d=0===a[0]?[0,a[1]]:0,e=ko(aa,c,d);return[0,u(ko(a9,[0,b],[0,j[1]]),e)]}return f(r(function(a){return bk(kn,a)},aa,a),c)}return f(r(kn,a9,a),b)}return f(P([0,a9,[0,aa,0]],0,b),a)},jv,c),Y)}return f(r(function(b){function
+a=j[2],d=0===a[0]?[0,a[1]]:0,e=kt(aa,c,d);return[0,w(kt(a9,[0,b],[0,j[1]]),e)]}return g(r(function(a){return bk(ks,a)},aa,a),c)}return g(r(ks,a9,a),b)}return g(P([0,a9,[0,aa,0]],0,b),a)},jz,c),Z)}return g(r(function(b){function
 a(a){function
-b(g){function
+b(f){function
 b(h){function
 b(i){function
 b(j){function
 b(k){function
 b(b){function
 l(a){var
-c=[0,[0,g,h,i,j,k,b,a]],d=b?N(b[1],Z):1;return I(d,u9,c)}var
-c=as(eJ,a);if(c)var
+c=[0,[0,f,h,i,j,k,b,a]],d=b?O(b[1],Z):1;return I(d,vf,c)}var
+c=as(eI,a);if(c)var
 m=function(a){var
-b=[0,o(b6,a)],c=I(cR(o(function(a){return ib(a[1])},a)),u_,b),d=a?1:a;return I(d,u$,c)},n=c[1],d=f(aP(eJ,ag(function(b){function
+b=[0,o(b6,a)],c=I(cR(o(function(a){return ic(a[1])},a)),vg,b),d=a?1:a;return I(d,vh,c)},n=c[1],d=g(aP(eI,ag(function(b){function
 a(a){function
 b(b){function
-c(g){function
+c(f){function
 c(h){function
-c(f){var
-i=[0,[0,b,[0,by(e[4],b),g,h,f]]];if(a)var
+c(g){var
+i=[0,[0,b,[0,by(e[4],b),f,h,g]]];if(a)var
 c=a[2],d=c?1:c;else
 var
-d=1;return I(d,u8,i)}return f(bT(bf,a),c)}return f(bT(be,a),c)}return f(bT(bd,a),c)}return f(r(function(a){return ag($,a)},aa,a),b)}return f(P([0,aa,0],[0,bd,[0,be,[0,bf,0]]],b),a)},n)),m);else
+d=1;return I(d,ve,i)}return g(bT(bf,a),c)}return g(bT(be,a),c)}return g(bT(bd,a),c)}return g(r(function(a){return ag($,a)},aa,a),b)}return g(P([0,aa,0],[0,bd,[0,be,[0,bf,0]]],b),a)},n)),m);else
 var
-d=va;return f(d,l)}return f(bT(eC,a),b)}return f(bT(j4,a),b)}return f(bT(bg,a),b)}return f(bT(bf,a),b)}return f(bT(be,a),b)}return f(bT(bd,a),b)}return f(P(0,[0,bd,[0,be,[0,bf,[0,bg,[0,j4,[0,eC,[0,eJ,0]]]]]]],b),a)},fY,c),i)}var
-p=R(g),q=aM(eK(d));if(V(D(aM(gi(a,d)),q),p))var
-s=cv(eK(d)),j=j7(a,g,cv(gi(a,d)),s),t=j?[0,j[1]]:i,m=t;else
+d=vi;return g(d,l)}return g(bT(eB,a),b)}return g(bT(j9,a),b)}return g(bT(bg,a),b)}return g(bT(bf,a),b)}return g(bT(be,a),b)}return g(bT(bd,a),b)}return g(P(0,[0,bd,[0,be,[0,bf,[0,bg,[0,j9,[0,eB,[0,eI,0]]]]]]],b),a)},f0,c),i)}var
+p=R(f),q=aM(eJ(d));if(V(B(aM(gk(a,d)),q),p))var
+s=cv(eJ(d)),j=ka(a,f,cv(gk(a,d)),s),t=j?[0,j[1]]:i,m=t;else
 var
-m=i;return f(m,n)}var
-j=0;if(!dz(a)&&!eL(a)){var
-i=v;j=1}if(!j)var
-m=aM(ce(d)),i=D(aM(cf(a,d)),m);var
-n=cN(v,q),p=aW(function(b){var
+m=i;return g(m,n)}var
+j=0;if(!dz(a)&&!eK(a)){var
+i=u;j=1}if(!j)var
+m=aM(ce(d)),i=B(aM(cf(a,d)),m);var
+n=cN(u,q),p=aW(function(b){var
 h=b[2],k=b[1],e=aM(ce(d));function
 c(b){function
 c(d){function
 c(c){function
-g(g){function
-h(f){var
-a=x(O(D(d,e),c),k),h=[0,[0,g,f]],b=a?V(v,c):a,i=b?L(c,e):b;return I(i,u5,h)}var
-i=R(a[2]),j=r(function(a){return ay(i,al,a)},bo,b);return f(bz(eL(a),0,j),h)}var
-h=r(aX,en,b);return f(bz(dz(a),Z,h),g)}return f(r(a3,gg,b),c)}return f(r(a3,j3,b),c)}var
-g=bS(eL(a),bo);return f(P(u([0,j3,[0,gg,0]],u(bS(dz(a),en),g)),0,h),c)},n);return f(aP(a_,I(bl(i,q),u6,p)),s)},M=m[1];return f(aP(a_,aW(function(c){var
-h=ap(a[2]);function
+f(f){function
+h(g){var
+a=x(L(B(d,e),c),k),h=[0,[0,f,g]],b=a?V(u,c):a,i=b?M(c,e):b;return I(i,vb,h)}var
+i=R(a[2]),j=r(function(a){return ay(i,am,a)},bo,b);return g(bz(eK(a),0,j),h)}var
+h=r(aX,em,b);return g(bz(dz(a),Z,h),f)}return g(r(a3,gi,b),c)}return g(r(a3,j8,b),c)}var
+f=bS(eK(a),bo);return g(P(w([0,j8,[0,gi,0]],w(bS(dz(a),em),f)),0,h),c)},n);return g(aP(a_,I(bl(i,q),vc,p)),s)},N=m[1];return g(aP(a_,aW(function(c){var
+h=aq(a[2]);function
 b(b){function
 c(c){function
 d(d){function
 e(a){function
 i(e){var
-b=V(v,c),f=I(ep(h,a),u0,[0,[0,c,d,a,e]]),g=b?V(v,d):b;return I(g,u1,f)}var
-e=as(gf,b);if(e)var
+b=V(u,c),f=I(eo(h,a),u8,[0,[0,c,d,a,e]]),g=b?V(u,d):b;return I(g,u9,f)}var
+e=as(gh,b);if(e)var
 j=function(b){var
-c=L(v,b),d=c?x(hp(b,fT(o(cK,a))),v):c;return I(d,u3,u2)},g=f(aP(gf,a3(e[1])),j);else
+c=M(u,b),d=c?x(hr(b,fV(o(cK,a))),u):c;return I(d,u$,u_)},f=g(aP(gh,a3(e[1])),j);else
 var
-g=u4;return f(g,i)}var
-g=R(a[2]);return f(r(function(a){return ay(g,aX,a)},em,b),e)}var
-e=R(a[3]);return f(r(function(a){return d9(e,a)},a9,b),d)}var
-d=R(a[4]);return f(r(function(a){return d9(d,a)},aa,b),c)}return f(P([0,aa,[0,a9,[0,em,0]]],[0,gf,0],c),b)},M)),K)}}var
-d=a[1];return f(r(function(b){function
+f=va;return g(f,i)}var
+f=R(a[2]);return g(r(function(a){return ay(f,aX,a)},el,b),e)}var
+e=R(a[3]);return g(r(function(a){return d8(e,a)},a9,b),d)}var
+d=R(a[4]);return g(r(function(a){return d8(d,a)},aa,b),c)}return g(P([0,aa,[0,a9,[0,el,0]]],[0,gh,0],c),b)},N)),K)}}var
+d=a[1];return g(r(function(b){function
 a(a){function
 e(c){function
 b(b){function
 e(a){var
-d=[0,[0,b,a,c]],e=aM(o(function(a){return a[2]},b));return I(V(g(2,w),e),uX,d)}var
+d=[0,[0,b,a,c]],e=aM(o(function(a){return a[2]},b));return I(V(f(2,v),e),u5,d)}var
 h=R(d[3][3]);function
-i(a){return j6(h,a)}return f(r(function(a){return bk(i,a)},aa,a),e)}var
-e=R(d[3][2]);return f(r(function(a){return j6(e,a)},a9,a),b)}var
-b=as(ge,a);if(b)var
+i(a){return j$(h,a)}return g(r(function(a){return bk(i,a)},aa,a),e)}var
+e=R(d[3][2]);return g(r(function(a){return j$(e,a)},a9,a),b)}var
+b=as(gg,a);if(b)var
 h=function(a){var
-b=aV(a),d=0===b?w:0<b?a:w,c=V(g(2,w),a),e=[0,d],f=c?V(a,g(2,g(2,g(2,g(2,E(g(2,g(2,g(2,g(2,E(g(2,E(g(2,E(g(2,g(2,g(2,w)))))))))))))))))):c;return I(f,uY,e)},c=f(aP(ge,a3(b[1])),h);else
+b=aV(a),d=0===b?v:0<b?a:v,c=V(f(2,v),a),e=[0,d],g=c?V(a,f(2,f(2,f(2,f(2,C(f(2,f(2,f(2,f(2,C(f(2,C(f(2,C(f(2,f(2,f(2,v)))))))))))))))))):c;return I(g,u6,e)},c=g(aP(gg,a3(b[1])),h);else
 var
-c=[0,w];return f(c,e)}return f(P([0,a9,[0,aa,0]],[0,ge,0],b),a)},j1,e),i)}return f(aP(cZ,iW([4,j5(aE(function(a){return F(G(a[1],j1))},e))])),q)};return f(a8(H),j)}return U(xa)}return xb}return f(kC(ar,a,h),d)}return f(r(a3,ey,a),d)}return f(r(ea,ex,a),d)}var
-d=[0,cZ,[0,a_,0]],e=[0,ex,[0,ey,0]];return f(r(function(a){return P(e,d,a)},dv,c),a)};return f(fK(j5(c)),j)}function
+c=[0,v];return g(c,e)}return g(P([0,a9,[0,aa,0]],[0,gg,0],b),a)},j6,e),i)}return g(aP(cZ,i0([4,j_(aE(function(a){return F(G(a[1],j6))},e))])),q)};return g(a8(H),j)}return U(xi)}return xj}return g(kH(ar,a,h),d)}return g(r(a3,ex,a),d)}return g(r(d$,ew,a),d)}var
+d=[0,cZ,[0,a_,0]],e=[0,ew,[0,ex,0]];return g(r(function(a){return P(e,d,a)},dv,c),a)};return g(fM(j_(c)),j)}function
 l(a){var
 b=a?[0,a[1]]:a;return[0,b]}function
 e(e){function
@@ -4593,123 +4609,123 @@ a(a){function
 d(Z){function
 d(_){function
 d(d){if(d){var
-i=d[1],j=i[1],n=j[2],a=j[1],C=i[2];if(a){var
-D=a[2],E=a[1],l=function(a){function
+i=d[1],j=i[1],n=j[2],a=j[1],B=i[2];if(a){var
+C=a[2],E=a[1],l=function(a){function
 l(ab){var
-d=D,i=0;function
+d=C,i=0;function
 ac(i){var
 l=a[5],m=a[1][2],q=R(a[2]),s=R(a[3]),p=[0,R(a[4]),s,q,m,l,ab,i];function
 z(d){function
 Q(z){if(d){var
-m=d[1],v=jd(a,i,m[2]);switch(a[1][2]){case
+m=d[1],u=jh(a,i,m[2]);switch(a[1][2]){case
 0:var
 j=0;break;case
 1:var
 j=1;break;default:var
 j=2}var
-w=ec(R(a[3])),x=[0,ec(R(a[4])),w,j,v],q=[0,[0,m[1],x]]}else
+v=eb(R(a[3])),x=[0,eb(R(a[4])),v,j,u],q=[0,[0,m[1],x]]}else
 var
 q=d;var
-s=e[3][3],l=s?1:s,t=e[3][4],g=t?1:t;function
+s=e[3][3],l=s?1:s,t=e[3][4],f=t?1:t;function
 y(s){var
-i=ae(function(a){return W(a[1],s)},dy),t=g?jP(l):g,v=i?dy:i,j=u(jO,u(v,t)),m=g?aE(function(a){return l?l:F(a[2][2])},jM):g;function
-w(l){function
+i=ae(function(a){return X(a[1],s)},dy),t=f?jU(l):f,u=i?dy:i,j=w(jT,w(u,t)),m=f?aE(function(a){return l?l:F(a[2][2])},jR):f;function
+v(l){function
 s(j){function
 s(H){function
-l(b){var
+m(b){var
 c=b?b_:bQ,a=cd(j,c),d=a?a[1][2]:a;return d}function
-m(J){function
-g(g){function
-m(l){function
-m(t){var
-m=a[7];if(m)var
-s=m;else
+l(J){function
+f(l){function
+f(m){function
+f(t){var
+f=a[7];if(f)var
+s=f;else
 var
-w=W(eB,c),s=w||W(du,b);function
-v(K){function
-m(L){var
-m=iV(e,a[1]),r=m[1],t=m[2];function
-v(a){return s?ww:a}function
-w(a){return t?a:[0,wx,a]}var
-M=[0,[0,bR,v(K)],0],N=gc(0,l),O=u(o(function(a){var
-b=v(a[2]);return[0,a[1],b]},N),M),P=u(gb(0,g),O),x=dx(J,0),Q=0,R=0,S=x?[0,[8,x[1]]]:wM,T=u([0,[0,cY,[0,S,R]],Q],P),U=u(o(function(a){var
-b=w(a[2]);return[0,a[1],b]},H),T),V=u(o(function(a){var
-b=w(a[2][1]);return[0,eV(a[1]),b]},j),U),X=d?[0,[0,k(wz),wy],0]:d,Y=u(X,V),$=u(eW([0,dt,[0,du,0]],b,0),Y),B=0;if(!W(eA,c)&&!fM(a)){var
-y=[0,[0,k(wL),wK],0];B=1}if(!B)var
+v=X(eA,c),s=v||X(du,b);function
+u(K){function
+f(L){var
+g=iZ(e,a[1]),r=g[1],t=g[2];function
+u(a){return s?wE:a}function
+v(a){return t?a:[0,wF,a]}var
+M=[0,[0,bR,u(K)],0],N=ge(0,m),O=w(o(function(a){var
+b=u(a[2]);return[0,a[1],b]},N),M),P=w(gd(0,l),O),x=dx(J,0),Q=0,R=0,S=x?[0,[8,x[1]]]:wU,T=w([0,[0,cY,[0,S,R]],Q],P),U=w(o(function(a){var
+b=v(a[2]);return[0,a[1],b]},H),T),V=w(o(function(a){var
+b=v(a[2][1]);return[0,eU(a[1]),b]},j),U),W=d?[0,[0,k(wH),wG],0]:d,Y=w(W,V),$=w(eV([0,dt,[0,du,0]],b,0),Y),D=0;if(!X(ez,c)&&!fO(a)){var
+y=[0,[0,k(wT),wS],0];D=1}if(!D)var
 y=0;var
-aa=u(y,$),ab=u(L,u(eW(kE,c,wA),aa));if(h)if(n)var
-ac=d7([0,E,D]),ad=[0,[6,G(h[1],ac)],0],f=[0,[0,k(wB),ad],0];else
+aa=w(y,$),ab=w(L,w(eV(kJ,c,wI),aa));if(h)if(n)var
+ac=d6([0,E,C]),ad=[0,[6,G(h[1],ac)],0],f=[0,[0,k(wJ),ad],0];else
 var
 f=n;else
 var
 f=h;var
-af=u(f,ab),ag=[0,[0,k(wC),[0,[6,t],0]],0],ah=[0,[6,r[2]],0],ai=[0,[0,k(wD),ah],ag],aj=[0,[6,r[1]],0],ak=[0,[0,k(wE),aj],ai],al=[0,[0,k(wF),[0,[0,[0,_]],0]],ak],am=[0,[6,G(Z,C)],0],an=u([0,[0,k(wG),am],al],af),z=ae(function(a){var
+af=w(f,ab),ag=[0,[0,k(wK),[0,[6,t],0]],0],ah=[0,[6,r[2]],0],ai=[0,[0,k(wL),ah],ag],aj=[0,[6,r[1]],0],ak=[0,[0,k(wM),aj],ai],al=[0,[0,k(wN),[0,[0,[0,_]],0]],ak],am=[0,[6,G(Z,B)],0],an=w([0,[0,k(wO),am],al],af),z=ae(function(a){var
 b=a[4];if(b)var
 c=a[5],e=c?1:c,d=e;else
 var
-d=b;return d},g);if(z)var
-ao=W(fZ,c),ap=ao||W(f0,c),A=F(ap);else
+d=b;return d},l);if(z)var
+ao=X(f1,c),ap=ao||X(f2,c),A=F(ap);else
 var
 A=z;var
-ar=F(fx(p)),aq=[0,[0,[0,[0,p,q],an,A]]],as=ar||(i?d?0:1:i),at=I(as,wH,aq),au=e[1]?F(W(dt,b)):1,av=I(au,wI,at),aw=d?F(W(dt,b)):1;return I(aw,wJ,av)}return f(r(kD,bo,c),m)}return f(j0(l,t),v)}return f(r($,bR,b),m)}return f(r(function(a){function
+ar=F(fz(p)),aq=[0,[0,[0,[0,p,q],an,A]]],as=ar||(i?d?0:1:i),at=I(as,wP,aq),au=e[1]?F(X(dt,b)):1,av=I(au,wQ,at),aw=d?F(X(dt,b)):1;return I(aw,wR,av)}return g(r(kI,bo,c),f)}return g(j5(m,t),u)}return g(r($,bR,b),f)}return g(r(function(a){function
 b(a){var
-b=fx(p);return dE(function(a,c){return jZ(l,b,i,a,c)},a)}return f(bb(a),b)},ew,b),m)}return f(r(function(a){function
+b=fz(p);return dE(function(a,c){return j4(m,b,i,a,c)},a)}return g(bb(a),b)},ev,b),f)}return g(r(function(a){function
 b(a){var
-b=av(function(a){return a[1]},d);return dE(function(a,c){return ga(C,b,a,c)},a)}return f(bb(a),b)},ev,b),g)}function
-s(b){return jN(e,a,g,b)}return f(r(function(a){return ag(s,a)},cY,b),m)}return f(aW(function(b){function
-j(a){return[0,[0,eV(b[1]),a]]}var
+b=av(function(a){return a[1]},d);return dE(function(a,c){return gc(B,b,a,c)},a)}return g(bb(a),b)},eu,b),f)}function
+s(b){return jS(e,a,f,b)}return g(r(function(a){return ag(s,a)},cY,b),l)}return g(aW(function(b){function
+j(a){return[0,[0,eU(b[1]),a]]}var
 c=as(b[1],l);if(c){var
 d=c[1];if(typeof
 d==="number")var
-g=[0,[0,[6,F(n)],0]];else
+f=[0,[0,[6,F(n)],0]];else
 var
 k=function(a){var
-c=n?[0,[0,[2,b[2][1],b[2][2],a]],0]:wN;return[0,c]},i=b[2][2],m=ag(function(c){function
+c=n?[0,[0,[2,b[2][1],b[2][2],a]],0]:wV;return[0,c]},i=b[2][2],m=ag(function(c){function
 b(b){function
 c(c){function
 d(a){function
-d(b){return[0,[0,[0,c,a],b]]}return f(r(al,eF,b),d)}return f(r(function(b){return f8(e,a,b)},a9,b),d)}var
-d=r(function(b){return jI(e,a,b)},aa,b);return f(bz(F(i),aY,d),c)}return f(P(u(bS(F(i),aa),[0,a9,[0,eF,0]]),0,c),b)},d),g=f(aP(b[1],m),k);var
-h=g}else
+d(b){return[0,[0,[0,c,a],b]]}return g(r(am,eE,b),d)}return g(r(function(b){return f_(e,a,b)},a9,b),d)}var
+d=r(function(b){return jN(e,a,b)},aa,b);return g(bz(F(i),aY,d),c)}return g(P(w(bS(F(i),aa),[0,a9,[0,eE,0]]),0,c),b)},d),f=g(aP(b[1],m),k);var
+h=f}else
 var
-h=wO;return f(h,j)},m),s)}return f(aW(function(b){function
+h=wW;return g(h,j)},m),s)}return g(aW(function(b){function
 c(a){return[0,[0,b[1],a]]}var
-d=b[1],g=b[2];return f(r(function(b){return eG(e,a,g,b)},d,l),c)},j),s)}var
-y=o(bK,m),x=0,z=u(o(bK,j),y);return f(r(function(a){return P(z,x,a)},cX,b),w)}return f(r(a8,cX,b),y)}if(d){var
-g=d[1],t=g[1];if(t[11]){if(t[6]){var
-l=i,j=g[2];for(;;){if(l){var
+d=b[1],f=b[2];return g(r(function(b){return eF(e,a,f,b)},d,l),c)},j),s)}var
+y=o(bK,m),x=0,z=w(o(bK,j),y);return g(r(function(a){return P(z,x,a)},cX,b),v)}return g(r(a8,cX,b),y)}if(d){var
+f=d[1],t=f[1];if(t[11]){if(t[6]){var
+l=i,j=f[2];for(;;){if(l){var
 q=l[2];if(q&&j){var
 s=j[2];if(s){var
-v=x(l[1][1],q[1][1])?jb(j[1],s[1]):1;if(v){var
+u=x(l[1][1],q[1][1])?jf(j[1],s[1]):1;if(u){var
 l=q,j=s;continue}var
-m=v}else
+m=u}else
 var
 m=1}else
 var
 m=1}else
 var
 m=1;var
-w=m;break}}else
+v=m;break}}else
 var
-w=1;var
-J=I(w,rr,rq),K=g[2],y=bl(R(i),K);if(y)var
-M=g[2],N=R(a[2]),z=B(function(a){return bl(N,a)},M);else
+v=1;var
+J=I(v,rz,ry),K=f[2],y=bl(R(i),K);if(y)var
+L=f[2],N=R(a[2]),z=D(function(a){return bl(N,a)},L);else
 var
 z=y;var
-A=I(z,rs,J)}else
+A=I(z,rA,J)}else
 var
-A=ru;var
-O=t[10],H=aP(ez,I(B(function(b){var
-c=b[1],f=g[1];return B(function(b){var
-d=R(a[2]),c=L(b[3],d);return c?ae(function(a){var
+A=rC;var
+O=t[10],H=aP(ey,I(D(function(b){var
+c=b[1],g=f[1];return D(function(b){var
+d=R(a[2]),c=M(b[3],d);return c?ae(function(a){var
 c=x(a[1],b[1]);if(c){var
-d=f[6];if(!d)return x(a[2],b[2]);var
+d=g[6];if(!d)return x(a[2],b[2]);var
 e=d}else
 var
-e=c;return e},i):c},c)},O),rt,A))}else
+e=c;return e},i):c},c)},O),rB,A))}else
 var
-H=wP;return f(H,Q)}var
-d=as(ez,c);if(d)var
+H=wX;return g(H,Q)}var
+d=as(ey,c);if(d)var
 A=function(a){return[0,[0,a]]},H=d[1],t=function(b){function
 c(e){function
 c(c){function
@@ -4720,103 +4736,103 @@ h(l){function
 h(k){function
 h(h){function
 m(m){function
-g(n){function
-g(b){var
+f(n){function
+f(b){var
 o=b?b[1][2]:b,p=[0,[0,[0,l,c,i,d,k,e,j,h,m,n,av(bK,b)],o]];if(h)var
 q=h[1],f=bl(R(a[3]),q);else
 var
 f=1;var
-r=I(f,rk,p),s=e?j?0:1:1,t=I(s,rl,r),u=d?N(d[1],c):1,v=I(u,rm,t),g=F(fN(c)),w=g?N(i,c):g;return I(w,rn,v)}return f(r(function(a){return bk(re,a)},i3,b),g)}function
+r=I(f,rs,p),s=e?j?0:1:1,t=I(s,rt,r),u=d?O(d[1],c):1,v=I(u,ru,t),g=F(fP(c)),w=g?O(i,c):g;return I(w,rv,v)}return g(r(function(a){return bk(rm,a)},i7,b),f)}function
 n(b){function
 a(a){function
 b(b){function
-c(a){return[0,[0,b,a]]}return f(r(al,eo,a),c)}function
+c(a){return[0,[0,b,a]]}return g(r(am,en,a),c)}function
 c(b){function
 a(a){if(a){var
 b=a[2];if(b){var
-c=b[2],g=b[1];if(c){var
+c=b[2],f=b[1];if(c){var
 d=c[2],h=c[1];if(d){var
-i=d[1];if(d[2])return U(q_);var
+i=d[1];if(d[2])return U(rg);var
 j=function(a){function
 b(b){function
 c(c){function
-d(d){return[0,[0,a,b,c,d]]}return f(al(i),d)}return f(a3(h),c)}var
+d(d){return[0,[0,a,b,c,d]]}return g(am(i),d)}return g(a3(h),c)}var
 c=e?typeof
-g==="number"?[0,a$(w)]:U(q$):a3(g);return f(c,b)};return f(a3(a[1]),j)}return U(ra)}return U(rb)}return U(rc)}return U(rd)}return f(bb(b),a)}return f(r(function(a){return ag(c,a)},i4,a),b)}return f(P([0,i4,[0,eo,0]],0,b),a)}return f(r(function(a){return ag(n,a)},a_,b),g)}var
+f==="number"?[0,a$(v)]:U(rh):a3(f);return g(c,b)};return g(a3(a[1]),j)}return U(ri)}return U(rj)}return U(rk)}return U(rl)}return g(bb(b),a)}return g(r(function(a){return ag(c,a)},i8,a),b)}return g(P([0,i8,[0,en,0]],0,b),a)}return g(r(function(a){return ag(n,a)},a_,b),f)}var
 n=a[2];function
 p(b){function
 a(f){var
 a=o(function(a){return y(dl(function(b){return G(a,b)}),n)},f);if(a){var
 b=a[2],c=a[1];if(b){var
-d=b[1];if(b[2])return U(rg);var
-e=V(v,c),g=[0,[0,c,d]],h=e?V(v,d):e;return I(h,rh,g)}return U(ri)}return U(rj)}return f(ay(g(2,w),$,b),a)}return f(r(function(a){return ag(p,a)},i2,b),m)}return f(r(function(a){return bk(q8,a)},i1,b),h)}var
-m=[0,[0,k(ro),0],0],n=[0,[0,k(rp),1],m];return f(r(function(a){return bw(n,a)},iZ,b),h)}var
-l=[0,[0,b_,1],[0,[0,bQ,0],0]];return f(r(function(a){return bw(l,a)},bc,b),h)}return f(r(function(a){return bk(aX,a)},bg,b),h)}return f(r(function(a){return bk(aX,a)},bf,b),d)}return f(r(aX,be,b),d)}return f(r(aX,bd,b),c)}return f(r(ia,i0,b),c)},j=f(aP(ez,f(P([0,bc,[0,bd,[0,be,[0,bf,[0,iZ,[0,i0,[0,bg,[0,i1,[0,i2,[0,a_,[0,i3,0]]]]]]]]]]],0,H),t)),A);else
+d=b[1];if(b[2])return U(ro);var
+e=V(u,c),g=[0,[0,c,d]],h=e?V(u,d):e;return I(h,rp,g)}return U(rq)}return U(rr)}return g(ay(f(2,v),$,b),a)}return g(r(function(a){return ag(p,a)},i6,b),m)}return g(r(function(a){return bk(re,a)},i5,b),h)}var
+m=[0,[0,k(rw),0],0],n=[0,[0,k(rx),1],m];return g(r(function(a){return bw(n,a)},i3,b),h)}var
+l=[0,[0,b_,1],[0,[0,bQ,0],0]];return g(r(function(a){return bw(l,a)},bc,b),h)}return g(r(function(a){return bk(aX,a)},bg,b),h)}return g(r(function(a){return bk(aX,a)},bf,b),d)}return g(r(aX,be,b),d)}return g(r(aX,bd,b),c)}return g(r(ib,i4,b),c)},j=g(aP(ey,g(P([0,bc,[0,bd,[0,be,[0,bf,[0,i3,[0,i4,[0,bg,[0,i5,[0,i6,[0,a_,[0,i7,0]]]]]]]]]]],0,H),t)),A);else
 var
-j=wQ;return f(j,z)}for(;;){if(d){var
-q=d[1],s=0;if(a[7]&&iX(q)){var
-l=[0,Y(i,0),d];s=1}if(!s){var
+j=wY;return g(j,z)}for(;;){if(d){var
+q=d[1],s=0;if(a[7]&&i1(q)){var
+l=[0,W(i,0),d];s=1}if(!s){var
 d=d[2],i=[0,q,i];continue}}else
 var
-l=[0,Y(i,0),0];var
-m=l[2],p=a[6],t=p?[0,cs,0]:p,z=a[5]?0:[0,bo,0],A=u(z,t),H=1===a[1][2]?[0,en,0]:0,J=u([0,aa,[0,a9,[0,em,0]]],u(H,A)),Q=l[1],j=R(a[2]),K=R(a[4]),O=R(a[3]),S=aW(function(c){function
+l=[0,W(i,0),0];var
+m=l[2],p=a[6],t=p?[0,cs,0]:p,z=a[5]?0:[0,bo,0],A=w(z,t),H=1===a[1][2]?[0,em,0]:0,J=w([0,aa,[0,a9,[0,el,0]]],w(H,A)),Q=l[1],j=R(a[2]),K=R(a[4]),L=R(a[3]),S=aW(function(c){function
 b(b){function
 c(e){function
-c(g){function
+c(f){function
 c(h){function
 d(i){function
 c(k){function
-l(a){return[0,[0,e,g,h,i,k,a]]}var
+l(a){return[0,[0,e,f,h,i,k,a]]}var
 c=a[6];if(c)var
 m=function(a){return ay(j,aX,a)},n=R(c[1]),d=r(function(a){return ay(n,m,a)},cs,b);else
 var
-d=qD;return f(d,l)}var
-d=1===a[1][2]?r(aX,en,b):[0,M];return f(d,c)}if(a[5])var
-c=qE;else
+d=qL;return g(d,l)}var
+d=1===a[1][2]?r(aX,em,b):[0,N];return g(d,c)}if(a[5])var
+c=qM;else
 var
-i=function(a){return bk(al,a)},c=r(function(a){return ay(j,i,a)},bo,b);return f(c,d)}return f(r(function(a){return ay(j,aX,a)},em,b),c)}return f(r(function(a){return d9(O,a)},a9,b),c)}return f(r(function(a){return d9(K,a)},aa,b),c)}return f(P(J,0,c),b)},Q),T=a[7]?m?1:m:1,X=I(T,qF,S);return f(aP(a_,I(B(iX,m),qG,X)),ac)}}var
-d=as(fX,c);if(d)var
+i=function(a){return bk(am,a)},c=r(function(a){return ay(j,i,a)},bo,b);return g(c,d)}return g(r(function(a){return ay(j,aX,a)},el,b),c)}return g(r(function(a){return d8(L,a)},a9,b),c)}return g(r(function(a){return d8(K,a)},aa,b),c)}return g(P(J,0,c),b)},Q),T=a[7]?m?1:m:1,Y=I(T,qN,S);return g(aP(a_,I(D(i1,m),qO,Y)),ac)}}var
+d=as(fZ,c);if(d)var
 m=d[1],j=function(b){function
-c(g){function
-c(f){var
+c(f){function
+c(g){var
 c=a[6];if(c){var
 d=c[1],b=o(function(b){var
-c=a[2];return y(dl(function(a){return G(b,a)}),c)},g),e=a[1][3][3],h=e?1:e,i=R(d),j=[0,[0,[0,b,y(dl(function(a){return G(f,a)}),d),i,h]]],k=aw(b,bN(b));return I(B(function(a){return L(a[1],a[2])},k),qH,j)}return qI}return f(r($,cs,b),c)}return f(r(d_,cT,b),c)},i=aP(fX,f(P([0,cT,[0,cs,0]],0,m),j));else
+c=a[2];return y(dl(function(a){return G(b,a)}),c)},f),e=a[1][3][3],h=e?1:e,i=R(d),j=[0,[0,[0,b,y(dl(function(a){return G(g,a)}),d),i,h]]],k=aw(b,bN(b));return I(D(function(a){return M(a[1],a[2])},k),qP,j)}return qQ}return g(r($,cs,b),c)}return g(r(d9,cT,b),c)},i=aP(fZ,g(P([0,cT,[0,cs,0]],0,m),j));else
 var
-i=wR;return f(i,l)};return f(aP(cZ,iW(E)),l)}return U(wS)}return wT}return f(kC(ar,a,h),d)}return f(r(a3,ey,a),d)}return f(r(ea,ex,a),d)}var
-d=[0,cZ,[0,a_,0]],i=[0,ex,[0,ey,0]];return f(r(function(a){return P(i,d,a)},dv,c),a)}return f(f(fK(c),e),l)}return f(r(function(a){return P(p,s,a)},eu,b),t)}return f(r(a8,eu,b),a)}return f(r(wn,ju,b),a)}var
-c=[0,[0,k(xd),0],0];return f(r(function(a){return bw(c,a)},ek,b),a)}return f(P(wp,[0,dt,[0,du,0]],b),a)}var
-z=f(kB(a0),a1);if(0===z[0]){var
+i=wZ;return g(i,l)};return g(aP(cZ,i0(E)),l)}return U(w0)}return w1}return g(kH(ar,a,h),d)}return g(r(a3,ex,a),d)}return g(r(d$,ew,a),d)}var
+d=[0,cZ,[0,a_,0]],i=[0,ew,[0,ex,0]];return g(r(function(a){return P(i,d,a)},dv,c),a)}return g(g(fM(c),e),l)}return g(r(function(a){return P(p,s,a)},et,b),t)}return g(r(a8,et,b),a)}return g(r(wv,jy,b),a)}var
+c=[0,[0,k(xl),0],0];return g(r(function(a){return bw(c,a)},ej,b),a)}return g(P(wx,[0,dt,[0,du,0]],b),a)}var
+z=g(kG(a0),a1);if(0===z[0]){var
 i=z[1];if(typeof
 i==="number")return 0;else{if(0===i[0]){var
 j=i[1],p=j[1];if(0===p[0])var
 s=p[1];else
 var
-b=p[1],aH=cb(jp(b)),aI=_(function(e){var
+b=p[1],aH=cb(jt(b)),aI=_(function(e){var
 a=cb(e[2]);return o(function(f){var
-a=f[1],c=e[1],l=f[2],h=fW(b,c,a),g=0;if(0===b[7][0])var
+a=f[1],c=e[1],l=f[2],h=fY(b,c,a),g=0;if(0===b[7][0])var
 d=0;else
 var
 k=ds(b,c,a),d=o(function(a){return[0,a]},k);var
-i=jq(l),j=aD(a);return[0,aD(c),j,i,d,h,g]},a)},aH),aj=b[7],aJ=0,aK=0===aj[0]?[0,aj[1]]:0,aL=b[6]?1:2,aQ=aD(b[4]),aS=aD(bx(b)),s=[0,aD(ca(b)),aS,aQ,aL,aK,aJ,aI];var
+i=ju(l),j=aD(a);return[0,aD(c),j,i,d,h,g]},a)},aH),aj=b[7],aJ=0,aK=0===aj[0]?[0,aj[1]]:0,aL=b[6]?1:2,aQ=aD(b[4]),aS=aD(bx(b)),s=[0,aD(ca(b)),aS,aQ,aL,aK,aJ,aI];var
 q=j[1];if(0===q[0])var
 t=1;else{var
-am=q[2],a=q[1],S=jk(a[1]),A=0;if(S){var
-m=a[2],X=0===m[0]?jk(m[1]):F(dc(m[1],0));if(X){var
-ab=fh(rH,bx(a));if(ab){var
+an=q[2],a=q[1],S=jo(a[1]),A=0;if(S){var
+m=a[2],Y=0===m[0]?jo(m[1]):F(dc(m[1],0));if(Y){var
+ab=fg(rP,bx(a));if(ab){var
 ac=F(dc(a[4],0));if(ac){var
-ax=a[5],az=jh(a),ad=fQ(ji(a),az,ax);if(ad){var
-aA=a[5],aB=a[4],aC=function(a){return ep(aB,a)},af=B(function(a){return B(aC,a)},aA);if(af){var
+ax=a[5],az=jl(a),ad=fS(jm(a),az,ax);if(ad){var
+aA=a[5],aB=a[4],aC=function(a){return eo(aB,a)},af=D(function(a){return D(aC,a)},aA);if(af){var
 l=a[7];if(0===l[0])var
-H=l[1],J=ct(a[4],H),d=J?B(bj,H):J;else{var
-K=l[1],at=bx(a),Q=fQ(ca(a),at,K);if(Q)var
+H=l[1],J=ct(a[4],H),d=J?D(bj,H):J;else{var
+K=l[1],at=bx(a),Q=fS(ca(a),at,K);if(Q)var
 au=function(b){var
-c=ct(a[4],b);return c?B(bj,b):c},d=B(function(a){return B(au,a)},K);else
+c=ct(a[4],b);return c?D(bj,b):c},d=D(function(a){return D(au,a)},K);else
 var
 d=Q}if(d){var
 ah=a[6];if(ah){var
-n=ah[1],aF=bx(a),ai=fQ(ca(a),aF,n);if(ai){var
-aG=a7(n),e=ep(ap(a7(n)),aG);A=1}else{var
+n=ah[1],aF=bx(a),ai=fS(ca(a),aF,n);if(ai){var
+aG=a7(n),e=eo(aq(a7(n)),aG);A=1}else{var
 e=ai;A=1}}else
 var
 c=1}else
@@ -4831,33 +4847,33 @@ c=ac}else
 var
 c=ab}else
 var
-c=X}else
+c=Y}else
 var
 c=S;if(!A)var
 e=c;var
-C=0;if(e)if(am)var
-t=ii(am[1]);else{var
-an=1;C=1}else{var
-an=e;C=1}if(C)var
-t=an}if(t&&ii(s)){var
-ak=j[1],aT=0===ak[0]?0:ak[2],bp=av(iE,aT),b7=iE(s),aU=j[2],ao=o(function(a){var
+E=0;if(e)if(an)var
+t=im(an[1]);else{var
+ao=1;E=1}else{var
+ao=e;E=1}if(E)var
+t=ao}if(t&&im(s)){var
+ak=j[1],aT=0===ak[0]?0:ak[2],bp=av(iI,aT),b7=iI(s),aU=j[2],ap=o(function(a){var
 b=0,c=a[2],d=co(function(b6,c){if(typeof
 c==="number")var
 d=2;else
 switch(c[0]){case
 0:var
-d=iL(b7,c[1]);break;case
+d=iP(b7,c[1]);break;case
 1:var
 aJ=j[1],bg=0===aJ[0]?aJ[2]:0;if(bg){var
 bh=bg[1],bi=c[3],bk=c[2],e=bh[2],a=bh[1],az=bL(c[1],a[1]),E=0;if(az){var
-bK=hZ(a,e),ay=ae(function(a){if(a)var
+bK=h1(a,e),ay=ae(function(a){if(a)var
 b=a[2],c=b?1:b;else
 var
 c=a;return c},bK);if(ay)if(bk){var
-r=bk[1],bJ=hZ(a,e),ax=B(function(a){return B(function(b){return B(function(a){return N(b,T(r,a))},a)},a)},bJ);if(ax){var
-bC=hN(a),am=bC||F(a[1]),an=am?hM(a,e,0):am;if(a[1])var
+r=bk[1],bJ=h1(a,e),ax=D(function(a){return D(function(b){return D(function(a){return O(b,T(r,a))},a)},a)},bJ);if(ax){var
+bC=hP(a),an=bC||F(a[1]),ao=an?hO(a,e,0):an;if(a[1])var
 bD=e[1],H=o(function(b){var
-g=e[4],f=aE(function(a){return x(a[1],b)},g),h=hN(a)?an:hM(a,e,[0,b]),c=o(ol,f),d=a[6],i=d?B(function(i){return B(function(j){var
+g=e[4],f=aE(function(a){return x(a[1],b)},g),h=hP(a)?ao:hO(a,e,[0,b]),c=o(oq,f),d=a[6],i=d?D(function(i){return D(function(j){var
 b=i,a=j;for(;;){if(b){if(a){var
 c=a[1],d=b[1],e=x(d[1],c[1]);if(e){var
 f=cM(d[2],c[2]);if(f){var
@@ -4868,29 +4884,29 @@ g=e;var
 h=g}else
 var
 h=a;return h}return a?0:1}},c)},c):d;return[0,b,o(function(b){var
-c=hH(a,b);return[0,b[2],c]},f),i,h]},bD);else
+c=hJ(a,b);return[0,b[2],c]},f),i,h]},bD);else
 var
-bE=0,bF=0,bG=hX(e),H=[0,[0,a$(w),o(function(b){var
-c=fo(e,b),d=hF(o(function(b){var
-c=hH(a,b);return cp(fn(e,b),c)},c));return[0,b,cp(aR(fp(e,b)),d)]},bG),bF,an],bE];var
-q=fq(a),ao=B(om,e[4]),bq=0;if(ao){var
-ap=bj(a[3]);if(ap){var
-ar=N(a[3],a[2]);if(ar){var
-as=L(v,fq(a));if(as){var
-bH=hT(a),bI=fq(a),I=B(function(a){return hP(bI,a)},bH);bq=1}else
+bE=0,bF=0,bG=hZ(e),H=[0,[0,a$(v),o(function(b){var
+c=fn(e,b),d=hH(o(function(b){var
+c=hJ(a,b);return cp(fm(e,b),c)},c));return[0,b,cp(aR(fo(e,b)),d)]},bG),bF,ao],bE];var
+q=fp(a),ap=D(or,e[4]),bq=0;if(ap){var
+aq=bj(a[3]);if(aq){var
+ar=O(a[3],a[2]);if(ar){var
+as=M(u,fp(a));if(as){var
+bH=hV(a),bI=fp(a),I=D(function(a){return hR(bI,a)},bH);bq=1}else
 var
 p=as}else
 var
 p=ar}else
 var
-p=ap}else
+p=aq}else
 var
-p=ao;if(!bq)var
+p=ap;if(!bq)var
 I=p;var
 br=0;if(I){var
-at=N(Z,r);if(at){var
-au=B(function(b){var
-aa=aE(function(a){return x(a[1],b[1])},bi),c=b[2],d=_(function(a){return _(function(b){return x(a[1],b[1])?0:[0,[0,a,b],0]},c)},c);return B(function(J){var
+at=O(Z,r);if(at){var
+au=D(function(b){var
+aa=aE(function(a){return x(a[1],b[1])},bi),c=b[2],d=_(function(a){return _(function(b){return x(a[1],b[1])?0:[0,[0,a,b],0]},c)},c);return D(function(J){var
 g=J[2],h=J[1],G=cJ(function(a){var
 c=x(a[1],b[1]),d=c?x(a[2],h[1]):c;return d?x(a[3],g[1]):d},aa);if(G){var
 f=a[4],Z=b[4];if(f)var
@@ -4898,31 +4914,31 @@ W=a[5]?[0,h,[0,g,0]]:b[2],X=f[1],H=o(function(b){var
 a=bO(X);return b8(b[2],a)},W);else
 var
 H=f;var
-_=u(H,Z),i=hU(v,G[1][4],_);if(i){var
-j=i[1],$=cp(r,g[2]),k=b8(h[2],$),s=cO(k),t=aq(function(a,b){var
-c=cO(a[2]);return fk(D(a[1][2],c),b)},s,j),w=hR(k);if(w){var
-z=B(function(a){return hR(a[2])},j);if(z){var
+_=w(H,Z),i=hW(u,G[1][4],_);if(i){var
+j=i[1],$=cp(r,g[2]),k=b8(h[2],$),s=cO(k),t=al(function(a,b){var
+c=cO(a[2]);return fj(B(a[1][2],c),b)},s,j),v=hT(k);if(v){var
+z=D(function(a){return hT(a[2])},j);if(z){var
 A=o(function(a){var
-b=hS(a[2]),c=cO(a[2]),d=bM(t,D(a[1][2],c));return[0,D(a[1][1],d),b]},j),R=hS(k),C=bM(t,s),S=function(c){var
-b=a[11],d=b?dZ(M,b[1][2],c[1][1]):a[2];return d2(q,d)},l=L(v,q),U=function(c){var
-b=a[11],d=b?dZ(M,b[1][1],c[1][1]):a[3];return d2(q,d)};if(l){var
-m=L(v,C);if(m){var
+b=hU(a[2]),c=cO(a[2]),d=bM(t,B(a[1][2],c));return[0,B(a[1][1],d),b]},j),R=hU(k),C=bM(t,s),S=function(c){var
+b=a[11],d=b?dZ(N,b[1][2],c[1][1]):a[2];return d2(q,d)},l=M(u,q),U=function(c){var
+b=a[11],d=b?dZ(N,b[1][1],c[1][1]):a[3];return d2(q,d)};if(l){var
+m=M(u,C);if(m){var
 c=A;for(;;){if(c){var
-n=V(v,c[1][1]);if(n){var
+n=V(u,c[1][1]);if(n){var
 c=c[2];continue}var
 d=n}else
 var
 d=1;if(d){var
-p=[0,[0,C,R],A],K=hD(p),P=hC(p),Q=D(q,K);return V(O(hE(U,S,hB(oi,y(hA(function(n,o){var
-b=o[1],c=n[1],d=b[1],e=d[2],f=d[1],g=c[1],h=g[2],i=g[1],j=L(i,f);if(j)var
+p=[0,[0,C,R],A],K=hF(p),P=hE(p),Q=B(q,K);return V(L(hG(U,S,hD(on,y(hC(function(n,o){var
+b=o[1],c=n[1],d=b[1],e=d[2],f=d[1],g=c[1],h=g[2],i=g[1],j=M(i,f);if(j)var
 a=j;else{var
 k=x(i,f);if(k){var
-l=L(h,e);if(l)var
+l=M(h,e);if(l)var
 a=l;else{var
 m=x(h,e);if(m)return V(c[2],b[2]);var
 a=m}}else
 var
-a=k}return a}),P))),Q),v)}var
+a=k}return a}),P))),Q),u)}var
 e=d;break}}else
 var
 e=m}else
@@ -4930,11 +4946,11 @@ var
 e=l;return e}var
 E=z}else
 var
-E=w;return E}return i}var
+E=v;return E}return i}var
 I=b[3];if(I)return I;var
-F=aO(hV(a));if(F){var
-Y=T(r,hV(a));return N(a[2],Y)}return F},d)},H);if(au){var
-C=B(function(a){return ae(function(b){var
+F=aO(hX(a));if(F){var
+Y=T(r,hX(a));return O(a[2],Y)}return F},d)},H);if(au){var
+C=D(function(a){return ae(function(b){var
 d=x(b[1],a[1]),e=d?F(x(a[2],a[3])):d;if(e)var
 f=b[2],c=ae(function(b){return x(b[1],a[2])},f);else
 var
@@ -4959,41 +4975,41 @@ d=1;break;case
 2:var
 ai=c[3],aj=c[2],bl=c[1];if(bl){var
 k=bl[1];if(x(k[1],k[2]))var
-aF=ei(aj,iQ),bP=aF?ei(ai,iQ):aF,h=[0,bP];else{var
-aG=iP(aj);if(aG){var
-s=aG[1],aH=iP(ai);if(aH)if(x(aH[1],O(s,w))){var
-aA=eh(k,[0,s,fF]);if(aA)if(1===aA[1])var
-h=pQ;else{var
-P=eh(k,[0,O(s,w),fF]),ak=0;if(P)if(1===P[1]){var
-aB=pR;ak=1}else
+aF=eh(aj,iU),bP=aF?eh(ai,iU):aF,h=[0,bP];else{var
+aG=iT(aj);if(aG){var
+s=aG[1],aH=iT(ai);if(aH)if(x(aH[1],L(s,v))){var
+aA=eg(k,[0,s,fH]);if(aA)if(1===aA[1])var
+h=pY;else{var
+P=eg(k,[0,L(s,v),fH]),ak=0;if(P)if(1===P[1]){var
+aB=pZ;ak=1}else
 var
-h=pS;else{var
+h=p0;else{var
 aB=P;ak=1}if(ak)var
 h=aB}else{var
-Q=eh(k,[0,O(s,w),fF]);if(Q)var
-aC=1!==Q[1]?1:0,aD=aC?pT:aC;else
+Q=eg(k,[0,L(s,v),fH]);if(Q)var
+aC=1!==Q[1]?1:0,aD=aC?p1:aC;else
 var
 aD=Q;var
 h=aD}}else
 var
-h=pY;else
+h=p6;else
 var
-h=pZ}else
+h=p7}else
 var
-h=p0}}else
+h=p8}}else
 var
-aI=ei(aj,iR),bQ=aI?ei(ai,iR):aI,h=[0,bQ];var
+aI=eh(aj,iV),bQ=aI?eh(ai,iV):aI,h=[0,bQ];var
 d=dF(h);break;case
 3:var
 bm=c[1],b4=c[2];if(bm)var
-bN=eh(bm[1],b4),bn=av(function(a){return 2<=a?0:1},bN);else
+bN=eg(bm[1],b4),bn=av(function(a){return 2<=a?0:1},bN);else
 var
-bn=pP;var
+bn=pX;var
 b5=c[3],d=dF(av(function(a){return bL(b5,a)},bn));break;case
 4:var
 aK=j[1],bo=0===aK[0]?0:[0,aK[1]];if(bo){var
-n=c[2],f=c[1],b=bo[1],al=0;if(typeof
-n==="number")al=1;else
+n=c[2],f=c[1],b=bo[1],am=0;if(typeof
+n==="number")am=1;else
 switch(n[0]){case
 5:var
 bf=n[1];if(1===f[4]){var
@@ -5002,26 +5018,26 @@ a8=f[2];if(a8)var
 a9=F(f[1]),aa=a9?bU(b):a9;else
 var
 aa=a8;if(aa){var
-m=$[1],t=m[1],z=m[2],bZ=gu(b),b0=gm(b[1]),aX=bU(b),G=0;if(aX){var
-aY=N(Z,m);if(aY){var
-b1=bu(0,ca(b)),aZ=B(function(f){var
-a=gt(b,f);if(a){var
-c=a[1],d=a[2];if(B(function(f){var
+m=$[1],t=m[1],z=m[2],bZ=gw(b),b0=go(b[1]),aX=bU(b),G=0;if(aX){var
+aY=O(Z,m);if(aY){var
+b1=bu(0,ca(b)),aZ=D(function(f){var
+a=gv(b,f);if(a){var
+c=a[1],d=a[2];if(D(function(f){var
 b=c,a=f;for(;;){if(b){if(a){var
 d=x(b[1],a[1]);if(d){var
 b=b[2],a=a[2];continue}var
 e=d}else
 var
-e=a;return e}return a?0:1}},d))return B(function(a){return V(eU(eT,t,z,c,c,a),v)},b0);var
-e=gk(0,aw(bZ,a));return B(function(a){var
-b=gl(a[1][1],a[2][1]);return V(eU(eT,t,z,a[1][2],a[2][2],b),v)},e)}return a},b1);if(aZ)if(bf){var
+e=a;return e}return a?0:1}},d))return D(function(a){return V(eT(eS,t,z,c,c,a),u)},b0);var
+e=gm(0,aw(bZ,a));return D(function(a){var
+b=gn(a[1][1],a[2][1]);return V(eT(eS,t,z,a[1][2],a[2][2],b),u)},e)}return a},b1);if(aZ)if(bf){var
 g=bf[1],R=g[1],bs=0;if(R){var
-S=R[1],bR=gt(b,S),aL=bt(g[2],bR,0),bS=gt(b,S),aM=bt(g[3],bS,0),bT=gu(b),bV=bt(g[3],bT,0),bW=gu(b),aP=gl(bt(g[2],bW,0),bV),aQ=fi(S,ca(b)),bv=0;if(aQ){var
-bX=bx(b),aS=fi(g[2],bX);if(aS){var
-bY=bx(b),aT=fi(g[3],bY);if(aT){var
+S=R[1],bR=gv(b,S),aL=bt(g[2],bR,0),bS=gv(b,S),aM=bt(g[3],bS,0),bT=gw(b),bV=bt(g[3],bT,0),bW=gw(b),aP=gn(bt(g[2],bW,0),bV),aQ=fh(S,ca(b)),bv=0;if(aQ){var
+bX=bx(b),aS=fh(g[2],bX);if(aS){var
+bY=bx(b),aT=fh(g[3],bY);if(aT){var
 aU=F(dc(g[2],g[3]));if(aU){var
-aV=x(eU(eT,t,z,aL,aM,aP),v);if(aV){var
-U=L(v,eU(we,t,z,aL,aM,aP));bs=1;bv=1}else
+aV=x(eT(eS,t,z,aL,aM,aP),u);if(aV){var
+U=M(u,eT(wm,t,z,aL,aM,aP));bs=1;bv=1}else
 var
 l=aV}else
 var
@@ -5036,9 +5052,9 @@ aW=l}else
 var
 aW=R;if(!bs)var
 U=aW;var
-ab=U?F(N(m,Z)):U}else
+ab=U?F(O(m,Z)):U}else
 var
-ab=N(m,Z);else{var
+ab=O(m,Z);else{var
 W=aZ;G=1}}else{var
 W=aY;G=1}}else{var
 W=aX;G=1}if(G)var
@@ -5063,14 +5079,14 @@ var
 af=a_;if(af){var
 ag=ad[1],X=b[8][1],by=0;if(X){var
 a0=X[1],Y=b[8][2],bz=0;if(Y){var
-a1=Y[1],a2=kd(b),bB=0;if(a2){var
+a1=Y[1],a2=ki(b),bB=0;if(a2){var
 a3=bU(b);if(a3){var
-a4=N(Z,ag);if(a4){var
-a5=N(a1,a0);if(a5){var
-b2=bu(0,ca(b)),bb=B(function(f){var
-c=kA(b,function(a){return a[2]},f,a0),a=kA(b,function(a){return a[3]},f,a1),g=bA(c,a),d=jr(ci(b),g),e=N(a,c);if(e){var
-h=cj(b)[2];return B(function(e){var
-f=T(a,bA(ag,Z)),g=kb(cj(b)[1],ag,e);return N(aN(d,T(bA(bA(c,d),a),g)),f)},h)}return e},b2);by=1;bz=1;bB=1}else
+a4=O(Z,ag);if(a4){var
+a5=O(a1,a0);if(a5){var
+b2=bu(0,ca(b)),bb=D(function(f){var
+c=kF(b,function(a){return a[2]},f,a0),a=kF(b,function(a){return a[3]},f,a1),g=bA(c,a),d=jv(ci(b),g),e=O(a,c);if(e){var
+h=cj(b)[2];return D(function(e){var
+f=T(a,bA(ag,Z)),g=kg(cj(b)[1],ag,e);return O(aN(d,T(bA(bA(c,d),a),g)),f)},h)}return e},b2);by=1;bz=1;bB=1}else
 var
 A=a5}else
 var
@@ -5093,9 +5109,9 @@ var
 ah=ad;if(!bw)var
 i=ah}else
 var
-i=0;break;default:al=1}if(al){var
-bc=kd(b);if(bc)var
-bd=F(f[2]),be=bd?vd(b,f,n):bd;else
+i=0;break;default:am=1}if(am){var
+bc=ki(b);if(bc)var
+bd=F(f[2]),be=bd?vl(b,f,n):bd;else
 var
 be=bc;var
 i=[0,be]}var
@@ -5103,29 +5119,29 @@ d=dF(i)}else
 var
 d=1;break;case
 5:var
-d=bp?iL(bp[1],c[1]):1;break;default:var
+d=bp?iP(bp[1],c[1]):1;break;default:var
 d=dF([0,c[1]])}switch(b6){case
 0:return d;case
-1:return 1;default:return d?d:2}},c,b);return[0,a[1],d]},aU);if(j[3]&&F(ae(function(a){return 1===a[2]?1:0},ao)))return[1,k(xe)];return[0,ao]}return[1,k(xf)]}var
+1:return 1;default:return d?d:2}},c,b);return[0,a[1],d]},aU);if(j[3]&&F(ae(function(a){return 1===a[2]?1:0},ap)))return[1,k(xm)];return[0,ap]}return[1,k(xn)]}var
 aZ=i[1];return[0,o(function(a){return[0,a[1],2]},aZ)]}}return[1,z[1]]}function
-kF(c){var
+kK(c){var
 a=aj(c)-1|0,b=0;for(;;){if(0<=a){var
 d=[0,a5(c,a),b],a=a-1|0,b=d;continue}return b}}function
-kG(a){return fb(xi,fa(g9(function(a){if(32<=a&&!(ln<a))return ha(1,a);return y(hg(xh),a)},a)))}function
-xm(g,f){try{var
-h=l6(kF,f),a=xg(n$,kF(g),h)}catch(a){a=lV(a);if(a!==g6&&a!==g5)throw a;return xn}if(typeof
-a==="number")return xo;else{if(0===a[0]){var
+kL(a){return fa(xq,e$(g$(function(a){if(32<=a&&!(ls<a))return hc(1,a);return y(hi(xp),a)},a)))}function
+xu(g,f){try{var
+h=l$(kK,f),a=xo(oe,kK(g),h)}catch(a){a=l0(a);if(a!==g8&&a!==g7)throw a;return xv}if(typeof
+a==="number")return xw;else{if(0===a[0]){var
 b=a[1],c=function(e){var
 a=b;for(;;){if(a){var
 c=a[1][2]===e?1:0,d=a[2];if(c)return c;var
 a=d;continue}return 0}};if(c(1))var
 d=1;else
 var
-e=c(2),d=e?3:e;return[0,fa(g9(function(b){var
-c=c_(xp,kG(b[1]));switch(b[2]){case
+e=c(2),d=e?3:e;return[0,e$(g$(function(b){var
+c=c_(xx,kL(b[1]));switch(b[2]){case
 0:var
-a=xj;break;case
+a=xr;break;case
 1:var
-a=xk;break;default:var
-a=xl}return c_(a,c)},b)),d]}return[0,[0,c_(xq,kG(a[1])),0],2]}}yw(function(b){var
-a=xm(b,0);return fb(xr,[0,p(Q+a[2]),a[1]])});g8(0);return}(globalThis));
+a=xs;break;default:var
+a=xt}return c_(a,c)},b)),d]}return[0,[0,c_(xy,kL(a[1])),0],2]}}yH(function(b){var
+a=xu(b,0);return fa(xz,[0,p(Q+a[2]),a[1]])});g_(0);return}(globalThis));

@@ -95,6 +95,8 @@ Definition k_estimand := of_string "estimand".
 Definition k_tips := of_string "tips".
 
 Definition named (before : string) (v : json) : text := of_string before ++ canonical v.
+(* One text after the other, without recursion as deep as they are long *)
+Definition in_a_row (ts : list text) : text := fold_right (fun t rest => rev_append (rev_append t []) rest) [] ts.
 Definition in_list (name : string) (i : Z) : text := of_string name ++ of_string "[" ++ decimal i ++ of_string "]".
 
 (* ---- Labels and their numbers ---- *)
@@ -162,7 +164,7 @@ Definition witness_of (s : shape) (v : option Q) (w : json) : read figure :=
 Definition decimal_form (t : text) : bool :=
   same t (of_string "0") || same t inf
   || match cut "." [] t with (above, Some below) =>
-       match natural above with Some _ => of_length 12 below && forallb is_digit below | None => false end
+       match natural_read above with Some _ => of_length 12 below && forallb is_digit below | None => false end
      | _ => false end.
 
 Definition log_text_of (v : json) : read text := let* t := string_of v in demand (decimal_form t) "must have twelve decimals" (Good t).
@@ -309,8 +311,8 @@ Definition read_claim (digest : text) (K : option WorstCase.utilities) (i : Z) (
   let* x := get extended_of k_value ms in
   let* assumptions := get (many string_of) k_assumptions ms in
   let value := match found k_value ms with Some (Text t) => t | _ => [] end in
-  let said := in_list "claims" i ++ of_string ": " ++ canonical (Text q) ++ of_string " " ++ canonical (Text r) ++ of_string " "
-              ++ value ++ of_string " by " ++ canonical (Text b) in
+  let said := in_a_row [in_list "claims" i; of_string ": "; canonical (Text q); of_string " "; canonical (Text r); of_string " "; value;
+                        of_string " by "; canonical (Text b)] in
   let evidence_of {A} (f : json -> read A) := get f k_evidence ms in
   let is_worst := [&& same b lp_dual, same r upper_bound & same s every_utility] in
   let* parts :=
@@ -376,8 +378,8 @@ Definition read_target (ratio_of : bool -> option (option Q)) (is_signed differe
   let* judged := get string_of k_judged ms in
   let* j := get (choice judgements) k_verdict ms in
   let text_at k := match found k ms with Some (Text t) => t | _ => [] end in
-  let said := in_list "targets" i ++ of_string ": " ++ text_at k_quantity ++ of_string " " ++ text_at k_unit ++ of_string ", limit "
-              ++ text_at k_limit ++ of_string ": " ++ text_at k_verdict in
+  let said := in_a_row [in_list "targets" i; of_string ": "; text_at k_quantity; of_string " "; text_at k_unit; of_string ", limit ";
+                        text_at k_limit; of_string ": "; text_at k_verdict] in
   let q := if local then Local else Global in
   let plain := same judged (of_string "this table") in
   let parts :=

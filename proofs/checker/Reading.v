@@ -119,6 +119,40 @@ Fixpoint short_enough (n : Z) (s : text) : bool :=
   match s with _ :: rest => if (n <=? 0)%Z then false else short_enough (n - 1) rest | [] => true end.
 Definition digits_of (s : text) : option Z := if short_enough 100000 s then natural s else None.
 
+(* The same in less time than the square of the length: pieces of 16 digits, each with the power of ten that is to multiply what stands
+   before it, are together with pieces that are as long.  Of the list the i-th has together 2^i pieces, or is none; the first are the last. *)
+Definition piece : Type := Z * Z.
+Definition join (a b : piece) : piece := ((a.1 * b.2 + b.1)%Z, (a.2 * b.2)%Z).
+
+Fixpoint pushed (a : piece) (before : list (option piece)) : list (option piece) :=
+  match before with
+  | Some b :: rest => None :: pushed (join b a) rest
+  | None :: rest => Some a :: rest
+  | [] => [Some a]
+  end.
+
+Fixpoint together (before : list (option piece)) : piece :=
+  match before with Some b :: rest => join (together rest) b | None :: rest => together rest | [] => (0, 1)%Z end.
+
+Fixpoint in_pieces (before : list (option piece)) (a : piece) (more : nat) (s : text) : option Z :=
+  match s with
+  | c :: rest =>
+      match digit c, more with
+      | Some d, S more => in_pieces before (10 * a.1 + d, 10 * a.2)%Z more rest
+      | Some d, O => in_pieces (pushed a before) (d, 10%Z) 15 rest
+      | None, _ => None
+      end
+  | [] => Some (together (pushed a before)).1
+  end.
+
+Definition natural_read (s : text) : option Z :=
+  match s with
+  | [] => None
+  | c :: _ :: _ => if c =? "0" then None else in_pieces [] (0, 1)%Z 16 s
+  | _ => in_pieces [] (0, 1)%Z 16 s
+  end.
+Definition digits_read (s : text) : option Z := if short_enough 100000 s then natural_read s else None.
+
 (* What stands before the first of a character (in reverse), and after it, if there is one *)
 Fixpoint cut (at_ : ascii) (before s : text) : text * option text :=
   match s with
@@ -128,9 +162,9 @@ Fixpoint cut (at_ : ascii) (before s : text) : text * option text :=
 
 Definition unsigned (s : text) : option Q :=
   match cut "/" [] s with
-  | (above, None) => match digits_of above with Some n => Some (Qmake n 1) | None => None end
+  | (above, None) => match digits_read above with Some n => Some (Qmake n 1) | None => None end
   | (above, Some below) =>
-      match digits_of above, digits_of below with
+      match digits_read above, digits_read below with
       | Some n, Some (Zpos d) => if negb (Pos.eqb d 1) && (Z.gcd n (Zpos d) =? 1)%Z then Some (Qmake n d) else None
       | _, _ => None
       end

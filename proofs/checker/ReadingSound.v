@@ -27,6 +27,29 @@ Inductive writes : text -> Q -> Prop :=
 
 (* ==== Proofs ==== *)
 
+(* ---- Digits in pieces ---- *)
+
+Lemma joinA a b c : join a (join b c) = join (join a b) c.
+Proof. by case: a b c => [? ?] [? ?] [? ?]; rewrite /join /=; f_equal; ring. Qed.
+
+Lemma together_pushed before a : together (pushed a before) = join (together before) a.
+Proof. by elim: before a => [|[b|] before IH] a //=; rewrite IH joinA. Qed.
+
+Lemma in_piecesE s : forall before a more, in_pieces before a more s = written (join (together before) a).1 s.
+Proof.
+elim: s => [|c s IH] before a more; first by rewrite [LHS]/= together_pushed.
+have cons n : written n (c :: s) = match digit c with Some d => written (10 * n + d) s | None => None end by [].
+rewrite cons /in_pieces -/in_pieces; case: (digit c) => [d|] //.
+by case: more => [|more]; rewrite IH ?together_pushed; congr written; case: a => v p; case: (together before) => w q;
+  rewrite /join /fst /snd; ring.
+Qed.
+
+Lemma digits_readE s : digits_read s = digits_of s.
+Proof.
+rewrite /digits_read /digits_of /natural_read /natural; case: short_enough => //.
+by case: s => [|c [|d s]] //; rewrite !in_piecesE.
+Qed.
+
 Lemma cut_at c s : forall before a t, cut c before s = (a, t) ->
   exists a', a = rev before ++ a' /\ match t with
     | Some t => s = a' ++ c :: t
@@ -67,15 +90,15 @@ Lemma unsignedP s q : unsigned s = Some q <-> writes_unsigned s q.
 Proof.
 rewrite /unsigned; split=> [|].
   case e: (cut "/" [] s) => [above [below|]]; have [a' [aE sE]] := cut_at e; rewrite /= in aE; subst a' s.
-    case na: (digits_of above) => [n|] //; case db: (digits_of below) => [[|d|d]|] //.
+    rewrite !digits_readE; case na: (digits_of above) => [n|] //; case db: (digits_of below) => [[|d|d]|] //.
     case: ifP => // /andP [/negbTE d1 /Z.eqb_eq g] [<-].
     by apply: writes_fraction => // d1'; rewrite d1' in d1.
-  by case na: (digits_of above) => [n|] // [<-]; exact: writes_whole.
+  by rewrite digits_readE; case na: (digits_of above) => [n|] // [<-]; exact: writes_whole.
 case=> {s q} [s n sn|s t n d sn td d1 g].
   have [_ /no_slash plain_] := digits_of_digits sn.
-  by rewrite cut_plain // [rev [] ++ s]/= sn.
+  by rewrite cut_plain // [rev [] ++ s]/= digits_readE sn.
 have [_ /no_slash plain_] := digits_of_digits sn.
-rewrite cut_there // [rev [] ++ s]/= sn td; have -> : Pos.eqb d 1 = false by apply/Pos.eqb_neq.
+rewrite cut_there // [rev [] ++ s]/= !digits_readE sn td; have -> : Pos.eqb d 1 = false by apply/Pos.eqb_neq.
 by rewrite g.
 Qed.
 

@@ -181,7 +181,7 @@ Fixpoint folded_onto (done s : text) : option text :=
 (* Numbers are the same in several spellings, but not those of digits alone, and what has no digit is none. *)
 Definition of_numbers : text := list_ascii_of_string "0123456789.+-e".
 Definition never_a_second_spelling (k : text) : bool :=
-  existsb (fun c => ~~ existsb (Ascii.eqb c) of_numbers) k || ~~ existsb is_digit k || match natural k with Some _ => true | None => false end.
+  existsb (fun c => ~~ existsb (Ascii.eqb c) of_numbers) k || ~~ existsb is_digit k || match natural_read k with Some _ => true | None => false end.
 
 Fixpoint without_equal_neighbours (ts : list text) : list text :=
   match ts with

@@ -11,10 +11,15 @@ import os
 import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from random import Random as Pick
 
 import pytest
+from assumptions import complete
 from built_proofs import PROOFS, build
+from certificate_changes import put
+from certificate_kinds import as_bytes
 from forged_certificates import FAMILIES, Forged
+from plain_certificates import make
 from verified_roads import FALSE, MALFORMED, OPEN, TRUE, Tally, documents, driver, natively
 
 import fairaudit as fa
@@ -73,6 +78,21 @@ def test_hostile_files(document: bytes, code: int, program: Path, tmp_path: Path
     path = tmp_path / "certificate.json"
     path.write_bytes(document)
     assert subprocess.run([str(PROOFS / "build" / "fairaudit-check"), str(path)], capture_output=True).returncode == code
+
+
+@pytest.mark.slow
+def test_long_numbers(program: Path) -> None:
+    """Counts of 1,000 digits, and numbers of as many digits as the format has: all roads say the same, and none runs out of memory."""
+    pick = Pick(0)
+    weights = {(0, a): [str(pick.randrange(10**999, 10**1000)) for _ in range(2)] for a in range(2)}
+    given = complete(make(weights, ["0", "1"], shape=(1, 2), limits=(("local", "ratio", "2"),)))
+    [claim, *_] = given["claims"]
+    altered = [put(json.dumps(given), ("claims", 0, "value"), value) for value in (f"{claim['value']}1", "9" * 100_000, "9" * 100_001)]
+    altered.append(put(json.dumps(given), ("targets", 0, "limit"), "9" * 100_000))
+    tally = Tally()
+    tally.judge(program, [as_bytes(document) for document in (given, *altered)])
+    assert tally.different == []
+    assert tally.codes == {(TRUE, TRUE): 1, (FALSE, FALSE): 3, (MALFORMED, MALFORMED): 1}
 
 
 @pytest.mark.parametrize(
