@@ -22,9 +22,9 @@ __all__ = ["FORMAT", "add", "draw_maps", "render", "run"]
 
 DESCRIPTION = """\
 Draw what a scenario file describes. It says which scan, start and candidates there are; the top view, the traversability map, one picture
-per candidate with its route in red and its index in the upper left corner, and candidates.json with waypoints, lengths and digests are
-written into the folder that the file names (by default its own name and -candidates). An experiment file may be given instead: the
-scenarios beside it that draw the pictures of its [images] are drawn."""
+per candidate with its route in red from a circle to a star and its index in the upper left corner, candidates.png with all of them, and
+candidates.json with waypoints, lengths and digests are written into the folder that the file names (by default its own name and
+-candidates). An experiment file may be given instead: the scenarios beside it that draw the pictures of its [images] are drawn."""
 EPILOG = """\
 exit codes: 0 done; 2 bad input
 
@@ -96,13 +96,30 @@ def render(found: CandidateSet, folder: Path) -> dict[str, Any]:
         If pillow is missing, or a file cannot be written.
     """
     from fairaudit.files import write_atomically
-    from fairaudit.plugins.navigation.prompts import draw
+    from fairaudit.plugins.navigation.prompts import draw, view
+    from fairaudit.plugins.navigation.routes import Route
+    from fairaudit.plugins.navigation.topology import footprints
 
-    scenario = found.scenario
-    draw_maps(found.maps, found.points, folder, scale=scenario.scale)
+    scenario, frame, points = found.scenario, found.maps.frame, found.points
+    draw_maps(found.maps, points, folder, scale=scenario.scale)
+    part = view(found.maps, [candidate.route for candidate in found.candidates])
+    routes = [Route(candidate.route.cells - [part[0].start, part[1].start]) for candidate in found.candidates]
+    rooms = (points.rooms, footprints(points, frame)[part]) if points is not None and points.rooms else None
     listed = []
-    for candidate in found.candidates:
-        picture = draw(found.maps.rgb, candidate.route, str(candidate.index), scale=scenario.scale)
+    for chosen in (None, *range(len(routes))):
+        picture = draw(
+            found.maps.rgb[part],
+            routes,
+            [candidate.label for candidate in found.candidates],
+            chosen=chosen,
+            rooms=rooms,
+            resolution=frame.resolution,
+            scale=scenario.scale,
+        )
+        if chosen is None:
+            write_atomically(folder / "candidates.png", [picture.png])
+            continue
+        candidate = found.candidates[chosen]
         write_atomically(folder / picture_name(candidate.index), [picture.png])
         listed.append(
             {
@@ -124,6 +141,7 @@ def render(found: CandidateSet, folder: Path) -> dict[str, Any]:
         "scenario_sha256": scenario.sha256,
         "scan": {"path": scenario.scan.as_posix(), "sha256": found.scan_sha256, "notes": list(found.notes)},
         "frame": asdict(found.maps.frame),
+        "view": {"row": part[0].start, "column": part[1].start, "left": picture.left, "top": picture.top, "scale": picture.scale},
         **({"context": scenario.context} if scenario.context else {}),
         "start": list(found.start),
         "candidates": listed,

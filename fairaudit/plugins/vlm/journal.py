@@ -103,8 +103,8 @@ class Journal(contextlib.ExitStack):
             wrong = f"is not a journal of the version that is read ({VERSION}); name another folder"
         elif found["experiment"] != digest:
             wrong = (
-                f"belongs to another experiment file (it starts with {found['experiment'][:12]}, this one with {digest[:12]}); "
-                "answers to other questions are not mixed: name another folder, or undo the change of the file"
+                f"belongs to another experiment file or to other pictures ({found['experiment'][:12]}, not {digest[:12]}); "
+                "answers to other questions are not mixed: name another folder, or undo the change"
             )
         elif found["trials"] != str(trials):
             wrong = (

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
-import io
 from itertools import pairwise
-from math import floor, hypot, inf
+from math import hypot, inf
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +14,7 @@ from hypothesis import strategies as st
 from fairaudit.errors import InputError
 from fairaudit.plugins.navigation import maps as maps_module
 from fairaudit.plugins.navigation.grids import FREE, OCCUPIED, UNKNOWN, Frame, OccupancyGrid
-from fairaudit.plugins.navigation.maps import floor_height, inflate, maps_of_grid, rasterise, shut
+from fairaudit.plugins.navigation.maps import floor_height, inflate, rasterise, shut
 from fairaudit.plugins.navigation.readers import Part, Points, read_points
 from fairaudit.plugins.navigation.routes import routes
 
@@ -170,42 +168,3 @@ def test_real_scan_and_a_route_across(data: Path) -> None:
     assert not maps.free[maps.frame.cell(-2.4, 1.0)]  # a desk at the wall
     shades = maps.rgb[np.isfinite(maps.height)]
     assert len(np.unique(shades, axis=0)) > 50  # a scan of one colour is shown by height
-
-
-def test_pictures(tmp_path: Path) -> None:
-    image = pytest.importorskip("PIL.Image")
-    from fairaudit.plugins.navigation.prompts import draw
-
-    free = np.ones((30, 40), bool)
-    free[10:, 20] = False
-    states = np.where(free, FREE, OCCUPIED).astype(np.int8)
-    rgb = maps_of_grid(OccupancyGrid(Frame(0, 0, 0.1, 30, 40), states)).rgb
-    (route,) = routes(free, (25, 5), [(25, 35)])
-    picture = draw(rgb, route, "12", scale=8)
-    assert picture.png == draw(rgb.copy(), route, "12", scale=8).png
-    assert picture.sha256 == hashlib.sha256(picture.png).hexdigest() != draw(rgb, route, "13", scale=8).sha256
-    shown = np.asarray(image.open(io.BytesIO(picture.png)).convert("RGB"))
-    assert shown.shape == (240, 320, 3) and hashlib.sha256(shown.tobytes()).hexdigest() == picture.pixels_sha256
-    red = (shown == (255, 0, 0)).all(axis=2)
-    for row, column in route.cells.tolist():
-        assert red[row * 8 + 4, column * 8 + 4]
-    plain = np.asarray(image.open(io.BytesIO(draw(rgb, scale=8).png)).convert("RGB"))
-    changed = (shown != plain).any(axis=2)
-    corner = changed[:20, :30]
-    assert corner.any() and (changed & ~red)[30:].sum() == 0 and (changed & ~red)[:, 60:].sum() == 0  # the index is in the corner only
-    assert (plain[4::8, 4::8] == rgb).all()
-    with pytest.raises(InputError, match="larger than 16384"):
-        draw(rgb, scale=1000)
-    with pytest.raises(InputError, match="cannot be drawn"):
-        draw(rgb, index="①")
-
-
-def test_default_scale_makes_pictures_of_one_size() -> None:
-    pytest.importorskip("PIL")
-    from fairaudit.plugins.navigation.prompts import draw
-
-    for rows, columns in ((10, 20), (300, 200), (700, 900)):
-        picture = draw(np.zeros((rows, columns, 3), np.uint8))
-        assert 700 <= max(picture.width, picture.height) <= 1000
-        assert picture.width * rows == picture.height * columns
-    assert floor(draw(np.zeros((1, 1, 3), np.uint8)).width) == 768

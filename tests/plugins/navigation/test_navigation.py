@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import hashlib
+import io
 import json
 import re
 import shutil
@@ -20,8 +21,10 @@ from offices import hr_office, write_office
 from fairaudit.cli.output import tell
 from fairaudit.errors import InputError
 
-for module in ("PIL", "networkx", "yaml", "plyfile"):
+for module in ("PIL", "matplotlib", "networkx", "yaml", "plyfile"):
     pytest.importorskip(module)
+from PIL import Image  # noqa: E402
+
 from fairaudit.plugins.navigation import command, render  # noqa: E402
 from fairaudit.plugins.navigation.grids import read_grid  # noqa: E402
 from fairaudit.plugins.navigation.maps import rasterise  # noqa: E402
@@ -85,9 +88,14 @@ def test_example_from_scan_to_candidates(copy: Path, capsys: pytest.CaptureFixtu
         )
         picture = (folder / candidate["picture"]).read_bytes()
         assert hashlib.sha256(picture).hexdigest() == candidate["picture_sha256"]
+        shown, frame, view = Image.open(io.BytesIO(picture)).convert("RGB"), document["frame"], document["view"]
+        for (x, y), is_red in ((points[-1], True), (points[0], False)):
+            column, row = (x - frame["x"]) / frame["resolution"], frame["rows"] - (y - frame["y"]) / frame["resolution"]
+            at = (view["left"] + (column - view["column"]) * view["scale"], view["top"] + (row - view["row"]) * view["scale"])
+            assert (shown.getpixel((round(at[0]), round(at[1]))) == (255, 0, 0)) == is_red
         assert f"{candidate['index']}  {candidate['label']}: {candidate['length']:.2f} m" in printed
     assert {file.name for file in folder.iterdir()} == {
-        "candidate-1.png", "candidate-2.png", "candidates.json", "map.pgm", "map.yaml", "top-view.png", "topology.json",
+        "candidate-1.png", "candidate-2.png", "candidates.json", "candidates.png", "map.pgm", "map.yaml", "top-view.png", "topology.json",
         "traversability.png",
     }  # fmt: skip
     before = {file.name: file.read_bytes() for file in folder.iterdir()}

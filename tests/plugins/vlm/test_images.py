@@ -58,6 +58,21 @@ def test_other_pictures_or_candidates_are_refused(office: Path) -> None:
     assert read_experiment(experiment).digest == before
 
 
+def test_a_journal_of_other_pictures_is_refused_in_a_sentence(office: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run = ["experiment", "run", str(office / "documents-experiment.toml"), "--trials", "1", "--folder", str(tmp_path / "run")]
+    scenario = office / "documents.toml"
+    text = scenario.read_text("utf-8")
+    assert main(["experiment", "render", str(scenario)]) == 0 and main(run) == 0
+    scenario.write_text(text + "\n[pictures]\nscale = 2\n", "utf-8")
+    assert main(["experiment", "render", str(scenario)]) == 0
+    capsys.readouterr()
+    assert main(run) == 2
+    said = capsys.readouterr().err
+    assert "belongs to another experiment file or to other pictures" in said and said.count("\n") == 1
+    scenario.write_text(text, "utf-8")
+    assert main(["experiment", "render", str(scenario)]) == 0 and main(run) == 0
+
+
 def test_a_server_that_looks_at_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The whole road with pictures: what is chosen follows from the bytes of the picture by option and context, and from nothing else."""
     monkeypatch.setenv("OPENAI_API_KEY", KEY)
