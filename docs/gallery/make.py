@@ -54,10 +54,9 @@ class Entry:
 
 @dataclass(frozen=True)
 class Made:
-    """What an entry became: the page, the line of the index, and the files beside it."""
+    """What an entry became: the page, and the files beside it."""
 
     page: str
-    answer: str
     files: Mapping[str, bytes]
 
 
@@ -81,20 +80,21 @@ def made(entry: Entry) -> Made:
             shutil.copy(HERE / "data" / name, Path(folder) / name)
         with contextlib.chdir(folder):
             screens = run(entry)
-            paths = [path for path in sorted(Path().rglob("*")) if path.suffix in KEPT and path not in given]
-            beside = {path.parent for path in given if path.parent.name}  # where commands keep what readers need not see, but for pictures
-            written = {path.as_posix(): path.read_bytes() for path in paths if path.parent not in beside or path.suffix == ".png"}
-    certificates = {
-        Path(name).stem.replace(".", "_"): Figures(json.loads(text)) for name, text in written.items() if is_certificate(name, text)
-    }
-    values = {**certificates, "screen": lambda number, first="", last="": part(screens[number], first, last)}
+            found = {path for pattern in ("*", *entry.head.get("keep", ())) for path in Path().glob(pattern) if path.suffix in KEPT}
+            written = {path.as_posix(): path.read_bytes() for path in sorted(found - given)}
+    values = {**figures(written), "screen": lambda number, first="", last="": part(screens[number], first, last)}
     page = rendered(head_of(entry) + entry.text + foot_of(entry, written), values)
-    return Made(page, rendered(entry.head["answer"], values).strip(), {f"{entry.name}/{name}": text for name, text in written.items()})
+    return Made(page, {f"{entry.name}/{name}": text for name, text in written.items()})
+
+
+def figures(written: Mapping[str, bytes]) -> dict[str, Figures]:
+    """What a page takes figures from: its certificates, by their names without the ending, with ``_`` for other dots."""
+    return {Path(name).stem.replace(".", "_"): Figures(json.loads(text)) for name, text in written.items() if is_certificate(name, text)}
 
 
 def is_certificate(name: str, text: bytes) -> bool:
     """Whether a file is a certificate that the entry itself wrote; folders of publications hold copies."""
-    return "/" not in name and name.endswith(".json") and json.loads(text)["format"] in FORMATS
+    return "/" not in name and name.endswith(".json") and json.loads(text).get("format") in FORMATS
 
 
 def run(entry: Entry) -> list[str]:
@@ -259,11 +259,14 @@ FILTERS = {
 # All of them
 
 
-def index(found: Mapping[str, tuple[Entry, Made]]) -> str:
-    """The page that lists the entries."""
-    intro = (HERE / "entries" / "index.md").read_text("utf-8")
-    rows = [f"| [{entry.head['title']}]({name}.md) | {done.answer} | {entry.head['kind']} |" for name, (entry, done) in found.items()]
-    return intro.replace("<!-- entries -->", "\n".join(["| audit | what came out | what it shows |", "| --- | --- | --- |", *rows]))
+def index(folder: Path) -> str:
+    """The page that lists the entries, with their answers, of which the files stand in a folder."""
+    rows = ["| audit | what came out | what it shows |", "| --- | --- | --- |"]
+    for entry in entries():
+        written = {path.name: path.read_bytes() for path in (folder / entry.name).glob("*.json")}
+        answer = rendered(entry.head["answer"], figures(written))
+        rows.append(f"| [{entry.head['title']}]({entry.name}.md) | {answer} | {entry.head['kind']} |")
+    return (HERE / "entries" / "index.md").read_text("utf-8").replace("<!-- entries -->", "\n".join(rows))
 
 
 @contextlib.contextmanager
@@ -284,18 +287,17 @@ def reproducible() -> Iterator[None]:
 
 def make(target: Path) -> None:
     """Write all pages with their files into a folder."""
-    done: dict[str, tuple[Entry, Made]] = {}
     with reproducible():
         for entry in entries():
             print(entry.name, flush=True)
-            done[entry.name] = entry, (one := made(entry))
+            one = made(entry)
             shutil.rmtree(target / entry.name, ignore_errors=True)
             target.mkdir(parents=True, exist_ok=True)
             (target / f"{entry.name}.md").write_text(one.page, "utf-8")
             for name, content in one.files.items():
                 (target / name).parent.mkdir(parents=True, exist_ok=True)
                 (target / name).write_bytes(content)
-    (target / "index.md").write_text(index(done), "utf-8")
+    (target / "index.md").write_text(index(target), "utf-8")
 
 
 if __name__ == "__main__":
