@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 from functools import cache
+from itertools import product
 from typing import Any
 
 from assumptions import complete
@@ -17,9 +18,16 @@ from class_certificates import entries
 from plain_certificates import COUNTS, LIMITS, edited, make
 from policy_certificates import by_hand as of_policy
 
+import fairaudit as fa
+
 Forged = tuple[str, bytes]
 ROWS = "subject.table.rows"
 HEADER = "subject.table.header"
+
+
+def small_sample() -> fa.Result:
+    """Few draws of two groups in two contexts, which prove intervals."""
+    return fa.certify(fa.Law.from_array([[[40, 10], [15, 35]], [[20, 30], [22, 28]]], kind="counts"), {"0": 1})
 
 
 @cache
@@ -31,6 +39,7 @@ def _text(kind: str) -> str:
         "weighted": lambda: json.loads(weighted(max_local_ratio=100).certificate.text),
         "truth": lambda: json.loads(true_labels().certificate.text),
         "policy": of_policy,
+        "sample": lambda: json.loads(small_sample().certificate.text),
         "class": lambda: complete(of_class("inf", "lp-dual", worst)),
     }
     return json.dumps(made[kind]())
@@ -500,7 +509,56 @@ def worst_cases() -> Iterator[Forged]:
         yield f"class with {key} {value}", json.dumps(edited(forged, f"claims.{last}.value", "2")).encode()
 
 
-FAMILIES: tuple[Callable[[], Iterator[Forged]], ...] = (numbers, keys, texts, tables, figures, claims, policies, worst_cases)
+def _of_population(scale: Fraction) -> Iterator[tuple[str, Any]]:
+    """Keys of an interval with values that say too much, or that no reading allows."""
+    yield "confidence", ["99/100", "1", "0", "95/100", "19/20 "]
+    yield "ends", ["each", "upper", None]
+    yield "independent", [True, "false"]
+    yield "region", ["product", "pairs", "Box"]
+    yield "limits", [["0", "1/2"], ["0", "2"], []]
+    yield "pair", [None, [0, 0, 0], [0, 5, 6], [9, 0, 1], [0, 1], [-1, 0, 1]]
+    yield (
+        "levels",
+        [{"upper": "1/2", "lower": "1/2"}, {"upper": "0", "lower": "0"}, {"upper": str(scale), "lower": "1/80"}, {"upper": "1/80"}],
+    )
+    yield "units", [[], None]
+
+
+def intervals() -> Iterator[Forged]:
+    """Intervals that are too narrow, whose evidence proves less, or something else, and claims that say more of them."""
+    true = document("sample")
+    for quantity in ("local", "global"):
+        own = true["intervals"][quantity]
+        for key, values in _of_population(Fraction(1, 81)):
+            for value in values:
+                if own.get(key, ()) != value and not (key == "pair" and value is None and own["ratio"][0] == "1"):
+                    yield f"{quantity}.{key} is {value}", with_value("sample", f"intervals.{quantity}.{key}", value)
+        for side, i, end in product(("upper", "lower"), range(len(own["upper"])), (0, 1)):
+            stated = Fraction(own[side][i][end])
+            inward = stated + (1 - 2 * end) * Fraction(1, 100)
+            for value in (str(inward), str(-1 - stated), "2", "inf"):
+                yield f"{quantity}.{side}[{i}][{end}] is {value}", with_value("sample", f"intervals.{quantity}.{side}.{i}.{end}", value)
+            yield f"{quantity}.{side} lacks {i}", with_value("sample", f"intervals.{quantity}.{side}", own[side][:i] + own[side][i + 1 :])
+        low, high = (Fraction(end) for end in own["ratio"])
+        for ends in ([str(low + 1), str(high)], [str(low), str((low + high) / 2)], ["1/2", str(high)], ["inf", "inf"], [str(low)]):
+            yield f"{quantity}.ratio is {ends}", with_value("sample", f"intervals.{quantity}.ratio", ends)
+    for i, claim in enumerate(true["claims"]):
+        if claim["by"] == "binomial":
+            value = Fraction(claim["value"])
+            more = "1/2" if claim["relation"] == "<=" else str(value + 1)
+            others = {"value": [more, "inf" if claim["relation"] == ">=" else "1"], "by": ["Binomial", "pair-exact", "hoeffding-kl"]}
+            others |= {
+                "scope": ["this law", "population at confidence 99/100", f"{claim['scope']} ", "population, one-sided at confidence 19/20"]
+            }
+            others |= {"relation": ["=", "≤"], "evidence": [{}, {"interval": "locally"}, {"interval": None}, {"table": "0" * 64}]}
+            others |= {"assumptions": [[], claim["assumptions"][1:], [*claim["assumptions"], "all is well"], claim["assumptions"] * 2]}
+            for key, values in others.items():
+                for value in values:
+                    if claim[key] != value:
+                        yield f"claim {i}: {key} is {value}", with_value("sample", f"claims.{i}.{key}", value)
+
+
+FAMILIES: tuple[Callable[[], Iterator[Forged]], ...] = (numbers, keys, texts, tables, figures, claims, policies, worst_cases, intervals)
 
 
 def forged() -> Iterator[Forged]:

@@ -26,6 +26,7 @@ from evaluation_changes import audited, drawn_log
 from plain_certificates import make
 from policy_certificates import Policy, write
 
+import fairaudit as fa
 from fairaudit import checker
 
 DRIVER = """
@@ -278,6 +279,29 @@ def of_writer(seed: int) -> bytes:
     return random_certificate(seed).text.encode()
 
 
+def of_draws(seed: int) -> bytes:
+    """Counts of independent draws, with intervals of both ratios: a utility of two values, sometimes another one, or a declared range."""
+    pick = Pick(f"draws {seed}")
+    shape = pick.choice([1, 2, 3]), pick.choice([2, 2, 3]), pick.choice([2, 3])
+    most = pick.choice([6, 40, 400])
+    counts = [[[pick.randint(0, most) for _ in range(shape[2])] for _ in range(shape[1])] for _ in range(shape[0])]
+    for row in counts:
+        for cell in row:
+            cell[pick.randrange(shape[2])] += pick.choice([0, 1, 1, most])
+    law = fa.Law.from_array(counts, kind="counts")
+    values = [pick.choice(["1", "1", "1", "7/3", "0"]) for _ in range(shape[2])] if pick.random() < 0.2 else ["1"] + ["0"] * (shape[2] - 1)
+    utility: Any = {str(u): value for u, value in enumerate(values)}
+    if pick.random() < 0.2:
+        worth = {x: pick.choice([1, 2]) for x in law.contexts}
+        utility = fa.Utility.from_function(lambda u, x, a: worth[x] * (u == "0"), law)
+    options: dict[str, Any] = {"confidence": pick.choice(["0.95", "0.5", "99/100"]), "independent": pick.random() < 0.3}
+    if pick.random() < 0.4:
+        options |= {"max_local_ratio": pick.choice(["3/2", "10"]), "max_global_log": "0.2"}
+    if pick.random() < 0.1:
+        options["declared"] = {"gamma": 3, "m": 0}
+    return fa.certify(law, utility, **options).certificate.text.encode()
+
+
 def of_kind(seed: int) -> bytes:
     """One of the tables that were made to be difficult, with limits or without."""
     made = KINDS[seed % len(KINDS)]
@@ -291,6 +315,7 @@ SOURCES: tuple[tuple[Callable[[int], bytes], int], ...] = (
     (of_policy, 3),
     (of_class, 2),
     (of_evaluation, 1),
+    (of_draws, 4),
 )
 """What writes true documents, and how often."""
 
@@ -350,7 +375,9 @@ def altered(pick: Pick, raw: bytes) -> bytes:
         return twin_keys(pick, raw)
     document = json.loads(raw)
     for _ in range(pick.choice([1, 1, 1, 2])):
-        section = pick.choice([key for key in ("subject", "metrics", "not_compared", "claims", "targets", "verdict") if document.get(key)])
+        section = pick.choice(
+            [key for key in ("subject", "metrics", "not_compared", "claims", "targets", "verdict", "intervals") if document.get(key)]
+        )
         try:
             rows = document["subject"]["table"]["rows"]
         except (TypeError, KeyError):  # after another change
@@ -391,6 +418,9 @@ POOL = [
     "this law",
     "counts",
     "equal",
+    "each",
+    "together",
+    "binomial",
 ]
 
 

@@ -3,144 +3,144 @@
 globalThis!=="object"&&(this?b():(a.defineProperty(a.prototype,"_T_",{configurable:true,get:b}),_T_));function
 b(){var
 b=this||self;b.globalThis=b;delete
-a.prototype._T_}}(Object));(function(S){"use strict";var
-kQ="%Li",lh=" : flags Open_text and Open_binary are not compatible",c=115,d=105,la="Invalid_argument",e=111,e0='"',gC=1255,gI=-15,gB=255,lo=0x800,bE=0xffff,gO=123,kZ="jsError",bC=0x8000,k$="%ni",k6=12520,aF=107,ln=256,kY="End_of_file",gH="Unix.Unix_error",gA="Failure",lt="infinity",bY=0xff,s=109,gz="mkdir",eX=1000,ls=126,Q="",lg="Stack_overflow",gK="ENOENT",k5="^",cx=122,eW=": No such file or directory",a4="0",lf="/static/",lm="([^/]+)",c3=0x3f,le=-97,ld="Not_found",gJ=0xf,c5=128,kW=-48,kX=0xdc00,k_="Sys_blocked_io",lw="fd ",dI=125,ll="ENOTEMPTY",t=112,k4="Match_failure",aS=248,az="camlinternalFormat.ml",lk="Division_by_zero",lv=1027,kV="Sys_error",c4=".",c2="+",gG="rmdir",lr=0xf0,k9="%u",h=110,kU="EEXIST",lj="%d",b=116,k3="%li",lc=1026,E=118,J=121,li="buffer.ml",H=119,j=108,eY=127,dH=1024,n=104,lq=-32,kO="Pervasives.do_at_exit",kP="utf8",ai=106,bV=" ",bp=0x80,gN="e",kN="Undefined_recursive_module",ah=120,A=103,k8=" : flags Open_rdonly and Open_wronly are not compatible",z=102,kT=512,cw="-",gE="nan",bX=113,kS=0x7ff0,gM=": Not a directory",k2=0xe0,k7=" : file already exists",a=101,l=117,k1=0xdfff,bW=0xffffff,bD="/",gF="compare: functional value",lp="Assert_failure",kR="0x",kM="%i",lu="Out_of_memory",gD="ENOTDIR",i=114,lb="true",eZ=254,gL="index out of bounds",q=100,k0=250,e1="_bigarr02";function
-xW(d,b,e,c,f){if(c<=b)for(var
+a.prototype._T_}}(Object));(function(X){"use strict";var
+lA="%Li",l3=" : flags Open_text and Open_binary are not compatible",c=115,d=105,lW="Invalid_argument",e=111,fg='"',gX=1255,g3=-15,gW=255,l_=0x800,bK=0xffff,g9=123,lJ="jsError",bI=0x8000,lV="%ni",lQ=12520,aB=107,l9=256,lI="End_of_file",g2="Unix.Unix_error",gV="Failure",md="infinity",b2=0xff,p=109,gU="mkdir",fd=1000,mc=126,U="",l2="Stack_overflow",g5="ENOENT",lP="^",cF=122,fc=": No such file or directory",a8="0",l1="/static/",l8="([^/]+)",c_=0x3f,l0=-97,lZ="Not_found",g4=0xf,da=128,lG=-48,lH=0xdc00,lU="Sys_blocked_io",mg="fd ",dR=125,l7="ENOTEMPTY",u=112,lO="Match_failure",aX=248,aF="camlinternalFormat.ml",l6="Division_by_zero",mf=1027,lF="Sys_error",c$=".",c9="+",g1="rmdir",mb=0xf0,lT="%u",f=110,lE="EEXIST",l5="%d",b=116,lN="%li",lY=1026,A=118,K=121,l4="buffer.ml",D=119,j=108,fe=127,dQ=1024,m=104,ma=-32,ly="Pervasives.do_at_exit",lz="utf8",an=106,bZ=" ",bv=0x80,g8="e",lx="Undefined_recursive_module",ag=120,C=103,lS=" : flags Open_rdonly and Open_wronly are not compatible",y=102,lD=512,cE="-",gZ="nan",b1=113,lC=0x7ff0,g7=": Not a directory",lM=0xe0,lR=" : file already exists",a=101,l=117,lL=0xdfff,b0=0xffffff,bJ="/",g0="compare: functional value",l$="Assert_failure",lB="0x",lw="%i",me="Out_of_memory",gY="ENOTDIR",h=114,lX="true",ff=254,g6="index out of bounds",o=100,lK=250,fh="_bigarr02";function
+zQ(d,b,e,c,f){if(c<=b)for(var
 a=1;a<=f;a++)e[c+a]=d[b+a];else
 for(var
 a=f;a>=1;a--)e[c+a]=d[b+a];return 0}function
-xZ(e,f,d){var
+zT(e,f,d){var
 a=new
 Array(d+1);a[0]=0;for(var
 b=1,c=f+1;b<=d;b++,c++)a[b]=e[c];return a}function
-g0(c,b,a){var
+hj(c,b,a){var
 d=String.fromCharCode;if(b==0&&a<=4096&&a==c.length)return d.apply(null,c);var
-e=Q;for(;0<a;b+=dH,a-=dH)e+=d.apply(null,c.slice(b,b+Math.min(a,dH)));return e}function
-e3(b){if(S.Uint8Array)var
-c=new(S.Uint8Array)(b.l);else
+e=U;for(;0<a;b+=dQ,a-=dQ)e+=d.apply(null,c.slice(b,b+Math.min(a,dQ)));return e}function
+fj(b){if(X.Uint8Array)var
+c=new(X.Uint8Array)(b.l);else
 var
 c=new
 Array(b.l);var
 e=b.c,d=e.length,a=0;for(;a<d;a++)c[a]=e.charCodeAt(a);for(d=b.l;a<d;a++)c[a]=0;b.c=c;b.t=4;return c}function
-cy(d,e,b,f,c){if(c==0)return 0;if(f==0&&(c>=b.l||b.t==2&&c>=b.c.length)){b.c=d.t==4?g0(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else
-if(b.t==2&&f==b.c.length){b.c+=d.t==4?g0(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else{if(b.t!=4)e3(b);var
+cG(d,e,b,f,c){if(c==0)return 0;if(f==0&&(c>=b.l||b.t==2&&c>=b.c.length)){b.c=d.t==4?hj(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else
+if(b.t==2&&f==b.c.length){b.c+=d.t==4?hj(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else{if(b.t!=4)fj(b);var
 g=d.c,h=b.c;if(d.t==4)if(f<=e)for(var
 a=0;a<c;a++)h[f+a]=g[e+a];else
 for(var
 a=c-1;a>=0;a--)h[f+a]=g[e+a];else{var
 i=Math.min(c,g.length-e);for(var
 a=0;a<i;a++)h[f+a]=g.charCodeAt(e+a);for(;a<c;a++)h[f+a]=0}}return 0}function
-cz(a){return a}function
-bH(a,b,c,d,e){cy(cz(a),b,c,d,e);return 0}function
-yB(b,a){throw[0,b,a]}function
-c8(b,a){if(b==0)return Q;if(a.repeat)return a.repeat(b);var
-d=Q,c=0;for(;;){if(b&1)d+=a;b>>=1;if(b==0)return d;a+=a;c++;if(c==9)a.slice(0,1)}}function
-e4(a){if(a.t==2)a.c+=c8(a.l-a.c.length,"\0");else
-a.c=g0(a.c,0,a.c.length);a.t=0}function
-l6(a){if(a.length<24){for(var
-b=0;b<a.length;b++)if(a.charCodeAt(b)>eY)return false;return true}else
+cH(a){return a}function
+bN(a,b,c,d,e){cG(cH(a),b,c,d,e);return 0}function
+Av(b,a){throw[0,b,a]}function
+dd(b,a){if(b==0)return U;if(a.repeat)return a.repeat(b);var
+d=U,c=0;for(;;){if(b&1)d+=a;b>>=1;if(b==0)return d;a+=a;c++;if(c==9)a.slice(0,1)}}function
+fk(a){if(a.t==2)a.c+=dd(a.l-a.c.length,"\0");else
+a.c=hj(a.c,0,a.c.length);a.t=0}function
+mQ(a){if(a.length<24){for(var
+b=0;b<a.length;b++)if(a.charCodeAt(b)>fe)return false;return true}else
 return!/[^\x00-\x7f]/.test(a)}function
-g2(e){for(var
-j=Q,c=Q,g,f,h,a,b=0,i=e.length;b<i;b++){f=e.charCodeAt(b);if(f<bp){for(var
-d=b+1;d<i&&(f=e.charCodeAt(d))<bp;d++);if(d-b>kT){c.substr(0,1);j+=c;c=Q;j+=e.slice(b,d)}else
-c+=e.slice(b,d);if(d==i)break;b=d}a=1;if(++b<i&&((h=e.charCodeAt(b))&-64)==c5){g=h+(f<<6);if(f<k2){a=g-0x3080;if(a<bp)a=1}else{a=2;if(++b<i&&((h=e.charCodeAt(b))&-64)==c5){g=h+(g<<6);if(f<lr){a=g-0xe2080;if(a<lo||a>=0xd7ff&&a<0xe000)a=2}else{a=3;if(++b<i&&((h=e.charCodeAt(b))&-64)==c5&&f<0xf5){a=h-0x3c82080+(g<<6);if(a<0x10000||a>0x10ffff)a=3}}}}}if(a<4){b-=a;c+="\ufffd"}else
-if(a>bE)c+=String.fromCharCode(0xd7c0+(a>>10),kX+(a&0x3FF));else
-c+=String.fromCharCode(a);if(c.length>dH){c.substr(0,1);j+=c;c=Q}}return j+c}function
-bF(c,a,b){this.t=c;this.c=a;this.l=b}bF.prototype.toString=function(){switch(this.t){case
-9:return this.c;default:e4(this);case
-0:if(l6(this.c)){this.t=9;return this.c}this.t=8;case
-8:return this.c}};bF.prototype.toUtf16=function(){var
-a=this.toString();if(this.t==9)return a;return g2(a)};bF.prototype.slice=function(){var
+hl(e){for(var
+j=U,c=U,g,f,h,a,b=0,i=e.length;b<i;b++){f=e.charCodeAt(b);if(f<bv){for(var
+d=b+1;d<i&&(f=e.charCodeAt(d))<bv;d++);if(d-b>lD){c.substr(0,1);j+=c;c=U;j+=e.slice(b,d)}else
+c+=e.slice(b,d);if(d==i)break;b=d}a=1;if(++b<i&&((h=e.charCodeAt(b))&-64)==da){g=h+(f<<6);if(f<lM){a=g-0x3080;if(a<bv)a=1}else{a=2;if(++b<i&&((h=e.charCodeAt(b))&-64)==da){g=h+(g<<6);if(f<mb){a=g-0xe2080;if(a<l_||a>=0xd7ff&&a<0xe000)a=2}else{a=3;if(++b<i&&((h=e.charCodeAt(b))&-64)==da&&f<0xf5){a=h-0x3c82080+(g<<6);if(a<0x10000||a>0x10ffff)a=3}}}}}if(a<4){b-=a;c+="\ufffd"}else
+if(a>bK)c+=String.fromCharCode(0xd7c0+(a>>10),lH+(a&0x3FF));else
+c+=String.fromCharCode(a);if(c.length>dQ){c.substr(0,1);j+=c;c=U}}return j+c}function
+bL(c,a,b){this.t=c;this.c=a;this.l=b}bL.prototype.toString=function(){switch(this.t){case
+9:return this.c;default:fk(this);case
+0:if(mQ(this.c)){this.t=9;return this.c}this.t=8;case
+8:return this.c}};bL.prototype.toUtf16=function(){var
+a=this.toString();if(this.t==9)return a;return hl(a)};bL.prototype.slice=function(){var
 a=this.t==4?this.c.slice():this.c;return new
-bF(this.t,a,this.l)};function
-lG(a){return new
-bF(0,a,a.length)}function
-p(a){return lG(a)}function
-gZ(b,a){yB(b,p(a))}var
-ao=[0];function
-aB(a){gZ(ao.Invalid_argument,a)}function
-e2(){aB(gL)}function
-b0(a,b){switch(a.t&6){default:if(b>=a.c.length)return 0;case
+bL(this.t,a,this.l)};function
+mq(a){return new
+bL(0,a,a.length)}function
+s(a){return mq(a)}function
+hi(b,a){Av(b,s(a))}var
+au=[0];function
+aH(a){hi(au.Invalid_argument,a)}function
+fi(){aH(g6)}function
+b4(a,b){switch(a.t&6){default:if(b>=a.c.length)return 0;case
 0:return a.c.charCodeAt(b);case
 4:return a.c[b]}}function
-lF(b,a){if(a>>>0>=b.l)e2();return b0(b,a)}function
-x2(b,a){if(a>>>0>=b.l-3)e2();var
-c=b0(b,a),d=b0(b,a+1),e=b0(b,a+2),f=b0(b,a+3);return f<<24|e<<16|d<<8|c}function
-an(a,c,b){b&=bY;if(a.t!=4){if(c==a.c.length){a.c+=String.fromCharCode(b);if(c+1==a.l)a.t=0;return 0}e3(a)}a.c[c]=b;return 0}function
-bZ(b,a,c){if(a>>>0>=b.l)e2();return an(b,a,c)}function
-cC(a){return a.toArray()}function
-x5(c,b,e){if(b>>>0>=c.l-7)e2();var
-d=cC(e);for(var
-a=0;a<8;a++)an(c,b+7-a,d[a]);return 0}function
-cA(c,a){if(c.fun)return cA(c.fun,a);if(typeof
+mp(b,a){if(a>>>0>=b.l)fi();return b4(b,a)}function
+zW(b,a){if(a>>>0>=b.l-3)fi();var
+c=b4(b,a),d=b4(b,a+1),e=b4(b,a+2),f=b4(b,a+3);return f<<24|e<<16|d<<8|c}function
+at(a,c,b){b&=b2;if(a.t!=4){if(c==a.c.length){a.c+=String.fromCharCode(b);if(c+1==a.l)a.t=0;return 0}fj(a)}a.c[c]=b;return 0}function
+b3(b,a,c){if(a>>>0>=b.l)fi();return at(b,a,c)}function
+cK(a){return a.toArray()}function
+zZ(c,b,e){if(b>>>0>=c.l-7)fi();var
+d=cK(e);for(var
+a=0;a<8;a++)at(c,b+7-a,d[a]);return 0}function
+cI(c,a){if(c.fun)return cI(c.fun,a);if(typeof
 c!=="function")return c;var
 b=c.length|0;if(b===0)return c.apply(null,a);var
 e=a.length|0,d=b-e|0;if(d==0)return c.apply(null,a);else
-if(d<0)return cA(c.apply(null,a.slice(0,b)),a.slice(b));else
+if(d<0)return cI(c.apply(null,a.slice(0,b)),a.slice(b));else
 return function(){var
 e=arguments.length==0?1:arguments.length,d=new
 Array(a.length+e);for(var
 b=0;b<a.length;b++)d[b]=a[b];for(var
-b=0;b<arguments.length;b++)d[a.length+b]=arguments[b];return cA(c,d)}}function
-dJ(){aB(gL)}function
-aI(a,b){if(b>>>0>=a.length-1)dJ();return a}function
-x6(a){if(isFinite(a)){if(Math.abs(a)>=2.2250738585072014e-308)return 0;if(a!=0)return 1;return 2}return isNaN(a)?4:3}function
-aA(a){if(a<0)aB("Bytes.create");return new
-bF(a?2:9,Q,a)}function
-cl(a){a.t&6&&e4(a);return a.c}var
-yL=Math.log2&&Math.log2(1.1235582092889474E+307)==1020;function
-yK(a){if(yL)return Math.floor(Math.log2(a));var
+b=0;b<arguments.length;b++)d[a.length+b]=arguments[b];return cI(c,d)}}function
+dS(){aH(g6)}function
+aM(a,b){if(b>>>0>=a.length-1)dS();return a}function
+z0(a){if(isFinite(a)){if(Math.abs(a)>=2.2250738585072014e-308)return 0;if(a!=0)return 1;return 2}return isNaN(a)?4:3}function
+aG(a){if(a<0)aH("Bytes.create");return new
+bL(a?2:9,U,a)}function
+cq(a){a.t&6&&fk(a);return a.c}var
+AF=Math.log2&&Math.log2(1.1235582092889474E+307)==1020;function
+AE(a){if(AF)return Math.floor(Math.log2(a));var
 b=0;if(a==0)return-Infinity;if(a>=1)while(a>=2){a/=2;b++}else
 while(a<1){a*=2;b--}return b}function
-gS(c){var
-a=new(S.Float32Array)(1);a[0]=c;var
-b=new(S.Int32Array)(a.buffer);return b[0]|0}var
-lQ=Math.pow(2,-24);function
-yz(a){throw a}function
-lW(){yz(ao.Division_by_zero)}function
-K(b,c,a){this.lo=b&bW;this.mi=c&bW;this.hi=a&bE}K.prototype.caml_custom="_j";K.prototype.copy=function(){return new
-K(this.lo,this.mi,this.hi)};K.prototype.ucompare=function(a){if(this.hi>a.hi)return 1;if(this.hi<a.hi)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};K.prototype.compare=function(a){var
-b=this.hi<<16,c=a.hi<<16;if(b>c)return 1;if(b<c)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};K.prototype.neg=function(){var
+hb(c){var
+a=new(X.Float32Array)(1);a[0]=c;var
+b=new(X.Int32Array)(a.buffer);return b[0]|0}var
+mA=Math.pow(2,-24);function
+At(a){throw a}function
+mG(){At(au.Division_by_zero)}function
+P(b,c,a){this.lo=b&b0;this.mi=c&b0;this.hi=a&bK}P.prototype.caml_custom="_j";P.prototype.copy=function(){return new
+P(this.lo,this.mi,this.hi)};P.prototype.ucompare=function(a){if(this.hi>a.hi)return 1;if(this.hi<a.hi)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};P.prototype.compare=function(a){var
+b=this.hi<<16,c=a.hi<<16;if(b>c)return 1;if(b<c)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};P.prototype.neg=function(){var
 a=-this.lo,b=-this.mi+(a>>24),c=-this.hi+(b>>24);return new
-K(a,b,c)};K.prototype.add=function(a){var
+P(a,b,c)};P.prototype.add=function(a){var
 b=this.lo+a.lo,c=this.mi+a.mi+(b>>24),d=this.hi+a.hi+(c>>24);return new
-K(b,c,d)};K.prototype.sub=function(a){var
+P(b,c,d)};P.prototype.sub=function(a){var
 b=this.lo-a.lo,c=this.mi-a.mi+(b>>24),d=this.hi-a.hi+(c>>24);return new
-K(b,c,d)};K.prototype.mul=function(a){var
-b=this.lo*a.lo,c=(b*lQ|0)+this.mi*a.lo+this.lo*a.mi,d=(c*lQ|0)+this.hi*a.lo+this.mi*a.mi+this.lo*a.hi;return new
-K(b,c,d)};K.prototype.isZero=function(){return(this.lo|this.mi|this.hi)==0};K.prototype.isNeg=function(){return this.hi<<16<0};K.prototype.and=function(a){return new
-K(this.lo&a.lo,this.mi&a.mi,this.hi&a.hi)};K.prototype.or=function(a){return new
-K(this.lo|a.lo,this.mi|a.mi,this.hi|a.hi)};K.prototype.xor=function(a){return new
-K(this.lo^a.lo,this.mi^a.mi,this.hi^a.hi)};K.prototype.shift_left=function(a){a=a&63;if(a==0)return this;if(a<24)return new
-K(this.lo<<a,this.mi<<a|this.lo>>24-a,this.hi<<a|this.mi>>24-a);if(a<48)return new
-K(0,this.lo<<a-24,this.mi<<a-24|this.lo>>48-a);return new
-K(0,0,this.lo<<a-48)};K.prototype.shift_right_unsigned=function(a){a=a&63;if(a==0)return this;if(a<24)return new
-K(this.lo>>a|this.mi<<24-a,this.mi>>a|this.hi<<24-a,this.hi>>a);if(a<48)return new
-K(this.mi>>a-24|this.hi<<48-a,this.hi>>a-24,0);return new
-K(this.hi>>a-48,0,0)};K.prototype.shift_right=function(a){a=a&63;if(a==0)return this;var
+P(b,c,d)};P.prototype.mul=function(a){var
+b=this.lo*a.lo,c=(b*mA|0)+this.mi*a.lo+this.lo*a.mi,d=(c*mA|0)+this.hi*a.lo+this.mi*a.mi+this.lo*a.hi;return new
+P(b,c,d)};P.prototype.isZero=function(){return(this.lo|this.mi|this.hi)==0};P.prototype.isNeg=function(){return this.hi<<16<0};P.prototype.and=function(a){return new
+P(this.lo&a.lo,this.mi&a.mi,this.hi&a.hi)};P.prototype.or=function(a){return new
+P(this.lo|a.lo,this.mi|a.mi,this.hi|a.hi)};P.prototype.xor=function(a){return new
+P(this.lo^a.lo,this.mi^a.mi,this.hi^a.hi)};P.prototype.shift_left=function(a){a=a&63;if(a==0)return this;if(a<24)return new
+P(this.lo<<a,this.mi<<a|this.lo>>24-a,this.hi<<a|this.mi>>24-a);if(a<48)return new
+P(0,this.lo<<a-24,this.mi<<a-24|this.lo>>48-a);return new
+P(0,0,this.lo<<a-48)};P.prototype.shift_right_unsigned=function(a){a=a&63;if(a==0)return this;if(a<24)return new
+P(this.lo>>a|this.mi<<24-a,this.mi>>a|this.hi<<24-a,this.hi>>a);if(a<48)return new
+P(this.mi>>a-24|this.hi<<48-a,this.hi>>a-24,0);return new
+P(this.hi>>a-48,0,0)};P.prototype.shift_right=function(a){a=a&63;if(a==0)return this;var
 c=this.hi<<16>>16;if(a<24)return new
-K(this.lo>>a|this.mi<<24-a,this.mi>>a|c<<24-a,this.hi<<16>>a>>>16);var
+P(this.lo>>a|this.mi<<24-a,this.mi>>a|c<<24-a,this.hi<<16>>a>>>16);var
 b=this.hi<<16>>31;if(a<48)return new
-K(this.mi>>a-24|this.hi<<48-a,this.hi<<16>>a-24>>16,b&bE);return new
-K(this.hi<<16>>a-32,b,b)};K.prototype.lsl1=function(){this.hi=this.hi<<1|this.mi>>23;this.mi=(this.mi<<1|this.lo>>23)&bW;this.lo=this.lo<<1&bW};K.prototype.lsr1=function(){this.lo=(this.lo>>>1|this.mi<<23)&bW;this.mi=(this.mi>>>1|this.hi<<23)&bW;this.hi=this.hi>>>1};K.prototype.udivmod=function(e){var
+P(this.mi>>a-24|this.hi<<48-a,this.hi<<16>>a-24>>16,b&bK);return new
+P(this.hi<<16>>a-32,b,b)};P.prototype.lsl1=function(){this.hi=this.hi<<1|this.mi>>23;this.mi=(this.mi<<1|this.lo>>23)&b0;this.lo=this.lo<<1&b0};P.prototype.lsr1=function(){this.lo=(this.lo>>>1|this.mi<<23)&b0;this.mi=(this.mi>>>1|this.hi<<23)&b0;this.hi=this.hi>>>1};P.prototype.udivmod=function(e){var
 c=0,b=this.copy(),a=e.copy(),d=new
-K(0,0,0);while(b.ucompare(a)>0){c++;a.lsl1()}while(c>=0){c--;d.lsl1();if(b.ucompare(a)>=0){d.lo++;b=b.sub(a)}a.lsr1()}return{quotient:d,modulus:b}};K.prototype.div=function(a){var
-b=this;if(a.isZero())lW();var
-d=b.hi^a.hi;if(b.hi&bC)b=b.neg();if(a.hi&bC)a=a.neg();var
-c=b.udivmod(a).quotient;if(d&bC)c=c.neg();return c};K.prototype.mod=function(b){var
-a=this;if(b.isZero())lW();var
-d=a.hi;if(a.hi&bC)a=a.neg();if(b.hi&bC)b=b.neg();var
-c=a.udivmod(b).modulus;if(d&bC)c=c.neg();return c};K.prototype.toInt=function(){return this.lo|this.mi<<24};K.prototype.toFloat=function(){return(this.hi<<16)*Math.pow(2,32)+this.mi*Math.pow(2,24)+this.lo};K.prototype.toArray=function(){return[this.hi>>8,this.hi&bY,this.mi>>16,this.mi>>8&bY,this.mi&bY,this.lo>>16,this.lo>>8&bY,this.lo&bY]};K.prototype.lo32=function(){return this.lo|(this.mi&bY)<<24};K.prototype.hi32=function(){return this.mi>>>8&bE|this.hi<<16};function
-dM(b,c,a){return new
-K(b,c,a)}function
-e6(a){if(!isFinite(a)){if(isNaN(a))return dM(1,0,kS);return a>0?dM(0,0,kS):dM(0,0,0xfff0)}var
-f=a==0&&1/a==-Infinity?bC:a>=0?0:bC;if(f)a=-a;var
-b=yK(a)+1023;if(b<=0){b=0;a/=Math.pow(2,-lc)}else{a/=Math.pow(2,b-lv);if(a<16){a*=2;b-=1}if(b==0)a/=2}var
+P(0,0,0);while(b.ucompare(a)>0){c++;a.lsl1()}while(c>=0){c--;d.lsl1();if(b.ucompare(a)>=0){d.lo++;b=b.sub(a)}a.lsr1()}return{quotient:d,modulus:b}};P.prototype.div=function(a){var
+b=this;if(a.isZero())mG();var
+d=b.hi^a.hi;if(b.hi&bI)b=b.neg();if(a.hi&bI)a=a.neg();var
+c=b.udivmod(a).quotient;if(d&bI)c=c.neg();return c};P.prototype.mod=function(b){var
+a=this;if(b.isZero())mG();var
+d=a.hi;if(a.hi&bI)a=a.neg();if(b.hi&bI)b=b.neg();var
+c=a.udivmod(b).modulus;if(d&bI)c=c.neg();return c};P.prototype.toInt=function(){return this.lo|this.mi<<24};P.prototype.toFloat=function(){return(this.hi<<16)*Math.pow(2,32)+this.mi*Math.pow(2,24)+this.lo};P.prototype.toArray=function(){return[this.hi>>8,this.hi&b2,this.mi>>16,this.mi>>8&b2,this.mi&b2,this.lo>>16,this.lo>>8&b2,this.lo&b2]};P.prototype.lo32=function(){return this.lo|(this.mi&b2)<<24};P.prototype.hi32=function(){return this.mi>>>8&bK|this.hi<<16};function
+dV(b,c,a){return new
+P(b,c,a)}function
+fm(a){if(!isFinite(a)){if(isNaN(a))return dV(1,0,lC);return a>0?dV(0,0,lC):dV(0,0,0xfff0)}var
+f=a==0&&1/a==-Infinity?bI:a>=0?0:bI;if(f)a=-a;var
+b=AE(a)+1023;if(b<=0){b=0;a/=Math.pow(2,-lY)}else{a/=Math.pow(2,b-mf);if(a<16){a*=2;b-=1}if(b==0)a/=2}var
 d=Math.pow(2,24),c=a|0;a=(a-c)*d;var
 e=a|0;a=(a-e)*d;var
-g=a|0;c=c&gJ|f|b<<4;return dM(g,e,c)}function
-lD(c,b,g){c.write(32,b.dims.length);c.write(32,b.kind|b.layout<<8);if(b.caml_custom==e1)for(var
-a=0;a<b.dims.length;a++)if(b.dims[a]<bE)c.write(16,b.dims[a]);else{c.write(16,bE);c.write(32,0);c.write(32,b.dims[a])}else
+g=a|0;c=c&g4|f|b<<4;return dV(g,e,c)}function
+mn(c,b,g){c.write(32,b.dims.length);c.write(32,b.kind|b.layout<<8);if(b.caml_custom==fh)for(var
+a=0;a<b.dims.length;a++)if(b.dims[a]<bK)c.write(16,b.dims[a]);else{c.write(16,bK);c.write(32,0);c.write(32,b.dims[a])}else
 for(var
 a=0;a<b.dims.length;a++)c.write(32,b.dims[a]);switch(b.kind){case
 2:case
@@ -157,30 +157,30 @@ a=0;a<b.data.length;a++)c.write(32,b.data[a]);break;case
 a=0;a<b.data.length;a++)c.write(32,b.data[a]);break;case
 7:for(var
 a=0;a<b.data.length/2;a++){var
-e=cC(b.get(a));for(var
+e=cK(b.get(a));for(var
 d=0;d<8;d++)c.write(8,e[d])}break;case
 1:for(var
 a=0;a<b.data.length;a++){var
-e=cC(e6(b.get(a)));for(var
+e=cK(fm(b.get(a)));for(var
 d=0;d<8;d++)c.write(8,e[d])}break;case
 0:for(var
 a=0;a<b.data.length;a++){var
-e=gS(b.get(a));c.write(32,e)}break;case
+e=hb(b.get(a));c.write(32,e)}break;case
 10:for(var
 a=0;a<b.data.length/2;a++){var
-d=b.get(a);c.write(32,gS(d[1]));c.write(32,gS(d[2]))}break;case
+d=b.get(a);c.write(32,hb(d[1]));c.write(32,hb(d[2]))}break;case
 11:for(var
 a=0;a<b.data.length/2;a++){var
-f=b.get(a),e=cC(e6(f[1]));for(var
+f=b.get(a),e=cK(fm(f[1]));for(var
 d=0;d<8;d++)c.write(8,e[d]);var
-e=cC(e6(f[2]));for(var
+e=cK(fm(f[2]));for(var
 d=0;d<8;d++)c.write(8,e[d])}break}g[0]=(4+b.dims.length)*4;g[1]=(4+b.dims.length)*8}function
-lB(a){switch(a){case
+ml(a){switch(a){case
 7:case
 10:case
 11:return 2;default:return 1}}function
-x0(c,e){var
-b=S,a;switch(c){case
+zU(c,e){var
+b=X,a;switch(c){case
 0:a=b.Float32Array;break;case
 1:a=b.Float64Array;break;case
 2:a=b.Int8Array;break;case
@@ -193,51 +193,51 @@ b=S,a;switch(c){case
 9:a=b.Int32Array;break;case
 10:a=b.Float32Array;break;case
 11:a=b.Float64Array;break;case
-12:a=b.Uint8Array;break}if(!a)aB("Bigarray.create: unsupported kind");var
+12:a=b.Uint8Array;break}if(!a)aH("Bigarray.create: unsupported kind");var
 d=new
-a(e*lB(c));return d}function
-gT(c){var
-a=new(S.Int32Array)(1);a[0]=c;var
-b=new(S.Float32Array)(a.buffer);return b[0]}function
-c7(a){return new
-K(a[7]<<0|a[6]<<8|a[5]<<16,a[4]<<0|a[3]<<8|a[2]<<16,a[1]<<0|a[0]<<8)}function
-gU(d){var
-f=d.lo,g=d.mi,b=d.hi,c=(b&0x7fff)>>4;if(c==2047)return(f|g|b&gJ)==0?b&bC?-Infinity:Infinity:NaN;var
-e=Math.pow(2,-24),a=(f*e+g)*e+(b&gJ);if(c>0){a+=16;a*=Math.pow(2,c-lv)}else
-a*=Math.pow(2,-lc);if(b&bC)a=-a;return a}function
-gP(b){var
+a(e*ml(c));return d}function
+hc(c){var
+a=new(X.Int32Array)(1);a[0]=c;var
+b=new(X.Float32Array)(a.buffer);return b[0]}function
+dc(a){return new
+P(a[7]<<0|a[6]<<8|a[5]<<16,a[4]<<0|a[3]<<8|a[2]<<16,a[1]<<0|a[0]<<8)}function
+hd(d){var
+f=d.lo,g=d.mi,b=d.hi,c=(b&0x7fff)>>4;if(c==2047)return(f|g|b&g4)==0?b&bI?-Infinity:Infinity:NaN;var
+e=Math.pow(2,-24),a=(f*e+g)*e+(b&g4);if(c>0){a+=16;a*=Math.pow(2,c-mf)}else
+a*=Math.pow(2,-lY);if(b&bI)a=-a;return a}function
+g_(b){var
 d=b.length,c=1;for(var
-a=0;a<d;a++){if(b[a]<0)aB("Bigarray.create: negative dimension");c=c*b[a]}return c}function
-yg(b,a){return new
-K(b&bW,b>>>24&bY|(a&bE)<<8,a>>>16&bE)}function
-gV(a){return a.hi32()}function
-gW(a){return a.lo32()}var
-x1=e1;function
-ck(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}ck.prototype.caml_custom=x1;ck.prototype.offset=function(b){var
+a=0;a<d;a++){if(b[a]<0)aH("Bigarray.create: negative dimension");c=c*b[a]}return c}function
+Aa(b,a){return new
+P(b&b0,b>>>24&b2|(a&bK)<<8,a>>>16&bK)}function
+he(a){return a.hi32()}function
+hf(a){return a.lo32()}var
+zV=fh;function
+cp(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}cp.prototype.caml_custom=zV;cp.prototype.offset=function(b){var
 c=0;if(typeof
 b==="number")b=[b];if(!(b
 instanceof
-Array))aB("bigarray.js: invalid offset");if(this.dims.length!=b.length)aB("Bigarray.get/set: bad number of dimensions");if(this.layout==0)for(var
-a=0;a<this.dims.length;a++){if(b[a]<0||b[a]>=this.dims[a])dJ();c=c*this.dims[a]+b[a]}else
+Array))aH("bigarray.js: invalid offset");if(this.dims.length!=b.length)aH("Bigarray.get/set: bad number of dimensions");if(this.layout==0)for(var
+a=0;a<this.dims.length;a++){if(b[a]<0||b[a]>=this.dims[a])dS();c=c*this.dims[a]+b[a]}else
 for(var
-a=this.dims.length-1;a>=0;a--){if(b[a]<1||b[a]>this.dims[a])dJ();c=c*this.dims[a]+(b[a]-1)}return c};ck.prototype.get=function(a){switch(this.kind){case
+a=this.dims.length-1;a>=0;a--){if(b[a]<1||b[a]>this.dims[a])dS();c=c*this.dims[a]+(b[a]-1)}return c};cp.prototype.get=function(a){switch(this.kind){case
 7:var
-d=this.data[a*2+0],b=this.data[a*2+1];return yg(d,b);case
+d=this.data[a*2+0],b=this.data[a*2+1];return Aa(d,b);case
 10:case
 11:var
-e=this.data[a*2+0],c=this.data[a*2+1];return[eZ,e,c];default:return this.data[a]}};ck.prototype.set=function(a,b){switch(this.kind){case
-7:this.data[a*2+0]=gW(b);this.data[a*2+1]=gV(b);break;case
+e=this.data[a*2+0],c=this.data[a*2+1];return[ff,e,c];default:return this.data[a]}};cp.prototype.set=function(a,b){switch(this.kind){case
+7:this.data[a*2+0]=hf(b);this.data[a*2+1]=he(b);break;case
 10:case
-11:this.data[a*2+0]=b[1];this.data[a*2+1]=b[2];break;default:this.data[a]=b;break}return 0};ck.prototype.fill=function(b){switch(this.kind){case
+11:this.data[a*2+0]=b[1];this.data[a*2+1]=b[2];break;default:this.data[a]=b;break}return 0};cp.prototype.fill=function(b){switch(this.kind){case
 7:var
-c=gW(b),e=gV(b);if(c==e)this.data.fill(c);else
+c=hf(b),e=he(b);if(c==e)this.data.fill(c);else
 for(var
 a=0;a<this.data.length;a++)this.data[a]=a%2==0?c:e;break;case
 10:case
 11:var
 d=b[1],f=b[2];if(d==f)this.data.fill(d);else
 for(var
-a=0;a<this.data.length;a++)this.data[a]=a%2==0?d:f;break;default:this.data.fill(b);break}};ck.prototype.compare=function(b,g){if(this.layout!=b.layout||this.kind!=b.kind){var
+a=0;a<this.data.length;a++)this.data[a]=a%2==0?d:f;break;default:this.data.fill(b);break}};cp.prototype.compare=function(b,g){if(this.layout!=b.layout||this.kind!=b.kind){var
 e=this.kind|this.layout<<8,f=b.kind|b.layout<<8;return f-e}if(this.dims.length!=b.dims.length)return b.dims.length-this.dims.length;for(var
 a=0;a<this.dims.length;a++)if(this.dims[a]!=b.dims[a])return this.dims[a]<b.dims[a]?-1:1;switch(this.kind){case
 0:case
@@ -257,26 +257,26 @@ a=0;a<this.data.length;a+=2){if(this.data[a+1]<b.data[a+1])return-1;if(this.data
 9:case
 12:for(var
 a=0;a<this.data.length;a++){if(this.data[a]<b.data[a])return-1;if(this.data[a]>b.data[a])return 1}break}return 0};function
-c6(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}c6.prototype=new
-ck();c6.prototype.offset=function(a){if(typeof
+db(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}db.prototype=new
+cp();db.prototype.offset=function(a){if(typeof
 a!=="number")if(a
 instanceof
 Array&&a.length==1)a=a[0];else
-aB("Ml_Bigarray_c_1_1.offset");if(a<0||a>=this.dims[0])dJ();return a};c6.prototype.get=function(a){return this.data[a]};c6.prototype.set=function(a,b){this.data[a]=b;return 0};c6.prototype.fill=function(a){this.data.fill(a);return 0};function
-lz(c,d,a,b){var
-e=lB(c);if(gP(a)*e!=b.length)aB("length doesn't match dims");if(d==0&&a.length==1&&e==1)return new
-c6(c,d,a,b);return new
-ck(c,d,a,b)}function
-cB(a){if(!ao.Failure)ao.Failure=[aS,p(gA),-3];gZ(ao.Failure,a)}function
-lA(b,v,r){var
-i=b.read32s();if(i<0||i>16)cB("input_value: wrong number of bigarray dimensions");var
-p=b.read32s(),j=p&bY,o=p>>8&1,h=[];if(r==e1)for(var
+aH("Ml_Bigarray_c_1_1.offset");if(a<0||a>=this.dims[0])dS();return a};db.prototype.get=function(a){return this.data[a]};db.prototype.set=function(a,b){this.data[a]=b;return 0};db.prototype.fill=function(a){this.data.fill(a);return 0};function
+mj(c,d,a,b){var
+e=ml(c);if(g_(a)*e!=b.length)aH("length doesn't match dims");if(d==0&&a.length==1&&e==1)return new
+db(c,d,a,b);return new
+cp(c,d,a,b)}function
+cJ(a){if(!au.Failure)au.Failure=[aX,s(gV),-3];hi(au.Failure,a)}function
+mk(b,v,r){var
+i=b.read32s();if(i<0||i>16)cJ("input_value: wrong number of bigarray dimensions");var
+p=b.read32s(),j=p&b2,o=p>>8&1,h=[];if(r==fh)for(var
 a=0;a<i;a++){var
-n=b.read16u();if(n==bE){var
-t=b.read32u(),u=b.read32u();if(t!=0)cB("input_value: bigarray dimension overflow in 32bit");n=u}h.push(n)}else
+n=b.read16u();if(n==bK){var
+t=b.read32u(),u=b.read32u();if(t!=0)cJ("input_value: bigarray dimension overflow in 32bit");n=u}h.push(n)}else
 for(var
 a=0;a<i;a++)h.push(b.read32u());var
-d=gP(h),f=x0(j,d),g=lz(j,o,h,f);switch(j){case
+d=g_(h),f=zU(j,d),g=mj(j,o,h,f);switch(j){case
 2:for(var
 a=0;a<d;a++)f[a]=b.read8s();break;case
 3:case
@@ -290,129 +290,129 @@ a=0;a<d;a++)f[a]=b.read16u();break;case
 a=0;a<d;a++)f[a]=b.read32s();break;case
 8:case
 9:var
-s=b.read8u();if(s)cB("input_value: cannot read bigarray with 64-bit OCaml ints");for(var
+s=b.read8u();if(s)cJ("input_value: cannot read bigarray with 64-bit OCaml ints");for(var
 a=0;a<d;a++)f[a]=b.read32s();break;case
 7:var
 e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-q=c7(e);g.set(a,q)}break;case
+q=dc(e);g.set(a,q)}break;case
 1:var
 e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-k=gU(c7(e));g.set(a,k)}break;case
+k=hd(dc(e));g.set(a,k)}break;case
 0:for(var
 a=0;a<d;a++){var
-k=gT(b.read32s());g.set(a,k)}break;case
+k=hc(b.read32s());g.set(a,k)}break;case
 10:for(var
 a=0;a<d;a++){var
-m=gT(b.read32s()),l=gT(b.read32s());g.set(a,[eZ,m,l])}break;case
+m=hc(b.read32s()),l=hc(b.read32s());g.set(a,[ff,m,l])}break;case
 11:var
 e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-m=gU(c7(e));for(var
+m=hd(dc(e));for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-l=gU(c7(e));g.set(a,[eZ,m,l])}break}v[0]=(4+i)*4;return lz(j,o,h,f)}function
-ly(a,b,c){return a.compare(b,c)}function
-lU(a,b){return Math.imul(a,b)}function
-b1(b,a){a=lU(a,0xcc9e2d51|0);a=a<<15|a>>>32-15;a=lU(a,0x1b873593);b^=a;b=b<<13|b>>>32-13;return(b+(b<<2)|0)+(0xe6546b64|0)|0}function
-ya(a,b){a=b1(a,gW(b));a=b1(a,gV(b));return a}function
-lO(a,b){return ya(a,e6(b))}function
-lC(c){var
-b=gP(c.dims),d=0;switch(c.kind){case
+l=hd(dc(e));g.set(a,[ff,m,l])}break}v[0]=(4+i)*4;return mj(j,o,h,f)}function
+mi(a,b,c){return a.compare(b,c)}function
+mE(a,b){return Math.imul(a,b)}function
+b5(b,a){a=mE(a,0xcc9e2d51|0);a=a<<15|a>>>32-15;a=mE(a,0x1b873593);b^=a;b=b<<13|b>>>32-13;return(b+(b<<2)|0)+(0xe6546b64|0)|0}function
+z6(a,b){a=b5(a,hf(b));a=b5(a,he(b));return a}function
+my(a,b){return z6(a,fm(b))}function
+mm(c){var
+b=g_(c.dims),d=0;switch(c.kind){case
 2:case
 3:case
-12:if(b>ln)b=ln;var
-e=0,a=0;for(a=0;a+4<=c.data.length;a+=4){e=c.data[a+0]|c.data[a+1]<<8|c.data[a+2]<<16|c.data[a+3]<<24;d=b1(d,e)}e=0;switch(b&3){case
+12:if(b>l9)b=l9;var
+e=0,a=0;for(a=0;a+4<=c.data.length;a+=4){e=c.data[a+0]|c.data[a+1]<<8|c.data[a+2]<<16|c.data[a+3]<<24;d=b5(d,e)}e=0;switch(b&3){case
 3:e=c.data[a+2]<<16;case
 2:e|=c.data[a+1]<<8;case
-1:e|=c.data[a+0];d=b1(d,e)}break;case
+1:e|=c.data[a+0];d=b5(d,e)}break;case
 4:case
-5:if(b>c5)b=c5;var
-e=0,a=0;for(a=0;a+2<=c.data.length;a+=2){e=c.data[a+0]|c.data[a+1]<<16;d=b1(d,e)}if((b&1)!=0)d=b1(d,c.data[a]);break;case
+5:if(b>da)b=da;var
+e=0,a=0;for(a=0;a+2<=c.data.length;a+=2){e=c.data[a+0]|c.data[a+1]<<16;d=b5(d,e)}if((b&1)!=0)d=b5(d,c.data[a]);break;case
 6:if(b>64)b=64;for(var
-a=0;a<b;a++)d=b1(d,c.data[a]);break;case
+a=0;a<b;a++)d=b5(d,c.data[a]);break;case
 8:case
 9:if(b>64)b=64;for(var
-a=0;a<b;a++)d=b1(d,c.data[a]);break;case
+a=0;a<b;a++)d=b5(d,c.data[a]);break;case
 7:if(b>32)b=32;b*=2;for(var
-a=0;a<b;a++)d=b1(d,c.data[a]);break;case
+a=0;a<b;a++)d=b5(d,c.data[a]);break;case
 10:b*=2;case
 0:if(b>64)b=64;for(var
-a=0;a<b;a++)d=lO(d,c.data[a]);break;case
+a=0;a<b;a++)d=my(d,c.data[a]);break;case
 11:b*=2;case
 1:if(b>32)b=32;for(var
-a=0;a<b;a++)d=lO(d,c.data[a]);break}return d}function
-yd(a,b){b[0]=4;return a.read32s()}function
-yx(a,b){switch(a.read8u()){case
+a=0;a<b;a++)d=my(d,c.data[a]);break}return d}function
+z9(a,b){b[0]=4;return a.read32s()}function
+Ar(a,b){switch(a.read8u()){case
 1:b[0]=4;return a.read32s();case
-2:cB("input_value: native integer value too large");default:cB("input_value: ill-formed native integer")}}function
-yp(c,d){var
+2:cJ("input_value: native integer value too large");default:cJ("input_value: ill-formed native integer")}}function
+Aj(c,d){var
 b=new
 Array(8);for(var
-a=0;a<8;a++)b[a]=c.read8u();d[0]=8;return c7(b)}function
-yl(e,d,b){var
-c=cC(d);for(var
+a=0;a<8;a++)b[a]=c.read8u();d[0]=8;return dc(b)}function
+Af(e,d,b){var
+c=cK(d);for(var
 a=0;a<8;a++)e.write(8,c[a]);b[0]=8;b[1]=8}function
-yf(a,b,c){return a.compare(b)}function
-yi(a){return a.lo32()^a.hi32()}var
-lK={"_j":{deserialize:yp,serialize:yl,fixed_length:8,compare:yf,hash:yi},"_i":{deserialize:yd,fixed_length:4},"_n":{deserialize:yx,fixed_length:4},"_bigarray":{deserialize:function(a,b){return lA(a,b,"_bigarray")},serialize:lD,compare:ly,hash:lC},"_bigarr02":{deserialize:function(a,b){return lA(a,b,e1)},serialize:lD,compare:ly,hash:lC}};function
-gQ(a){return lK[a.caml_custom]&&lK[a.caml_custom].compare}function
-lI(f,c,d,e){var
-b=gQ(c);if(b){var
+z$(a,b,c){return a.compare(b)}function
+Ac(a){return a.lo32()^a.hi32()}var
+mu={"_j":{deserialize:Aj,serialize:Af,fixed_length:8,compare:z$,hash:Ac},"_i":{deserialize:z9,fixed_length:4},"_n":{deserialize:Ar,fixed_length:4},"_bigarray":{deserialize:function(a,b){return mk(a,b,"_bigarray")},serialize:mn,compare:mi,hash:mm},"_bigarr02":{deserialize:function(a,b){return mk(a,b,fh)},serialize:mn,compare:mi,hash:mm}};function
+g$(a){return mu[a.caml_custom]&&mu[a.caml_custom].compare}function
+ms(f,c,d,e){var
+b=g$(c);if(b){var
 a=d>0?b(c,f,e):b(f,c,e);if(e&&a!=a)return d;if(+a!=+a)return+a;if((a|0)!=0)return a|0}return d}function
-gX(a){return a
+hg(a){return a
 instanceof
-bF}function
-lR(a){return gX(a)}function
-lJ(a){if(typeof
-a==="number")return eX;else
-if(gX(a))return 252;else
-if(lR(a))return 1252;else
+bL}function
+mB(a){return hg(a)}function
+mt(a){if(typeof
+a==="number")return fd;else
+if(hg(a))return 252;else
+if(mB(a))return 1252;else
 if(a
 instanceof
-Array&&a[0]===a[0]>>>0&&a[0]<=gB){var
-b=a[0]|0;return b==eZ?0:b}else
+Array&&a[0]===a[0]>>>0&&a[0]<=gW){var
+b=a[0]|0;return b==ff?0:b}else
 if(a
 instanceof
-String)return k6;else
+String)return lQ;else
 if(typeof
-a=="string")return k6;else
+a=="string")return lQ;else
 if(a
 instanceof
-Number)return eX;else
-if(a&&a.caml_custom)return gC;else
+Number)return fd;else
+if(a&&a.caml_custom)return gX;else
 if(a&&a.compare)return 1256;else
 if(typeof
 a=="function")return 1247;else
 if(typeof
 a=="symbol")return 1251;return 1001}function
-yq(a,b){if(a<b)return-1;if(a==b)return 0;return 1}function
-lE(a,b){a.t&6&&e4(a);b.t&6&&e4(b);return a.c<b.c?-1:a.c>b.c?1:0}function
-yO(a,b){return lE(a,b)}function
-lH(a,b,d){var
+Ak(a,b){if(a<b)return-1;if(a==b)return 0;return 1}function
+mo(a,b){a.t&6&&fk(a);b.t&6&&fk(b);return a.c<b.c?-1:a.c>b.c?1:0}function
+AI(a,b){return mo(a,b)}function
+mr(a,b,d){var
 e=[];for(;;){if(!(d&&a===b)){var
-f=lJ(a);if(f==k0){a=a[1];continue}var
-g=lJ(b);if(g==k0){b=b[1];continue}if(f!==g){if(f==eX){if(g==gC)return lI(a,b,-1,d);return-1}if(g==eX){if(f==gC)return lI(b,a,1,d);return 1}return f<g?-1:1}switch(f){case
-247:aB(gF);break;case
+f=mt(a);if(f==lK){a=a[1];continue}var
+g=mt(b);if(g==lK){b=b[1];continue}if(f!==g){if(f==fd){if(g==gX)return ms(a,b,-1,d);return-1}if(g==fd){if(f==gX)return ms(b,a,1,d);return 1}return f<g?-1:1}switch(f){case
+247:aH(g0);break;case
 248:var
-c=yq(a[2],b[2]);if(c!=0)return c|0;break;case
-249:aB(gF);break;case
-250:aB("equal: got Forward_tag, should not happen");break;case
-251:aB("equal: abstract value");break;case
+c=Ak(a[2],b[2]);if(c!=0)return c|0;break;case
+249:aH(g0);break;case
+250:aH("equal: got Forward_tag, should not happen");break;case
+251:aH("equal: abstract value");break;case
 252:if(a!==b){var
-c=lE(a,b);if(c!=0)return c|0}break;case
-253:aB("equal: got Double_tag, should not happen");break;case
-254:aB("equal: got Double_array_tag, should not happen");break;case
-255:aB("equal: got Custom_tag, should not happen");break;case
-1247:aB(gF);break;case
+c=mo(a,b);if(c!=0)return c|0}break;case
+253:aH("equal: got Double_tag, should not happen");break;case
+254:aH("equal: got Double_array_tag, should not happen");break;case
+255:aH("equal: got Custom_tag, should not happen");break;case
+1247:aH(g0);break;case
 1255:var
-i=gQ(a);if(i!=gQ(b))return a.caml_custom<b.caml_custom?-1:1;if(!i)aB("compare: abstract value");var
+i=g$(a);if(i!=g$(b))return a.caml_custom<b.caml_custom?-1:1;if(!i)aH("compare: abstract value");var
 c=i(a,b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;break;case
 1256:var
 c=a.compare(b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;break;case
@@ -420,258 +420,258 @@ c=a.compare(b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;
 1001:if(a<b)return-1;if(a>b)return 1;if(a!=b){if(!d)return NaN;if(a==a)return 1;if(b==b)return-1}break;case
 1251:if(a!==b){if(!d)return NaN;return 1}break;case
 1252:var
-a=cl(a),b=cl(b);if(a!==b){if(a<b)return-1;if(a>b)return 1}break;case
+a=cq(a),b=cq(b);if(a!==b){if(a<b)return-1;if(a>b)return 1}break;case
 12520:var
 a=a.toString(),b=b.toString();if(a!==b){if(a<b)return-1;if(a>b)return 1}break;case
 246:case
 254:default:if(a.length!=b.length)return a.length<b.length?-1:1;if(a.length>1)e.push(a,b,1);break}}if(e.length==0)return 0;var
 h=e.pop();b=e.pop();a=e.pop();if(h+1<a.length)e.push(a,b,h+1);a=a[h];b=b[h]}}function
-dL(a,b){return+(lH(a,b,false)==0)}function
-x8(a,c,b,d){if(b>0)if(c==0&&(b>=a.l||a.t==2&&b>=a.c.length))if(d==0){a.c=Q;a.t=2}else{a.c=c8(b,String.fromCharCode(d));a.t=b==a.l?0:2}else{if(a.t!=4)e3(a);for(b+=c;c<b;c++)a.c[c]=d}return 0}function
-gY(d){d=cl(d);var
-e=d.length;if(e>31)aB("format_int: format too long");var
-a={justify:c2,signstyle:cw,filler:bV,alternate:false,base:0,signedconv:false,width:0,uppercase:false,sign:1,prec:-1,conv:"f"};for(var
+dU(a,b){return+(mr(a,b,false)==0)}function
+z2(a,c,b,d){if(b>0)if(c==0&&(b>=a.l||a.t==2&&b>=a.c.length))if(d==0){a.c=U;a.t=2}else{a.c=dd(b,String.fromCharCode(d));a.t=b==a.l?0:2}else{if(a.t!=4)fj(a);for(b+=c;c<b;c++)a.c[c]=d}return 0}function
+hh(d){d=cq(d);var
+e=d.length;if(e>31)aH("format_int: format too long");var
+a={justify:c9,signstyle:cE,filler:bZ,alternate:false,base:0,signedconv:false,width:0,uppercase:false,sign:1,prec:-1,conv:"f"};for(var
 c=0;c<e;c++){var
-b=d.charAt(c);switch(b){case"-":a.justify=cw;break;case"+":case" ":a.signstyle=b;break;case"0":a.filler=a4;break;case"#":a.alternate=true;break;case"1":case"2":case"3":case"4":case"5":case"6":case"7":case"8":case"9":a.width=0;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.width=a.width*10+b;c++}c--;break;case".":a.prec=0;c++;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.prec=a.prec*10+b;c++}c--;case"d":case"i":a.signedconv=true;case"u":a.base=10;break;case"x":a.base=16;break;case"X":a.base=16;a.uppercase=true;break;case"o":a.base=8;break;case"e":case"f":case"g":a.signedconv=true;a.conv=b;break;case"E":case"F":case"G":a.signedconv=true;a.uppercase=true;a.conv=b.toLowerCase();break}}return a}function
-gR(a,e){if(a.uppercase)e=e.toUpperCase();var
-d=e.length;if(a.signedconv&&(a.sign<0||a.signstyle!=cw))d++;if(a.alternate){if(a.base==8)d+=1;if(a.base==16)d+=2}var
-b=Q;if(a.justify==c2&&a.filler==bV)for(var
-c=d;c<a.width;c++)b+=bV;if(a.signedconv)if(a.sign<0)b+=cw;else
-if(a.signstyle!=cw)b+=a.signstyle;if(a.alternate&&a.base==8)b+=a4;if(a.alternate&&a.base==16)b+=kR;if(a.justify==c2&&a.filler==a4)for(var
-c=d;c<a.width;c++)b+=a4;b+=e;if(a.justify==cw)for(var
-c=d;c<a.width;c++)b+=bV;return p(b)}function
-lM(i,c){function
+b=d.charAt(c);switch(b){case"-":a.justify=cE;break;case"+":case" ":a.signstyle=b;break;case"0":a.filler=a8;break;case"#":a.alternate=true;break;case"1":case"2":case"3":case"4":case"5":case"6":case"7":case"8":case"9":a.width=0;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.width=a.width*10+b;c++}c--;break;case".":a.prec=0;c++;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.prec=a.prec*10+b;c++}c--;case"d":case"i":a.signedconv=true;case"u":a.base=10;break;case"x":a.base=16;break;case"X":a.base=16;a.uppercase=true;break;case"o":a.base=8;break;case"e":case"f":case"g":a.signedconv=true;a.conv=b;break;case"E":case"F":case"G":a.signedconv=true;a.uppercase=true;a.conv=b.toLowerCase();break}}return a}function
+ha(a,e){if(a.uppercase)e=e.toUpperCase();var
+d=e.length;if(a.signedconv&&(a.sign<0||a.signstyle!=cE))d++;if(a.alternate){if(a.base==8)d+=1;if(a.base==16)d+=2}var
+b=U;if(a.justify==c9&&a.filler==bZ)for(var
+c=d;c<a.width;c++)b+=bZ;if(a.signedconv)if(a.sign<0)b+=cE;else
+if(a.signstyle!=cE)b+=a.signstyle;if(a.alternate&&a.base==8)b+=a8;if(a.alternate&&a.base==16)b+=lB;if(a.justify==c9&&a.filler==a8)for(var
+c=d;c<a.width;c++)b+=a8;b+=e;if(a.justify==cE)for(var
+c=d;c<a.width;c++)b+=bZ;return s(b)}function
+mw(i,c){function
 j(a,b){if(Math.abs(a)<1.0)return a.toFixed(b);else{var
-c=parseInt(a.toString().split(c2)[1]);if(c>20){c-=20;a/=Math.pow(10,c);a+=new
-Array(c+1).join(a4);if(b>0)a=a+c4+new
-Array(b+1).join(a4);return a}else
+c=parseInt(a.toString().split(c9)[1]);if(c>20){c-=20;a/=Math.pow(10,c);a+=new
+Array(c+1).join(a8);if(b>0)a=a+c$+new
+Array(b+1).join(a8);return a}else
 return a.toFixed(b)}}var
-a,e=gY(i),d=e.prec<0?6:e.prec;if(c<0||c==0&&1/c==-Infinity){e.sign=-1;c=-c}if(isNaN(c)){a=gE;e.filler=bV}else
-if(!isFinite(c)){a="inf";e.filler=bV}else
+a,e=hh(i),d=e.prec<0?6:e.prec;if(c<0||c==0&&1/c==-Infinity){e.sign=-1;c=-c}if(isNaN(c)){a=gZ;e.filler=bZ}else
+if(!isFinite(c)){a="inf";e.filler=bZ}else
 switch(e.conv){case"e":var
-a=c.toExponential(d),b=a.length;if(a.charAt(b-3)==gN)a=a.slice(0,b-1)+a4+a.slice(b-1);break;case"f":a=j(c,d);break;case"g":d=d?d:1;a=c.toExponential(d-1);var
-h=a.indexOf(gN),g=+a.slice(h+1);if(g<-4||c>=1e21||c.toFixed(0).length>d){var
-b=h-1;while(a.charAt(b)==a4)b--;if(a.charAt(b)==c4)b--;a=a.slice(0,b+1)+a.slice(h);b=a.length;if(a.charAt(b-3)==gN)a=a.slice(0,b-1)+a4+a.slice(b-1);break}else{var
+a=c.toExponential(d),b=a.length;if(a.charAt(b-3)==g8)a=a.slice(0,b-1)+a8+a.slice(b-1);break;case"f":a=j(c,d);break;case"g":d=d?d:1;a=c.toExponential(d-1);var
+h=a.indexOf(g8),g=+a.slice(h+1);if(g<-4||c>=1e21||c.toFixed(0).length>d){var
+b=h-1;while(a.charAt(b)==a8)b--;if(a.charAt(b)==c$)b--;a=a.slice(0,b+1)+a.slice(h);b=a.length;if(a.charAt(b-3)==g8)a=a.slice(0,b-1)+a8+a.slice(b-1);break}else{var
 f=d;if(g<0){f-=g+1;a=c.toFixed(f)}else
 while(a=c.toFixed(f),a.length>d+1)f--;if(f){var
-b=a.length-1;while(a.charAt(b)==a4)b--;if(a.charAt(b)==c4)b--;a=a.slice(0,b+1)}}break}return gR(e,a)}function
-e5(d,b){if(cl(d)==lj)return p(Q+b);var
-a=gY(d);if(b<0)if(a.signedconv){a.sign=-1;b=-b}else
+b=a.length-1;while(a.charAt(b)==a8)b--;if(a.charAt(b)==c$)b--;a=a.slice(0,b+1)}}break}return ha(e,a)}function
+fl(d,b){if(cq(d)==l5)return s(U+b);var
+a=hh(d);if(b<0)if(a.signedconv){a.sign=-1;b=-b}else
 b>>>=0;var
-c=b.toString(a.base);if(a.prec>=0){a.filler=bV;var
-e=a.prec-c.length;if(e>0)c=c8(e,a4)+c}return gR(a,c)}var
-yy=0;function
-x_(){return yy++}function
-ys(a){return a.toUtf16()}function
-dP(){return typeof
-S.process!=="undefined"&&typeof
-S.process.versions!=="undefined"&&typeof
-S.process.versions.node!=="undefined"}function
-yM(){function
-a(a){if(a.charAt(0)===bD)return[Q,a.substring(1)];return}function
+c=b.toString(a.base);if(a.prec>=0){a.filler=bZ;var
+e=a.prec-c.length;if(e>0)c=dd(e,a8)+c}return ha(a,c)}var
+As=0;function
+z4(){return As++}function
+Am(a){return a.toUtf16()}function
+dY(){return typeof
+X.process!=="undefined"&&typeof
+X.process.versions!=="undefined"&&typeof
+X.process.versions.node!=="undefined"}function
+AG(){function
+a(a){if(a.charAt(0)===bJ)return[U,a.substring(1)];return}function
 b(c){var
-g=/^([a-zA-Z]:|[\\/]{2}[^\\/]+[\\/]+[^\\/]+)?([\\/])?([\s\S]*?)$/,a=g.exec(c),b=a[1]||Q,e=Boolean(b&&b.charAt(1)!==":");if(Boolean(a[2]||e)){var
-d=a[1]||Q,f=a[2]||Q;return[d,c.substring(d.length+f.length)]}return}return dP()&&S.process&&S.process.platform?S.process.platform==="win32"?b:a:a}var
-g4=yM();function
-lZ(a){return a.slice(-1)!==bD?a+bD:a}if(dP()&&S.process&&S.process.cwd)var
-dK=S.process.cwd().replace(/\\/g,bD);else
+g=/^([a-zA-Z]:|[\\/]{2}[^\\/]+[\\/]+[^\\/]+)?([\\/])?([\s\S]*?)$/,a=g.exec(c),b=a[1]||U,e=Boolean(b&&b.charAt(1)!==":");if(Boolean(a[2]||e)){var
+d=a[1]||U,f=a[2]||U;return[d,c.substring(d.length+f.length)]}return}return dY()&&X.process&&X.process.platform?X.process.platform==="win32"?b:a:a}var
+hn=AG();function
+mJ(a){return a.slice(-1)!==bJ?a+bJ:a}if(dY()&&X.process&&X.process.cwd)var
+dT=X.process.cwd().replace(/\\/g,bJ);else
 var
-dK="/static";dK=lZ(dK);function
-yt(a){a=ys(a);if(!g4(a))a=dK+a;var
-e=g4(a),d=e[1].split(bD),b=[];for(var
+dT="/static";dT=mJ(dT);function
+An(a){a=Am(a);if(!hn(a))a=dT+a;var
+e=hn(a),d=e[1].split(bJ),b=[];for(var
 c=0;c<d.length;c++)switch(d[c]){case"..":if(b.length>1)b.pop();break;case".":break;default:b.push(d[c]);break}b.unshift(e[0]);b.orig=a;return b}function
-yG(e){for(var
-f=Q,b=f,a,h,c=0,g=e.length;c<g;c++){a=e.charCodeAt(c);if(a<bp){for(var
-d=c+1;d<g&&(a=e.charCodeAt(d))<bp;d++);if(d-c>kT){b.substr(0,1);f+=b;b=Q;f+=e.slice(c,d)}else
-b+=e.slice(c,d);if(d==g)break;c=d}if(a<lo){b+=String.fromCharCode(0xc0|a>>6);b+=String.fromCharCode(bp|a&c3)}else
-if(a<0xd800||a>=k1)b+=String.fromCharCode(k2|a>>12,bp|a>>6&c3,bp|a&c3);else
-if(a>=0xdbff||c+1==g||(h=e.charCodeAt(c+1))<kX||h>k1)b+="\xef\xbf\xbd";else{c++;a=(a<<10)+h-0x35fdc00;b+=String.fromCharCode(lr|a>>18,bp|a>>12&c3,bp|a>>6&c3,bp|a&c3)}if(b.length>dH){b.substr(0,1);f+=b;b=Q}}return f+b}function
-x4(a){var
-b=9;if(!l6(a))b=8,a=yG(a);return new
-bF(b,a,a.length)}function
-b3(a){return x4(a)}var
-yN=["E2BIG","EACCES","EAGAIN","EBADF","EBUSY","ECHILD","EDEADLK","EDOM",kU,"EFAULT","EFBIG","EINTR","EINVAL","EIO","EISDIR","EMFILE","EMLINK","ENAMETOOLONG","ENFILE","ENODEV",gK,"ENOEXEC","ENOLCK","ENOMEM","ENOSPC","ENOSYS",gD,ll,"ENOTTY","ENXIO","EPERM","EPIPE","ERANGE","EROFS","ESPIPE","ESRCH","EXDEV","EWOULDBLOCK","EINPROGRESS","EALREADY","ENOTSOCK","EDESTADDRREQ","EMSGSIZE","EPROTOTYPE","ENOPROTOOPT","EPROTONOSUPPORT","ESOCKTNOSUPPORT","EOPNOTSUPP","EPFNOSUPPORT","EAFNOSUPPORT","EADDRINUSE","EADDRNOTAVAIL","ENETDOWN","ENETUNREACH","ENETRESET","ECONNABORTED","ECONNRESET","ENOBUFS","EISCONN","ENOTCONN","ESHUTDOWN","ETOOMANYREFS","ETIMEDOUT","ECONNREFUSED","EHOSTDOWN","EHOSTUNREACH","ELOOP","EOVERFLOW"];function
-cF(d,f,e,a){var
-b=yN.indexOf(d);if(b<0){if(a==null)a=-9999;b=[0,a]}var
-c=[b,b3(f||Q),b3(e||Q)];return c}var
-lV={};function
-cD(a){return lV[a]}function
-cE(b,a){throw[0,b].concat(a)}function
-x3(a){return new
-bF(4,a,a.length)}function
-ad(a){gZ(ao.Sys_error,a)}function
-yA(a){ad(a+eW)}function
-aZ(a){return a.l}function
-lx(){}function
-aG(a){this.data=a}aG.prototype=new
-lx();aG.prototype.truncate=function(a){var
-b=this.data;this.data=aA(a|0);cy(b,0,this.data,0,a)};aG.prototype.length=function(){return aZ(this.data)};aG.prototype.write=function(b,d,g,a){var
+AA(e){for(var
+f=U,b=f,a,h,c=0,g=e.length;c<g;c++){a=e.charCodeAt(c);if(a<bv){for(var
+d=c+1;d<g&&(a=e.charCodeAt(d))<bv;d++);if(d-c>lD){b.substr(0,1);f+=b;b=U;f+=e.slice(c,d)}else
+b+=e.slice(c,d);if(d==g)break;c=d}if(a<l_){b+=String.fromCharCode(0xc0|a>>6);b+=String.fromCharCode(bv|a&c_)}else
+if(a<0xd800||a>=lL)b+=String.fromCharCode(lM|a>>12,bv|a>>6&c_,bv|a&c_);else
+if(a>=0xdbff||c+1==g||(h=e.charCodeAt(c+1))<lH||h>lL)b+="\xef\xbf\xbd";else{c++;a=(a<<10)+h-0x35fdc00;b+=String.fromCharCode(mb|a>>18,bv|a>>12&c_,bv|a>>6&c_,bv|a&c_)}if(b.length>dQ){b.substr(0,1);f+=b;b=U}}return f+b}function
+zY(a){var
+b=9;if(!mQ(a))b=8,a=AA(a);return new
+bL(b,a,a.length)}function
+b7(a){return zY(a)}var
+AH=["E2BIG","EACCES","EAGAIN","EBADF","EBUSY","ECHILD","EDEADLK","EDOM",lE,"EFAULT","EFBIG","EINTR","EINVAL","EIO","EISDIR","EMFILE","EMLINK","ENAMETOOLONG","ENFILE","ENODEV",g5,"ENOEXEC","ENOLCK","ENOMEM","ENOSPC","ENOSYS",gY,l7,"ENOTTY","ENXIO","EPERM","EPIPE","ERANGE","EROFS","ESPIPE","ESRCH","EXDEV","EWOULDBLOCK","EINPROGRESS","EALREADY","ENOTSOCK","EDESTADDRREQ","EMSGSIZE","EPROTOTYPE","ENOPROTOOPT","EPROTONOSUPPORT","ESOCKTNOSUPPORT","EOPNOTSUPP","EPFNOSUPPORT","EAFNOSUPPORT","EADDRINUSE","EADDRNOTAVAIL","ENETDOWN","ENETUNREACH","ENETRESET","ECONNABORTED","ECONNRESET","ENOBUFS","EISCONN","ENOTCONN","ESHUTDOWN","ETOOMANYREFS","ETIMEDOUT","ECONNREFUSED","EHOSTDOWN","EHOSTUNREACH","ELOOP","EOVERFLOW"];function
+cN(d,f,e,a){var
+b=AH.indexOf(d);if(b<0){if(a==null)a=-9999;b=[0,a]}var
+c=[b,b7(f||U),b7(e||U)];return c}var
+mF={};function
+cL(a){return mF[a]}function
+cM(b,a){throw[0,b].concat(a)}function
+zX(a){return new
+bL(4,a,a.length)}function
+ae(a){hi(au.Sys_error,a)}function
+Au(a){ae(a+fc)}function
+a3(a){return a.l}function
+mh(){}function
+aK(a){this.data=a}aK.prototype=new
+mh();aK.prototype.truncate=function(a){var
+b=this.data;this.data=aG(a|0);cG(b,0,this.data,0,a)};aK.prototype.length=function(){return a3(this.data)};aK.prototype.write=function(b,d,g,a){var
 c=this.length();if(b+a>=c){var
-e=aA(b+a),f=this.data;this.data=e;cy(f,0,this.data,0,c)}bH(d,g,this.data,b,a);return 0};aG.prototype.read=function(c,a,d,b){var
-e=this.length();cy(this.data,c,a,d,b);return 0};aG.prototype.read_one=function(a){return lF(this.data,a)};aG.prototype.close=function(){};aG.prototype.constructor=aG;function
-aT(b,a){this.content={};this.root=b;this.lookupFun=a}aT.prototype.nm=function(a){return this.root+a};aT.prototype.create_dir_if_needed=function(d){var
-c=d.split(bD),b=Q;for(var
-a=0;a<c.length-1;a++){b+=c[a]+bD;if(this.content[b])continue;this.content[b]=Symbol("directory")}};aT.prototype.slash=function(a){return/\/$/.test(a)?a:a+bD};aT.prototype.lookup=function(a){if(!this.content[a]&&this.lookupFun){var
-b=this.lookupFun(p(this.root),p(a));if(b!==0){this.create_dir_if_needed(a);this.content[a]=new
-aG(cz(b[1]))}}};aT.prototype.exists=function(a){if(a==Q)return 1;var
-b=this.slash(a);if(this.content[b])return 1;this.lookup(a);return this.content[a]?1:0};aT.prototype.mkdir=function(c,e,d){var
-b=d&&cD(gH);if(this.exists(c))if(b)cE(b,cF(kU,gz,this.nm(c)));else
-ad(c+": File exists");var
-a=/^(.*)\/[^/]+/.exec(c);a=a&&a[1]||Q;if(!this.exists(a))if(b)cE(b,cF(gK,gz,this.nm(a)));else
-ad(a+eW);if(!this.is_dir(a))if(b)cE(b,cF(gD,gz,this.nm(a)));else
-ad(a+gM);this.create_dir_if_needed(this.slash(c))};aT.prototype.rmdir=function(a,f){var
-b=f&&cD(gH),c=a==Q?Q:this.slash(a),e=new
-RegExp(k5+c+lm);if(!this.exists(a))if(b)cE(b,cF(gK,gG,this.nm(a)));else
-ad(a+eW);if(!this.is_dir(a))if(b)cE(b,cF(gD,gG,this.nm(a)));else
-ad(a+gM);for(var
+e=aG(b+a),f=this.data;this.data=e;cG(f,0,this.data,0,c)}bN(d,g,this.data,b,a);return 0};aK.prototype.read=function(c,a,d,b){var
+e=this.length();cG(this.data,c,a,d,b);return 0};aK.prototype.read_one=function(a){return mp(this.data,a)};aK.prototype.close=function(){};aK.prototype.constructor=aK;function
+aY(b,a){this.content={};this.root=b;this.lookupFun=a}aY.prototype.nm=function(a){return this.root+a};aY.prototype.create_dir_if_needed=function(d){var
+c=d.split(bJ),b=U;for(var
+a=0;a<c.length-1;a++){b+=c[a]+bJ;if(this.content[b])continue;this.content[b]=Symbol("directory")}};aY.prototype.slash=function(a){return/\/$/.test(a)?a:a+bJ};aY.prototype.lookup=function(a){if(!this.content[a]&&this.lookupFun){var
+b=this.lookupFun(s(this.root),s(a));if(b!==0){this.create_dir_if_needed(a);this.content[a]=new
+aK(cH(b[1]))}}};aY.prototype.exists=function(a){if(a==U)return 1;var
+b=this.slash(a);if(this.content[b])return 1;this.lookup(a);return this.content[a]?1:0};aY.prototype.mkdir=function(c,e,d){var
+b=d&&cL(g2);if(this.exists(c))if(b)cM(b,cN(lE,gU,this.nm(c)));else
+ae(c+": File exists");var
+a=/^(.*)\/[^/]+/.exec(c);a=a&&a[1]||U;if(!this.exists(a))if(b)cM(b,cN(g5,gU,this.nm(a)));else
+ae(a+fc);if(!this.is_dir(a))if(b)cM(b,cN(gY,gU,this.nm(a)));else
+ae(a+g7);this.create_dir_if_needed(this.slash(c))};aY.prototype.rmdir=function(a,f){var
+b=f&&cL(g2),c=a==U?U:this.slash(a),e=new
+RegExp(lP+c+l8);if(!this.exists(a))if(b)cM(b,cN(g5,g1,this.nm(a)));else
+ae(a+fc);if(!this.is_dir(a))if(b)cM(b,cN(gY,g1,this.nm(a)));else
+ae(a+g7);for(var
 d
 in
-this.content)if(d.match(e))if(b)cE(b,cF(ll,gG,this.nm(a)));else
-ad(this.nm(a)+": Directory not empty");delete
-this.content[c]};aT.prototype.readdir=function(a){var
-f=a==Q?Q:this.slash(a);if(!this.exists(a))ad(a+eW);if(!this.is_dir(a))ad(a+gM);var
+this.content)if(d.match(e))if(b)cM(b,cN(l7,g1,this.nm(a)));else
+ae(this.nm(a)+": Directory not empty");delete
+this.content[c]};aY.prototype.readdir=function(a){var
+f=a==U?U:this.slash(a);if(!this.exists(a))ae(a+fc);if(!this.is_dir(a))ae(a+g7);var
 g=new
-RegExp(k5+f+lm),d={},c=[];for(var
+RegExp(lP+f+l8),d={},c=[];for(var
 e
 in
 this.content){var
-b=e.match(g);if(b&&!d[b[1]]){d[b[1]]=true;c.push(b[1])}}return c};aT.prototype.is_dir=function(a){if(a==Q)return true;var
-b=this.slash(a);return this.content[b]?1:0};aT.prototype.unlink=function(a){var
+b=e.match(g);if(b&&!d[b[1]]){d[b[1]]=true;c.push(b[1])}}return c};aY.prototype.is_dir=function(a){if(a==U)return true;var
+b=this.slash(a);return this.content[b]?1:0};aY.prototype.unlink=function(a){var
 b=this.content[a]?true:false;delete
-this.content[a];return b};aT.prototype.open=function(a,b){if(b.rdonly&&b.wronly)ad(this.nm(a)+k8);if(b.text&&b.binary)ad(this.nm(a)+lh);this.lookup(a);if(this.content[a]){if(this.is_dir(a))ad(this.nm(a)+" : is a directory");if(b.create&&b.excl)ad(this.nm(a)+k7);var
+this.content[a];return b};aY.prototype.open=function(a,b){if(b.rdonly&&b.wronly)ae(this.nm(a)+lS);if(b.text&&b.binary)ae(this.nm(a)+l3);this.lookup(a);if(this.content[a]){if(this.is_dir(a))ae(this.nm(a)+" : is a directory");if(b.create&&b.excl)ae(this.nm(a)+lR);var
 c=this.content[a];if(b.truncate)c.truncate();return c}else
 if(b.create){this.create_dir_if_needed(a);this.content[a]=new
-aG(aA(0));return this.content[a]}else
-yA(this.nm(a))};aT.prototype.register=function(c,a){var
-b;if(this.content[c])ad(this.nm(c)+k7);if(gX(a))b=new
-aG(a);if(lR(a))b=new
-aG(cz(a));else
+aK(aG(0));return this.content[a]}else
+Au(this.nm(a))};aY.prototype.register=function(c,a){var
+b;if(this.content[c])ae(this.nm(c)+lR);if(hg(a))b=new
+aK(a);if(mB(a))b=new
+aK(cH(a));else
 if(a
 instanceof
 Array)b=new
-aG(x3(a));else
+aK(zX(a));else
 if(typeof
 a==="string")b=new
-aG(lG(a));else
+aK(mq(a));else
 if(a.toString){var
-d=cz(b3(a.toString()));b=new
-aG(d)}if(b){this.create_dir_if_needed(c);this.content[c]=b}else
-ad(this.nm(c)+" : registering file with invalid content type")};aT.prototype.constructor=aT;function
-aj(a){return aZ(a)}function
-dO(b,a){return b0(b,a)}function
-xY(d){var
-c=aj(d),b=new
-Array(c),a=0;for(;a<c;a++)b[a]=dO(d,a);return b}function
-xX(a){if(a.t!=4)e3(a);return a.c}function
-bG(a){this.fs=require("fs");this.fd=a}bG.prototype=new
-lx();bG.prototype.truncate=function(a){try{this.fs.ftruncateSync(this.fd,a|0)}catch(a){ad(a.toString())}};bG.prototype.length=function(){try{return this.fs.fstatSync(this.fd).size}catch(a){ad(a.toString())}};bG.prototype.write=function(f,b,c,e){var
-a=xY(b);if(!(a
+d=cH(b7(a.toString()));b=new
+aK(d)}if(b){this.create_dir_if_needed(c);this.content[c]=b}else
+ae(this.nm(c)+" : registering file with invalid content type")};aY.prototype.constructor=aY;function
+ao(a){return a3(a)}function
+dX(b,a){return b4(b,a)}function
+zS(d){var
+c=ao(d),b=new
+Array(c),a=0;for(;a<c;a++)b[a]=dX(d,a);return b}function
+zR(a){if(a.t!=4)fj(a);return a.c}function
+bM(a){this.fs=require("fs");this.fd=a}bM.prototype=new
+mh();bM.prototype.truncate=function(a){try{this.fs.ftruncateSync(this.fd,a|0)}catch(a){ae(a.toString())}};bM.prototype.length=function(){try{return this.fs.fstatSync(this.fd).size}catch(a){ae(a.toString())}};bM.prototype.write=function(f,b,c,e){var
+a=zS(b);if(!(a
 instanceof
-S.Uint8Array))a=new(S.Uint8Array)(a);var
-d=S.Buffer.from(a);try{this.fs.writeSync(this.fd,d,c,e,f)}catch(a){ad(a.toString())}return 0};bG.prototype.read=function(g,d,c,f){var
-a=xX(d);if(!(a
+X.Uint8Array))a=new(X.Uint8Array)(a);var
+d=X.Buffer.from(a);try{this.fs.writeSync(this.fd,d,c,e,f)}catch(a){ae(a.toString())}return 0};bM.prototype.read=function(g,d,c,f){var
+a=zR(d);if(!(a
 instanceof
-S.Uint8Array))a=new(S.Uint8Array)(a);var
-e=S.Buffer.from(a);try{this.fs.readSync(this.fd,e,c,f,g)}catch(a){ad(a.toString())}for(var
-b=0;b<f;b++)bZ(d,c+b,e[c+b]);return 0};bG.prototype.read_one=function(c){var
-b=new(S.Uint8Array)(1),a=S.Buffer.from(b);try{this.fs.readSync(this.fd,a,0,1,c)}catch(a){ad(a.toString())}return a[0]};bG.prototype.close=function(){try{this.fs.closeSync(this.fd)}catch(a){ad(a.toString())}};bG.prototype.constructor=bG;function
-aH(a){this.fs=require("fs");this.root=a}aH.prototype.nm=function(a){return this.root+a};aH.prototype.exists=function(a){try{return this.fs.existsSync(this.nm(a))?1:0}catch(a){return 0}};aH.prototype.mkdir=function(b,a,c){try{this.fs.mkdirSync(this.nm(b),{mode:a});return 0}catch(a){this.raise_nodejs_error(a,c)}};aH.prototype.rmdir=function(a,b){try{this.fs.rmdirSync(this.nm(a));return 0}catch(a){this.raise_nodejs_error(a,b)}};aH.prototype.readdir=function(a,b){try{return this.fs.readdirSync(this.nm(a))}catch(a){this.raise_nodejs_error(a,b)}};aH.prototype.is_dir=function(a){try{return this.fs.statSync(this.nm(a)).isDirectory()?1:0}catch(a){ad(a.toString())}};aH.prototype.unlink=function(a,c){try{var
-b=this.fs.existsSync(this.nm(a))?1:0;this.fs.unlinkSync(this.nm(a));return b}catch(a){this.raise_nodejs_error(a,c)}};aH.prototype.open=function(f,c,g){var
+X.Uint8Array))a=new(X.Uint8Array)(a);var
+e=X.Buffer.from(a);try{this.fs.readSync(this.fd,e,c,f,g)}catch(a){ae(a.toString())}for(var
+b=0;b<f;b++)b3(d,c+b,e[c+b]);return 0};bM.prototype.read_one=function(c){var
+b=new(X.Uint8Array)(1),a=X.Buffer.from(b);try{this.fs.readSync(this.fd,a,0,1,c)}catch(a){ae(a.toString())}return a[0]};bM.prototype.close=function(){try{this.fs.closeSync(this.fd)}catch(a){ae(a.toString())}};bM.prototype.constructor=bM;function
+aL(a){this.fs=require("fs");this.root=a}aL.prototype.nm=function(a){return this.root+a};aL.prototype.exists=function(a){try{return this.fs.existsSync(this.nm(a))?1:0}catch(a){return 0}};aL.prototype.mkdir=function(b,a,c){try{this.fs.mkdirSync(this.nm(b),{mode:a});return 0}catch(a){this.raise_nodejs_error(a,c)}};aL.prototype.rmdir=function(a,b){try{this.fs.rmdirSync(this.nm(a));return 0}catch(a){this.raise_nodejs_error(a,b)}};aL.prototype.readdir=function(a,b){try{return this.fs.readdirSync(this.nm(a))}catch(a){this.raise_nodejs_error(a,b)}};aL.prototype.is_dir=function(a){try{return this.fs.statSync(this.nm(a)).isDirectory()?1:0}catch(a){ae(a.toString())}};aL.prototype.unlink=function(a,c){try{var
+b=this.fs.existsSync(this.nm(a))?1:0;this.fs.unlinkSync(this.nm(a));return b}catch(a){this.raise_nodejs_error(a,c)}};aL.prototype.open=function(f,c,g){var
 a=require("constants"),b=0;for(var
 e
 in
 c)switch(e){case"rdonly":b|=a.O_RDONLY;break;case"wronly":b|=a.O_WRONLY;break;case"append":b|=a.O_WRONLY|a.O_APPEND;break;case"create":b|=a.O_CREAT;break;case"truncate":b|=a.O_TRUNC;break;case"excl":b|=a.O_EXCL;break;case"binary":b|=a.O_BINARY;break;case"text":b|=a.O_TEXT;break;case"nonblock":b|=a.O_NONBLOCK;break}try{var
 d=this.fs.openSync(this.nm(f),b);return new
-bG(d)}catch(a){this.raise_nodejs_error(a,g)}};aH.prototype.rename=function(b,a,c){try{this.fs.renameSync(this.nm(b),this.nm(a))}catch(a){this.raise_nodejs_error(a,c)}};aH.prototype.stat=function(b,c){try{var
-a=this.fs.statSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aH.prototype.lstat=function(b,c){try{var
-a=this.fs.lstatSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aH.prototype.symlink=function(d,c,a,b){try{this.fs.symlinkSync(this.nm(c),this.nm(a),d?"dir":"file");return 0}catch(a){this.raise_nodejs_error(a,b)}};aH.prototype.readlink=function(b,c){try{var
-a=this.fs.readlinkSync(this.nm(b),kP);return b3(a)}catch(a){this.raise_nodejs_error(a,c)}};aH.prototype.raise_nodejs_error=function(a,d){var
-b=cD(gH);if(d&&b){var
-c=cF(a.code,a.syscall,a.path,a.errno);cE(b,c)}else
-ad(a.toString())};aH.prototype.stats_from_js=function(a){var
+bM(d)}catch(a){this.raise_nodejs_error(a,g)}};aL.prototype.rename=function(b,a,c){try{this.fs.renameSync(this.nm(b),this.nm(a))}catch(a){this.raise_nodejs_error(a,c)}};aL.prototype.stat=function(b,c){try{var
+a=this.fs.statSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aL.prototype.lstat=function(b,c){try{var
+a=this.fs.lstatSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aL.prototype.symlink=function(d,c,a,b){try{this.fs.symlinkSync(this.nm(c),this.nm(a),d?"dir":"file");return 0}catch(a){this.raise_nodejs_error(a,b)}};aL.prototype.readlink=function(b,c){try{var
+a=this.fs.readlinkSync(this.nm(b),lz);return b7(a)}catch(a){this.raise_nodejs_error(a,c)}};aL.prototype.raise_nodejs_error=function(a,d){var
+b=cL(g2);if(d&&b){var
+c=cN(a.code,a.syscall,a.path,a.errno);cM(b,c)}else
+ae(a.toString())};aL.prototype.stats_from_js=function(a){var
 b;if(a.isFile())b=0;else
 if(a.isDirectory())b=1;else
 if(a.isCharacterDevice())b=2;else
 if(a.isBlockDevice())b=3;else
 if(a.isSymbolicLink())b=4;else
 if(a.isFIFO())b=5;else
-if(a.isSocket())b=6;return[0,a.dev,a.ino,b,a.mode,a.nlink,a.uid,a.gid,a.rdev,a.size,a.atimeMs,a.mtimeMs,a.ctimeMs]};aH.prototype.constructor=aH;function
-lN(b){var
-a=g4(b);if(!a)return;return a[0]+bD}var
-e7=lN(dK)||cB("unable to compute caml_root"),c9=[];if(dP())c9.push({path:e7,device:new
-aH(e7)});else
-c9.push({path:e7,device:new
-aT(e7)});c9.push({path:lf,device:new
-aT(lf)});function
-l7(b){var
-g=yt(b),b=g.join(bD),f=lZ(b),c;for(var
-e=0;e<c9.length;e++){var
-a=c9[e];if(f.search(a.path)==0&&(!c||c.path.length<a.path.length))c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}if(!c&&dP()){var
-d=lN(b);if(d&&d.match(/^[a-zA-Z]:\/$/)){var
+if(a.isSocket())b=6;return[0,a.dev,a.ino,b,a.mode,a.nlink,a.uid,a.gid,a.rdev,a.size,a.atimeMs,a.mtimeMs,a.ctimeMs]};aL.prototype.constructor=aL;function
+mx(b){var
+a=hn(b);if(!a)return;return a[0]+bJ}var
+fn=mx(dT)||cJ("unable to compute caml_root"),de=[];if(dY())de.push({path:fn,device:new
+aL(fn)});else
+de.push({path:fn,device:new
+aY(fn)});de.push({path:l1,device:new
+aY(l1)});function
+mR(b){var
+g=An(b),b=g.join(bJ),f=mJ(b),c;for(var
+e=0;e<de.length;e++){var
+a=de[e];if(f.search(a.path)==0&&(!c||c.path.length<a.path.length))c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}if(!c&&dY()){var
+d=mx(b);if(d&&d.match(/^[a-zA-Z]:\/$/)){var
 a={path:d,device:new
-aH(d)};c9.push(a);c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}}if(c)return c;ad("no device found for "+f)}function
-x7(c,b){var
-a=l7(c);if(!a.device.register)cB("cannot register file");a.device.register(a.rest,b);return 0}function
-l5(b,a){var
-b=p(b),a=p(a);return x7(b,a)}function
-x$(){var
-b=S.caml_fs_tmp;if(b)for(var
-a=0;a<b.length;a++)l5(b[a].name,b[a].content);S.jsoo_create_file=l5;S.caml_fs_tmp=[];return 0}function
-yb(a,c,k){if(!isFinite(a)){if(isNaN(a))return b3(gE);return b3(a>0?lt:"-infinity")}var
+aL(d)};de.push(a);c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}}if(c)return c;ae("no device found for "+f)}function
+z1(c,b){var
+a=mR(c);if(!a.device.register)cJ("cannot register file");a.device.register(a.rest,b);return 0}function
+mP(b,a){var
+b=s(b),a=s(a);return z1(b,a)}function
+z5(){var
+b=X.caml_fs_tmp;if(b)for(var
+a=0;a<b.length;a++)mP(b[a].name,b[a].content);X.jsoo_create_file=mP;X.caml_fs_tmp=[];return 0}function
+z7(a,c,k){if(!isFinite(a)){if(isNaN(a))return b7(gZ);return b7(a>0?md:"-infinity")}var
 i=a==0&&1/a==-Infinity?1:a>=0?0:1;if(i)a=-a;var
 d=0;if(a==0);else
 if(a<1)while(a<1&&d>-1022){a*=2;d--}else
 while(a>=2){a/=2;d++}var
-j=d<0?Q:c2,e=Q;if(i)e=cw;else
+j=d<0?U:c9,e=U;if(i)e=cE;else
 switch(k){case
-43:e=c2;break;case
-32:e=bV;break;default:break}if(c>=0&&c<13){var
+43:e=c9;break;case
+32:e=bZ;break;default:break}if(c>=0&&c<13){var
 g=Math.pow(2,c*4);a=Math.round(a*g)/g}var
 b=a.toString(16);if(c>=0){var
-h=b.indexOf(c4);if(h<0)b+=c4+c8(c,a4);else{var
-f=h+1+c;if(b.length<f)b+=c8(f-b.length,a4);else
-b=b.substr(0,f)}}return b3(e+kR+b+"p"+j+d.toString(10))}function
-yc(a){return(a&0x000000FF)<<24|(a&0x0000FF00)<<8|(a&0x00FF0000)>>>8|(a&0xFF000000)>>>24}function
-ye(b){var
-a=cC(b);return c7([a[7],a[6],a[5],a[4],a[3],a[2],a[1],a[0]])}function
-yk(a){return+a.isZero()}function
-lP(a){return new
-K(a&bW,a>>24&bW,a>>31&bE)}function
-yo(a){return a.toInt()}function
-yj(a){return+a.isNeg()}function
-yn(a){return a.neg()}function
-yh(g,c){var
-a=gY(g);if(a.signedconv&&yj(c)){a.sign=-1;c=yn(c)}var
-b=Q,h=lP(a.base),f="0123456789abcdef";do{var
-e=c.udivmod(h);c=e.quotient;b=f.charAt(yo(e.modulus))+b}while(!yk(c));if(a.prec>=0){a.filler=bV;var
-d=a.prec-b.length;if(d>0)b=c8(d,a4)+b}return gR(a,b)}function
-ym(a,b){return a.mul(b)}function
-m(c){var
+h=b.indexOf(c$);if(h<0)b+=c$+dd(c,a8);else{var
+f=h+1+c;if(b.length<f)b+=dd(f-b.length,a8);else
+b=b.substr(0,f)}}return b7(e+lB+b+"p"+j+d.toString(10))}function
+z8(a){return(a&0x000000FF)<<24|(a&0x0000FF00)<<8|(a&0x00FF0000)>>>8|(a&0xFF000000)>>>24}function
+z_(b){var
+a=cK(b);return dc([a[7],a[6],a[5],a[4],a[3],a[2],a[1],a[0]])}function
+Ae(a){return+a.isZero()}function
+mz(a){return new
+P(a&b0,a>>24&b0,a>>31&bK)}function
+Ai(a){return a.toInt()}function
+Ad(a){return+a.isNeg()}function
+Ah(a){return a.neg()}function
+Ab(g,c){var
+a=hh(g);if(a.signedconv&&Ad(c)){a.sign=-1;c=Ah(c)}var
+b=U,h=mz(a.base),f="0123456789abcdef";do{var
+e=c.udivmod(h);c=e.quotient;b=f.charAt(Ai(e.modulus))+b}while(!Ae(c));if(a.prec>=0){a.filler=bZ;var
+d=a.prec-b.length;if(d>0)b=dd(d,a8)+b}return ha(a,b)}function
+Ag(a,b){return a.mul(b)}function
+n(c){var
 b=0;for(var
 a=c.length-1;a>=0;a--){var
 d=c[a];b=[0,d,b]}return b}function
-lS(a,d){if(a<0)dJ();var
+mC(a,d){if(a<0)dS();var
 a=a+1|0,b=new
 Array(a);b[0]=0;for(var
 c=1;c<a;c++)b[c]=d;return b}var
-b2=new
+b6=new
 Array();function
-yu(c){var
-a=b2[c];if(!a.opened)ad("Cannot flush a closed channel");if(!a.buffer||a.buffer==Q)return 0;if(a.fd&&ao.fds[a.fd]&&ao.fds[a.fd].output){var
-b=ao.fds[a.fd].output;switch(b.length){case
-2:b(c,a.buffer);break;default:b(a.buffer)}}a.buffer=Q;return 0}function
-lY(d,e){var
-a=b2[d],c=p(e),b=aj(c);a.file.write(a.offset,c,0,b);a.offset+=b;return 0}function
-yI(a){var
-a=g2(a),b=S;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stderr.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
+Ao(c){var
+a=b6[c];if(!a.opened)ae("Cannot flush a closed channel");if(!a.buffer||a.buffer==U)return 0;if(a.fd&&au.fds[a.fd]&&au.fds[a.fd].output){var
+b=au.fds[a.fd].output;switch(b.length){case
+2:b(c,a.buffer);break;default:b(a.buffer)}}a.buffer=U;return 0}function
+mI(d,e){var
+a=b6[d],c=s(e),b=ao(c);a.file.write(a.offset,c,0,b);a.offset+=b;return 0}function
+AC(a){var
+a=hl(a),b=X;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stderr.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
 c=b.console;c&&c.error&&c.error(a)}}function
-yJ(a){var
-a=g2(a),b=S;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stdout.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
+AD(a){var
+a=hl(a),b=X;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stdout.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
 c=b.console;c&&c.log&&c.log(a)}}function
-e8(c,e,d,a){if(ao.fds===undefined)ao.fds=new
+fo(c,e,d,a){if(au.fds===undefined)au.fds=new
 Array();a=a?a:{};var
-b={};b.file=d;b.offset=a.append?d.length():0;b.flags=a;b.output=e;ao.fds[c]=b;if(!ao.fd_last_idx||c>ao.fd_last_idx)ao.fd_last_idx=c;return c}function
-yP(c,b,g){var
+b={};b.file=d;b.offset=a.append?d.length():0;b.flags=a;b.output=e;au.fds[c]=b;if(!au.fd_last_idx||c>au.fd_last_idx)au.fd_last_idx=c;return c}function
+AJ(c,b,g){var
 a={};while(b){switch(b[1]){case
 0:a.rdonly=1;break;case
 1:a.wronly=1;break;case
@@ -681,59 +681,59 @@ a={};while(b){switch(b[1]){case
 5:a.excl=1;break;case
 6:a.binary=1;break;case
 7:a.text=1;break;case
-8:a.nonblock=1;break}b=b[2]}if(a.rdonly&&a.wronly)ad(cl(c)+k8);if(a.text&&a.binary)ad(cl(c)+lh);var
-d=l7(c),e=d.device.open(d.rest,a),f=ao.fd_last_idx?ao.fd_last_idx:0;return e8(f+1,lY,e,a)}e8(0,lY,new
-aG(aA(0)));e8(1,yJ,new
-aG(aA(0)));e8(2,yI,new
-aG(aA(0)));function
-yv(a){var
-c=ao.fds[a];if(c.flags.wronly)ad(lw+a+" is writeonly");var
-d=null;if(a==0&&dP()){var
-e=require("fs");d=function(){return b3(e.readFileSync(0,kP))}}var
-b={file:c.file,offset:c.offset,fd:a,opened:true,out:false,refill:d};b2[b.fd]=b;return b.fd}function
-lT(c){var
-b=ao.fds[c];if(b.flags.rdonly)ad(lw+c+" is readonly");var
-a={file:b.file,offset:b.offset,fd:c,opened:true,out:true,buffer:Q};b2[a.fd]=a;return a.fd}function
-yw(){var
+8:a.nonblock=1;break}b=b[2]}if(a.rdonly&&a.wronly)ae(cq(c)+lS);if(a.text&&a.binary)ae(cq(c)+l3);var
+d=mR(c),e=d.device.open(d.rest,a),f=au.fd_last_idx?au.fd_last_idx:0;return fo(f+1,mI,e,a)}fo(0,mI,new
+aK(aG(0)));fo(1,AD,new
+aK(aG(0)));fo(2,AC,new
+aK(aG(0)));function
+Ap(a){var
+c=au.fds[a];if(c.flags.wronly)ae(mg+a+" is writeonly");var
+d=null;if(a==0&&dY()){var
+e=require("fs");d=function(){return b7(e.readFileSync(0,lz))}}var
+b={file:c.file,offset:c.offset,fd:a,opened:true,out:false,refill:d};b6[b.fd]=b;return b.fd}function
+mD(c){var
+b=au.fds[c];if(b.flags.rdonly)ae(mg+c+" is readonly");var
+a={file:b.file,offset:b.offset,fd:c,opened:true,out:true,buffer:U};b6[a.fd]=a;return a.fd}function
+Aq(){var
 b=0;for(var
-a=0;a<b2.length;a++)if(b2[a]&&b2[a].opened&&b2[a].out)b=[0,b2[a].fd,b];return b}function
-dN(a,b){return+(lH(a,b,false)!=0)}function
-bh(b,c,a){if(a&&S.toplevelReloc)b=S.toplevelReloc(a);ao[b+1]=c;if(a)ao[a]=c}function
-yC(a,b){lV[cl(a)]=b;return 0}function
-yE(){aB(gL)}function
-a5(b,a){if(a>>>0>=aj(b))yE();return dO(b,a)}function
-a0(a){return a}function
-yF(){return 0x7FFFFFFF/4|0}function
-g1(a){var
+a=0;a<b6.length;a++)if(b6[a]&&b6[a].opened&&b6[a].out)b=[0,b6[a].fd,b];return b}function
+dW(a,b){return+(mr(a,b,false)!=0)}function
+bq(b,c,a){if(a&&X.toplevelReloc)b=X.toplevelReloc(a);au[b+1]=c;if(a)au[a]=c}function
+Aw(a,b){mF[cq(a)]=b;return 0}function
+Ay(){aH(g6)}function
+a9(b,a){if(a>>>0>=ao(b))Ay();return dX(b,a)}function
+a4(a){return a}function
+Az(){return 0x7FFFFFFF/4|0}function
+hk(a){var
 b=1;while(a&&a.joo_tramp){a=a.joo_tramp.apply(null,a.joo_args);b++}return a}function
-aJ(b,a){return{joo_tramp:b,joo_args:a}}function
-lX(a){return a}function
-l0(a){if(a
+aN(b,a){return{joo_tramp:b,joo_args:a}}function
+mH(a){return a}function
+mK(a){if(a
 instanceof
-Array)return a;if(S.RangeError&&a
+Array)return a;if(X.RangeError&&a
 instanceof
-S.RangeError&&a.message&&a.message.match(/maximum call stack/i))return lX(ao.Stack_overflow);if(S.InternalError&&a
+X.RangeError&&a.message&&a.message.match(/maximum call stack/i))return mH(au.Stack_overflow);if(X.InternalError&&a
 instanceof
-S.InternalError&&a.message&&a.message.match(/too much recursion/i))return lX(ao.Stack_overflow);if(a
+X.InternalError&&a.message&&a.message.match(/too much recursion/i))return mH(au.Stack_overflow);if(a
 instanceof
-S.Error&&cD(kZ))return[0,cD(kZ),a];return[0,ao.Failure,b3(String(a))]}function
-L(a,b){return a+b}function
-l1(a,b){return a<b?-1:a>b?1:0}function
-x(a,b){return a===b?1:0}function
-V(a,b){return a<=b?1:0}function
-l2(b,a){return b<<BigInt(a)}function
-M(a,b){return a<b?1:0}function
-a$(a){return-a}function
+X.Error&&cL(lJ))return[0,cL(lJ),a];return[0,au.Failure,b7(String(a))]}function
+M(a,b){return a+b}function
+mL(a,b){return a<b?-1:a>b?1:0}function
+w(a,b){return a===b?1:0}function
+N(a,b){return a<=b?1:0}function
+mM(b,a){return b<<BigInt(a)}function
+Q(a,b){return a<b?1:0}function
+aS(a){return-a}function
 B(a,b){return a*b}function
-bq(a){return BigInt(a)}function
-yH(b){S.fairauditVerified=function(a){return cl(cA(b,[p(a)]))}}function
-g3(b,a){return b>>BigInt(a)}function
-ba(a,b){return a-b}function
-l3(a){return Number(a)}function
-l4(a,b){return a/b}function
-yr(a){switch(a[2]){case-8:case-11:case-12:return 1;default:return 0}}function
-x9(b){var
-a=Q;if(b[0]==0){a+=b[1][1];if(b.length==3&&b[2][0]==0&&yr(b[1]))var
+bf(a){return BigInt(a)}function
+AB(b){X.fairauditVerified=function(a){return cq(cI(b,[s(a)]))}}function
+hm(b,a){return b>>BigInt(a)}function
+ap(a,b){return a-b}function
+mN(a){return Number(a)}function
+mO(a,b){return a/b}function
+Al(a){switch(a[2]){case-8:case-11:case-12:return 1;default:return 0}}function
+z3(b){var
+a=U;if(b[0]==0){a+=b[1][1];if(b.length==3&&b[2][0]==0&&Al(b[1]))var
 e=b[2],f=1;else
 var
 f=2,e=b;a+="(";for(var
@@ -742,267 +742,267 @@ c=e[d];if(typeof
 c=="number")a+=c.toString();else
 if(c
 instanceof
-bF)a+=e0+c.toString()+e0;else
+bL)a+=fg+c.toString()+fg;else
 if(typeof
-c=="string")a+=e0+c.toString()+e0;else
+c=="string")a+=fg+c.toString()+fg;else
 a+="_"}a+=")"}else
-if(b[0]==aS)a+=b[1];return a}function
-lL(a){if(a
+if(b[0]==aX)a+=b[1];return a}function
+mv(a){if(a
 instanceof
-Array&&(a[0]==0||a[0]==aS)){var
-c=cD("Printexc.handle_uncaught_exception");if(c)c(a,false);else{var
-d=x9(a),b=cD(kO);if(b)b(0);S.console.error("Fatal error: exception "+d+"\n")}}else
+Array&&(a[0]==0||a[0]==aX)){var
+c=cL("Printexc.handle_uncaught_exception");if(c)c(a,false);else{var
+d=z3(a),b=cL(ly);if(b)b(0);X.console.error("Fatal error: exception "+d+"\n")}}else
 throw a}function
-yD(){var
-a=S;if(a.process&&a.process.on)a.process.on("uncaughtException",function(b,c){lL(b);a.process.exit(2)});else
-if(a.addEventListener)a.addEventListener("error",function(a){if(a.error)lL(a.error)})}yD();function
-y(a,b){return a.length==1?a(b):cA(a,[b])}function
-ar(a,b,c){return a.length==2?a(b,c):cA(a,[b,c])}function
-xV(a,b,c,d){return a.length==3?a(b,c,d):cA(a,[b,c,d])}x$();var
-g7=[aS,p(lu),-1],g9=[aS,p(kV),-2],g6=[aS,p(gA),-3],g5=[aS,p(la),-4],g8=[aS,p(lg),-9],ap=[aS,p(lp),-11],xA=[0,[0,[0,[0,0]]]],xB=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],xC=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xB]]]]]]]]]]],xD=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xC]]]]]]]]]]],xE=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xD]]]]]]]]]]],xF=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xE]]]]]]]]]]],xG=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]]],xH=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xG]]]]]]]]]]],xI=[0,0],xJ=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],xK=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xJ]]]]]]]]]]],xL=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xK]]]]]]]]]]],xM=[0,[0,[0,[0,[0,0]]]]],xN=[0,[0,[0,[0,[0,0]]]]],xO=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],xP=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],di=m([[0,48,[0,[0,[0,0,0],0],0]],[0,49,[0,[0,[0,0,0],0],1]],[0,50,[0,[0,[0,0,0],1],0]],[0,51,[0,[0,[0,0,0],1],1]],[0,52,[0,[0,[0,0,1],0],0]],[0,53,[0,[0,[0,0,1],0],1]],[0,54,[0,[0,[0,0,1],1],0]],[0,55,[0,[0,[0,0,1],1],1]],[0,56,[0,[0,[0,1,0],0],0]],[0,57,[0,[0,[0,1,0],0],1]],[0,97,[0,[0,[0,1,0],1],0]],[0,98,[0,[0,[0,1,0],1],1]],[0,99,[0,[0,[0,1,1],0],0]],[0,q,[0,[0,[0,1,1],0],1]],[0,a,[0,[0,[0,1,1],1],0]],[0,z,[0,[0,[0,1,1],1],1]],[0,65,[0,[0,[0,1,0],1],0]],[0,66,[0,[0,[0,1,0],1],1]],[0,67,[0,[0,[0,1,1],0],0]],[0,68,[0,[0,[0,1,1],0],1]],[0,69,[0,[0,[0,1,1],1],0]],[0,70,[0,[0,[0,1,1],1],1]]]),fs=[0,[0,[0,0,0],0],0],xQ=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],xR=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xQ]]]]]]]]]]],xS=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xR]]]]]]]]]]],xT=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xS]]]]]]]]]]],xU=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xT]]]]]]]]]]];bh(11,[aS,p(kN),-12],kN);bh(10,ap,lp);bh(9,[aS,p(k_),-10],k_);bh(8,g8,lg);bh(7,[aS,p(k4),-8],k4);bh(6,[aS,p(ld),-7],ld);bh(5,[aS,p(lk),-6],lk);bh(4,[aS,p(kY),-5],kY);bh(3,g5,la);bh(2,g6,gA);bh(1,g9,kV);bh(0,g7,lu);var
-l9=p(lb),l_=p("false"),mb=p("\\\\"),mc=p("\\'"),md=p("\\b"),me=p("\\t"),mf=p("\\n"),mg=p("\\r"),ma=p("Char.chr"),mj=p("String.blit / Bytes.blit_string"),mi=p("Bytes.blit"),mh=p("String.sub / Bytes.sub"),ml=p(Q),mk=p("String.concat"),mm=p("Array.blit"),mp=p("Buffer.add: cannot grow buffer"),mo=[0,p(li),93,2],mn=[0,p(li),94,2],my=p("%c"),mz=p("%s"),mA=p(kM),mB=p(k3),mC=p(k$),mD=p(kQ),mE=p("%f"),mF=p("%B"),mG=p("%{"),mH=p("%}"),mI=p("%("),mJ=p("%)"),mK=p("%a"),mL=p("%t"),mM=p("%?"),mN=p("%r"),mO=p("%_r"),mP=[0,p(az),850,23],m0=[0,p(az),814,21],mS=[0,p(az),815,21],m1=[0,p(az),818,21],mT=[0,p(az),819,21],m2=[0,p(az),822,19],mU=[0,p(az),823,19],m3=[0,p(az),826,22],mV=[0,p(az),827,22],m4=[0,p(az),831,30],mW=[0,p(az),832,30],mY=[0,p(az),836,26],mQ=[0,p(az),837,26],mZ=[0,p(az),846,28],mR=[0,p(az),847,28],mX=[0,p(az),851,23],n7=p(k9),n5=[0,p(az),1558,4],n6=p("Printf: bad conversion %["),n8=[0,p(az),1626,39],n9=[0,p(az),1649,31],n_=[0,p(az),1650,31],n$=p("Printf: bad conversion %_"),oa=p("@{"),ob=p("@["),n3=p(gE),n1=p("neg_infinity"),n2=p(lt),n0=p(c4),nV=[0,A],nJ=p("%+nd"),nK=p("% nd"),nM=p("%+ni"),nN=p("% ni"),nO=p("%nx"),nP=p("%#nx"),nQ=p("%nX"),nR=p("%#nX"),nS=p("%no"),nT=p("%#no"),nI=p("%nd"),nL=p(k$),nU=p("%nu"),nw=p("%+ld"),nx=p("% ld"),nz=p("%+li"),nA=p("% li"),nB=p("%lx"),nC=p("%#lx"),nD=p("%lX"),nE=p("%#lX"),nF=p("%lo"),nG=p("%#lo"),nv=p("%ld"),ny=p(k3),nH=p("%lu"),nj=p("%+Ld"),nk=p("% Ld"),nm=p("%+Li"),nn=p("% Li"),no=p("%Lx"),np=p("%#Lx"),nq=p("%LX"),nr=p("%#LX"),ns=p("%Lo"),nt=p("%#Lo"),ni=p("%Ld"),nl=p(kQ),nu=p("%Lu"),m8=p("%+d"),m9=p("% d"),m$=p("%+i"),na=p("% i"),nb=p("%x"),nc=p("%#x"),nd=p("%X"),ne=p("%#X"),nf=p("%o"),ng=p("%#o"),m7=p(lj),m_=p(kM),nh=p(k9),mq=p("@]"),mr=p("@}"),ms=p("@?"),mt=p("@\n"),mu=p("@."),mv=p("@@"),mw=p("@%"),mx=p("@"),m5=p("CamlinternalFormat.Type_mismatch"),of=dM(8,0,0),og=[0,1779033703,-1150833019,1013904242,-1521486534,1359893119,-1694144372,528734635,1541459225],oh=[0,[5,6,[0,2,8],0,0],p("%08lx")],oi=p(Q),oc=[0,1116352408,1899447441,-1245643825,-373957723,961987163,1508970993,-1841331548,-1424204075,-670586216,310598401,607225278,1426881987,1925078388,-2132889090,-1680079193,-1046744716,-459576895,-272742522,264347078,604807628,770255983,1249150122,1555081692,1996064986,-1740746414,-1473132947,-1341970488,-1084653625,-958395405,-710438585,113926993,338241895,666307205,773529912,1294757372,1396182291,1695183700,1986661051,-2117940946,-1838011259,-1564481375,-1474664885,-1035236496,-949202525,-778901479,-694614492,-200395387,275423344,430227734,506948616,659060556,883997877,958139571,1322822218,1537002063,1747873779,1955562222,2024104815,-2067236844,-1933114872,-1866530822,-1538233109,-1090935817,-965641998],oo=[0,0],op=[0,0],oZ=[0,h,[0,l,[0,j,[0,j,0]]]],o0=[0,b,[0,i,[0,l,[0,a,0]]]],o1=[0,z,[0,97,[0,j,[0,c,[0,a,0]]]]],pc=m([d,c,32,h,e,b,32,e,h,a,32,e,z,32,b,n,e,c,a,32,b,n,97,b,32,b,n,a,i,a,32,97,i,a]),pm=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xA]]]]]]]]]]],pS=[0,1],pT=[0,2],p2=[0,0,0],t3=[0,[6,0],0],uG=[0,[6,0],0],u4=[0,0,0],vC=[0,0,0],vE=[0,[6,0],0],vD=m([c,l,98,ai,a,99,b,46,q,a,99,j,97,i,a,q,46,98,J,95,99,e,h,b,a,ah,b]),wn=m([n,97,c,32,97,32,j,97,c,b,32,j,d,h,a,32,b,n,97,b,32,q,e,a,c,32,h,e,b,32,a,h,q]),xm=m([97,32,99,j,97,d,s,32,j,d,c,b,c,32,97,c,c,l,s,t,b,d,e,h,c,32,b,n,97,b,32,d,b,32,q,e,a,c,32,h,e,b,32,i,a,c,b,32,e,h]),xn=m([b,n,a,32,b,97,98,j,a,32,d,c,32,h,e,b,32,97,c,32,b,n,a,32,z,e,i,s,97,b,32,q,a,s,97,h,q,c]),xk=[0,t,[0,e,[0,j,[0,d,[0,99,[0,J,0]]]]]],xl=m([z,97,d,i,97,l,q,d,b,45,99,a,i,b,d,z,d,99,97,b,a,47,49]),w5=[6,0],w4=[0,0,0],xg=[0,0,0],xh=m([b,n,a,32,97,c,c,l,s,t,b,d,e,h,c,32,e,z,32,b,n,a,32,99,j,97,d,s,c]),xf=[6,0],xd=[0,0,0],xe=m([c,l,98,ai,a,99,b,46,c,t,a,j,j,d,h,A,c]),w6=[0,c,[0,l,[0,98,[0,ai,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],w7=m([b,n,a,32,b,97,98,j,a,32,z,d,j,a]),w8=m([c,l,98,ai,a,99,b,46,99,e,j,l,s,h,c]),w9=m([c,l,98,ai,a,99,b,46,t,e,t,l,j,97,b,d,e,h]),w_=m([c,l,98,ai,a,99,b,46,aF,d,h,q]),w$=m([c,l,98,ai,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),xa=m([c,l,98,ai,a,99,b,46,b,97,98,j,a,46,c,n,97,50,53,54]),xb=m([b,n,a,32,b,97,98,j,a,32,A,d,E,a,c,32,q,i,97,H,c,32,z,e,i,32,c,e,s,a,32,i,e,H,c,32,e,z,32,b,n,a,32,t,e,j,d,99,J,32,e,h,j,J]),xc=m([b,n,a,32,i,e,H,c,32,e,z,32,b,n,a,32,t,e,j,d,99,J,32,97,i,a,32,h,e,b,32,d,h,32,e,i,q,a,i]),w3=m([b,n,a,32,b,97,98,j,a,32,j,97,99,aF,c,32,97,32,i,e,H,32,e,z,32,b,n,a,32,t,e,j,d,99,J,32,z,e,i,32,H,n,97,b,32,b,n,a,32,z,d,j,b,a,i,c,32,99,97,h,32,i,a,j,a,97,c,a]),xi=m([b,n,a,32,b,97,98,j,a,32,d,c,32,a,s,t,b,J]),xj=[0,0],w2=[0,[6,0],0],wV=[0,[6,0],0],wW=[0,[0,[6,0],0]],wF=[6,0],wE=[0,0,0],wU=[6,0],wG=[0,0,0],wH=m([b,n,a,32,l,b,d,j,d,b,J,32,d,c,32,d,h,32,c,l,98,ai,a,99,b,46,99,j,97,c,c]),wS=[0,0,0],wT=m([c,l,98,ai,a,99,b,46,c,t,a,j,j,d,h,A,c]),wI=[0,c,[0,l,[0,98,[0,ai,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],wJ=m([b,n,a,32,b,97,98,j,a,32,z,d,j,a]),wK=m([c,l,98,ai,a,99,b,46,99,e,j,l,s,h,c]),wL=m([c,l,98,ai,a,99,b,46,t,e,t,l,j,97,b,d,e,h]),wM=m([c,l,98,ai,a,99,b,46,aF,d,h,q]),wN=m([c,l,98,ai,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),wO=m([c,l,98,ai,a,99,b,46,b,97,98,j,a,46,c,n,97,50,53,54]),wP=m([n,97,c,32,l,b,d,j,d,b,d,a,c,32,98,a,j,e,H,32,48,44,32,e,z,32,H,n,d,99,n,32,q,d,z,z,a,i,a,h,99,a,c,32,n,97,E,a,32,b,e,32,98,a,32,c,b,97,b,a,q]),wQ=m([n,97,c,32,d,h,b,a,i,E,97,j,c,44,32,H,n,d,99,n,32,97,i,a,32,h,e,b,32,z,e,i,32,t,i,e,98,97,98,d,j,d,b,d,a,c]),wR=m([n,97,c,32,d,h,b,a,i,E,97,j,c,44,32,H,n,d,99,n,32,q,e,32,h,e,b,32,A,e,32,H,d,b,n,32,97,32,99,j,97,c,c,32,e,z,32,l,b,d,j,d,b,d,a,c]),wX=[0,0],wY=[0,0],wZ=[0,0],w0=m([b,n,a,32,b,97,98,j,a,32,d,c,32,a,s,t,b,J]),w1=[0,0],wA=[0,0,0],wy=[0,0,0],wz=[0,0,0],wB=[0,0,0],wC=[0,0,0],wD=[0,0,0],ww=[0,0],wu=[0,0,0],wt=[0,s,[0,a,[0,b,[0,i,[0,d,[0,99,[0,c,[0,46,0]]]]]]]],wr=m([c,l,98,ai,a,99,b,46,l,b,d,j,d,b,J,46]),ws=m([98,l,i,q,a,h,32,s,l,c,b,32,98,a,32,b,i,l,a,32,H,n,a,i,a,32,d,b,32,d,c,32,c,b,97,b,a,q]),wq=[0,0],wp=m([b,n,a,32,b,97,98,j,a,32,d,c,32,h,e,b,32,b,n,a,32,99,97,h,e,h,d,99,97,j,32,b,a,ah,b,32,e,z,32,d,b,c,32,E,97,j,l,a,c]),wo=m([d,c,32,h,e,b,32,74,83,79,78,32,97,c,32,b,n,a,32,z,e,i,s,97,b,32,n,97,c,32,d,b]),wi=m([32,40,q,a,99,j,97,i,a,q,41]),wj=m([44,32,97,h,q,32,z,e,i,32,b,n,a,32,c,97,s,a,32,q,a,99,d,c,d,e,h,32,97,h,q,32,99,e,h,b,a,ah,b,32,b,n,a,32,l,b,d,j,d,b,d,a,c,32,e,z,32,b,H,e,32,A,i,e,l,t,c,32,q,d,z,z,a,i,32,98,J,32,97,b,32,s,e,c,b,32]),wk=[0,32,[0,97,[0,h,[0,q,[0,32,0]]]]],wl=m([a,E,a,i,J,32,l,b,d,j,d,b,J,32,d,c,32,98,a,b,H,a,a,h,32]),wg=m([32,98,a,n,d,h,q,32,b,n,a,32,z,d,j,b,a,i,32,40,q,a,99,j,97,i,a,q,41]),wh=m([a,E,a,i,J,32,99,e,s,t,97,i,a,q,32,A,i,e,l,t,39,c,32,a,ah,t,a,99,b,a,q,32,l,b,d,j,d,b,J,32,d,c,32,97,b,32,j,a,97,c,b,32]),v9=[0,[6,0],0],v4=[0,1],wc=[0,0],v5=[0,[0,0,0]],v6=[0,[0,0,0]],v7=[0,[0,0,0]],wa=[0,[0,0,0]],v8=m([j,e,99,97,j,95,i,97,b,d,e,95,c,l,t,i,a,s,l,s]),v_=[0,[0,0,0]],v$=[0,[0,0,0]],wb=[0,[0,0,0]],v2=m([s,l,c,b,32,98,a,32,97,h,32,e,98,ai,a,99,b,32,e,i,32,h,l,j,j]),v1=[0,[0,0]],v3=m([s,l,c,b,32,98,a,32,97,h,32,e,98,ai,a,99,b,32,e,i,32,h,l,j,j]),v0=[0,[6,0],0],vQ=[0,z,[0,j,[0,e,[0,e,[0,i,0]]]]],vR=[0,84,[0,51,0]],vS=[0,84,[0,49,0]],vT=[0,84,[0,49,[0,45,[0,t,[0,97,[0,t,[0,a,[0,i,0]]]]]]]],vU=[0,84,[0,52,0]],vV=[0,84,[0,50,0]],vW=[7,0],vX=[0,84,[0,49,[0,50,0]]],vY=[0,84,[0,51,0]],vZ=[0,84,[0,56,0]],vN=m([s,l,c,b,32,n,97,E,a,32,s,l,j,b,d,t,j,d,a,i,c]),vF=[0,0,0],vG=m([c,l,98,ai,a,99,b,46,q,a,99,j,97,i,a,q,46,A,j,e,98,97,j,95,b,97,l]),vB=m([c,l,98,ai,a,99,b,46,q,a,99,j,97,i,a,q,46]),vv=m([c,l,98,ai,a,99,b,46,t,i,d,E,97,99,J,46]),vw=m([46,97,b,b,i,d,98,l,b,a,c]),vx=m([46,a,ah,t,95,a,t,c,d,j,e,h]),vy=[0,[6,0],0],vz=[0,[6,0],0],vA=[0,[6,1],0],vk=[0,[0,0]],vj=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xF]]]]]]]]]]],vg=m([j,d,c,b,c,32,97,32,99,e,h,b,a,ah,b,32,b,H,d,99,a]),vh=m([s,l,c,b,32,h,e,b,32,98,a,32,a,s,t,b,J]),vf=m([n,97,c,32,97,32,q,i,d,z,b,32,e,z,32,s,e,i,a,32,b,n,97,h,32,49]),vi=[0,0],ve=m([s,l,c,b,32,n,97,E,a,32,A,97,s,s,97,44,32,s,32,e,i,32,b,97,l]),vd=[0,0],vc=m([q,e,a,c,32,h,e,b,32,j,d,c,b,32,a,E,a,i,J,32,b,i,l,a,32,99,a,j,j,44,32,e,i,32,c,e,s,a,32,b,n,97,b,32,97,i,a,32,h,e,b,32,h,a,a,q,a,q]),vb=m([d,c,32,h,e,b,32,b,n,a,32,h,a,ah,b,32,b,i,l,a,32,99,a,j,j]),u_=[0,1],u$=m([n,97,c,32,q,i,97,H,c,32,b,n,97,b,32,q,e,32,h,e,b,32,z,d,b,32,d,b,c,32,H,a,d,A,n,b,c]),u8=m([n,97,c,32,H,a,d,A,n,b,c,32,b,n,97,b,32,q,e,32,h,e,b,32,c,l,s,32,b,e,32,49]),u9=m([d,c,32,e,l,b,32,e,z,32,i,97,h,A,a]),va=[0,0],u6=m([s,l,c,b,32,n,97,E,a,32,i,a,j,a,97,c,a,c,32,z,i,e,s,32,50,32,b,e,32,49,48,48,48,48]),u5=m([n,97,c,32,z,a,H,a,i,32,b,n,97,h,32,b,H,e,32,b,i,l,a,32,A,i,e,l,t,c]),u3=m([s,l,c,b,32,n,97,E,a,32,z,97,99,b,e,i,c,32,b,n,97,b,32,99,e,E,a,i,32,b,n,a,32,99,e,j,l,s,h,c,32,b,e,A,a,b,n,a,i]),uZ=m([n,97,c,32,t,i,e,98,97,98,d,j,d,b,d,a,c,32,b,n,97,b,32,q,e,32,h,e,b,32,c,l,s,32,b,e,32,49]),u0=m([s,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),u1=m([s,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),u2=m([s,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),uX=m([t,i,e,98,97,98,d,j,d,b,d,a,c]),uH=[0,0,0],uI=[0,[6,0],0],uJ=[0,[6,0],0],uK=[0,h,[0,e,[0,h,[0,a,0]]]],uL=[0,[0,0]],us=[0,58,[0,32,0]],ut=[0,44,[0,32,[0,j,[0,d,[0,s,[0,d,[0,b,[0,32,0]]]]]]]],uu=[0,32,0],uv=[0,58,[0,32,0]],uw=[0,b,[0,97,[0,i,[0,A,[0,a,[0,b,[0,c,0]]]]]]],ux=[0,b,[0,n,[0,d,[0,c,[0,32,[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]]]]]]],uy=[0,0,0],uB=[0,[6,0],0],uC=[0,[6,0],0],uD=[0,[6,0],0],uE=[0,[6,0],0],uz=m([n,97,c,32,97,32,aF,a,J,32,b,n,97,b,32,A,e,a,c,32,H,d,b,n,32,e,b,n,a,i,32,b,97,i,A,a,b,c]),uA=m([b,n,a,32,j,d,s,d,b,32,e,z,32,97,32,i,97,b,d,e,32,s,l,c,b,32,98,a,32,97,b,32,j,a,97,c,b,32,49]),uF=[0,q,[0,d,[0,z,[0,z,[0,a,[0,i,[0,a,[0,h,[0,99,[0,a,0]]]]]]]]]],uo=[0,[6,0],0],up=[0,[6,0],0],uq=[0,[6,0],0],ur=[0,[6,0],0],un=m([t,e,t,l,j,97,b,d,e,h,32,97,b,32,99,e,h,z,d,q,a,h,99,a,32]),t2=[6,0],t1=[6,0],tW=[0,32,[0,98,[0,J,[0,32,0]]]],tX=[0,32,0],tY=[0,32,0],tZ=[0,58,[0,32,0]],t0=[0,99,[0,j,[0,97,[0,d,[0,s,[0,c,0]]]]]],tV=[0,0],tP=m([A,j,e,98,97,j,95,i,97,b,d,e,95,c,l,t,i,a,s,l,s]),tQ=m([j,e,99,97,j,95,i,97,b,d,e,95,c,l,t,i,a,s,l,s]),tR=[0,0,3],tS=m([q,a,s,e,A,i,97,t,n,d,99,95,t,97,i,d,b,J]),tT=[0,1,2],tU=m([a,bX,l,97,j,d,cx,a,q,95,e,q,q,c]),tm=[1,1],tn=m([a,bX,l,97,j,d,cx,a,q,95,e,q,q,c,95,b,i,l,a,95,j,97,98,a,j,95,e,E,a,i,97,j,j]),to=[0,1],tp=m([a,bX,l,97,j,95,e,t,t,e,i,b,l,h,d,b,J,95,e,E,a,i,97,j,j]),tq=[1,0],tr=m([a,bX,l,97,j,d,cx,a,q,95,e,q,q,c,95,b,i,l,a,95,j,97,98,a,j]),ts=[0,0],tt=m([a,bX,l,97,j,95,e,t,t,e,i,b,l,h,d,b,J]),s_=[0,0],s$=[0,1],ta=[0,0],tb=m([n,97,c,32,e,b,n,a,i,32,aF,a,J,c,32,b,n,97,h,32,d,b,32,s,97,J,32,n,97,E,a]),sM=m([s,l,c,b,32,n,97,E,a,32,b,H,a,j,E,a,32,q,a,99,d,s,97,j,c]),sK=[0,48,0],sJ=[0,0],sH=[0,0,1,0,1,0,0],sI=[0,0,0,0,1,0,0],sA=m([s,l,c,b,32,n,97,E,a,32,50,32,a,h,b,i,d,a,c]),sB=m([s,l,c,b,32,n,97,E,a,32,50,32,a,h,b,i,d,a,c]),sC=m([s,l,c,b,32,n,97,E,a,32,50,32,a,h,b,i,d,a,c]),sy=[0,93,0],sz=[0,91,0],rP=[0,[0,0]],rN=[0,0],rL=m([t,97,d,i,c,32,s,l,c,b,32,d,h,99,i,a,97,c,a]),rM=[0,0],rJ=m([h,l,s,98,a,i,c,32,s,l,c,b,32,d,h,99,i,a,97,c,a]),rF=m([s,l,c,b,32,98,a,32,t,e,c,d,b,d,E,a]),rE=m([s,l,c,b,32,n,97,E,a,32,50,32,a,h,b,i,d,a,c]),rG=m([s,l,c,b,32,n,97,E,a,32,50,32,a,h,b,i,d,a,c]),rH=m([s,l,c,b,32,n,97,E,a,32,50,32,a,h,b,i,d,a,c]),ry=[0,0],rz=m([z,a,97,b,l,i,a,c,32,q,d,z,z,a,i,32,98,a,b,H,a,a,h,32,A,i,e,l,t,c,44,32,98,l,b,32,b,n,a,32,99,j,97,c,c,32,d,c,32,98,j,d,h,q]),rA=m([z,a,97,b,l,i,a,c,32,s,l,c,b,32,n,97,E,a,32,e,h,a,32,j,d,c,b,32,z,e,i,32,a,97,99,n,32,99,a,j,j,32,97,h,q,32,q,a,99,d,c,d,e,h]),rC=[0,0],rB=m([97,32,99,e,h,c,b,i,97,d,h,b,32,h,97,s,a,c,32,H,n,97,b,32,b,n,a,32,b,97,98,j,a,32,q,e,a,c,32,h,e,b,32,n,97,E,a]),rs=m([b,n,a,32,s,a,b,i,d,99,32,s,l,c,b,32,n,97,E,a,32,97,32,i,e,H,32,z,e,i,32,a,97,99,n,32,A,i,e,l,t]),rt=m([97,32,98,j,d,h,q,32,99,j,97,c,c,32,n,97,c,32,h,e,32,76,d,t,c,99,n,d,b,cx,32,99,e,h,c,b,97,h,b]),ru=m([b,97,l,32,s,l,c,b,32,98,a,32,97,b,32,s,e,c,b,32,A,97,s,s,97]),rv=m([A,97,s,s,97,32,s,l,c,b,32,98,a,32,t,e,c,d,b,d,E,a,32,97,h,q,32,97,b,32,j,a,97,c,b,32,s]),rw=[0,97,[0,j,[0,j,0]]],rx=[0,t,[0,97,[0,d,[0,i,0]]]],ro=m([s,l,c,b,32,n,97,E,a,32,50,32,a,h,b,i,d,a,c]),rp=m([h,97,s,a,c,32,97,32,q,a,99,d,c,d,e,h,32,b,n,97,b,32,b,n,a,32,b,97,98,j,a,32,q,e,a,c,32,h,e,b,32,n,97,E,a]),rq=m([s,l,c,b,32,n,97,E,a,32,50,32,a,h,b,i,d,a,c]),rr=m([s,l,c,b,32,n,97,E,a,32,50,32,a,h,b,i,d,a,c]),rn=m([n,97,c,32,97,32,j,e,H,a,i,32,a,h,q,32,97,98,e,E,a,32,b,n,a,32,l,t,t,a,i,32,a,h,q]),rh=m([h,97,s,a,c,32,97,32,A,i,e,l,t,44,32,98,l,b,32,b,n,a,32,99,j,97,c,c,32,d,c,32,98,j,d,h,q]),rg=m([s,l,c,b,32,n,97,E,a,32,52,32,a,h,b,i,d,a,c]),ri=m([s,l,c,b,32,n,97,E,a,32,52,32,a,h,b,i,d,a,c]),rj=m([s,l,c,b,32,n,97,E,a,32,52,32,a,h,b,i,d,a,c]),rk=m([s,l,c,b,32,n,97,E,a,32,52,32,a,h,b,i,d,a,c]),rl=m([s,l,c,b,32,n,97,E,a,32,52,32,a,h,b,i,d,a,c]),rf=m([d,c,32,h,e,b,32,97,32,s,a,b,i,d,99]),qP=m([t,e,c,d,b,d,E,a,32,q,a,99,d,c,d,e,h,c,32,97,i,a,32,h,e,b,32,d,h,32,b,n,a,32,e,i,q,a,i,32,e,z,32,b,n,a,32,q,a,99,d,c,d,e,h,c]),qQ=[0,0],qN=m([n,97,c,32,h,e,32,q,a,99,d,c,d,e,h,c,32,e,z,32,l,h,aF,h,e,H,h,32,A,i,e,l,t]),qO=m([n,97,c,32,97,32,99,a,j,j,32,97,z,b,a,i,32,b,n,a,32,q,a,99,d,c,d,e,h,c,32,e,z,32,l,h,aF,h,e,H,h,32,A,i,e,l,t]),qL=[0,0],qM=[0,0],qB=[0,0],qD=[0,1],qE=m([q,a,99,d,c,d,e,h,c,32,e,z,32,l,h,aF,h,e,H,h,32,A,i,e,l,t,32,q,e,32,h,e,b,32,A,e,32,H,d,b,n,32,b,n,97,b]),qF=m([s,l,c,b,32,98,a,32,b,i,l,a,32,H,n,a,i,a,32,d,b,32,d,c,32,c,b,97,b,a,q]),qC=m([s,l,c,b,32,98,a,32,b,i,l,a,32,H,n,a,i,a,32,d,b,32,d,c,32,c,b,97,b,a,q]),qG=[0,0],qH=[0,0],qI=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xH]]]]]]]]]]],qJ=[0,0],qK=m([z,97,d,i,97,l,q,d,b,45,b,97,98,j,a,47,49]),qv=m([e,h,j,J,32,99,e,l,h,b,c,32,n,97,E,a,32,b,i,l,a,32,j,97,98,a,j,c]),qw=[0,a,[0,bX,[0,l,[0,97,[0,j,0]]]]],qx=[0,H,[0,a,[0,d,[0,A,[0,n,[0,b,[0,c,0]]]]]]],qy=[0,99,[0,e,[0,l,[0,h,[0,b,[0,c,0]]]]]],qz=m([t,i,e,98,97,98,d,j,d,b,d,a,c]),qA=[0,99,[0,e,[0,l,[0,h,[0,b,[0,c,0]]]]]],qs=m([h,97,s,a,c,32,97,32,99,e,j,l,s,h,32,b,H,d,99,a]),qt=m([s,l,c,b,32,h,97,s,a,32,97,b,32,j,a,97,c,b,32,e,h,a,32,99,e,j,l,s,h,32,e,z,32,A,i,e,l,t,c]),qu=[0,0],p6=[0,0],p7=[0,0],p8=[0,0],p3=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xI]]]]]]]]]]],p0=[0,0],pZ=[0,1],pY=[0,0],p1=[0,0],pX=[0,0],pU=[0,1],pV=[0,1],pW=[0,2],pJ=[0,1],pK=[0,3],pL=[0,2],pM=[0,0],pG=[0,[0,0],[0,[0,1],[0,[1,0],[0,[1,1],0]]]],pH=[0,0,[0,1,[0,2,[0,3,[0,4,[0,5,[0,6,[0,7,0]]]]]]]],pD=[0,0,0],pv=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xL]]]]]]]]]]],pu=[0,0],pt=m([s,l,c,b,32,98,a,32,97,32,i,97,b,d,e,h,97,j,44,32,97,32,c,b,i,d,h,A]),pr=m([s,l,c,b,32,h,e,b,32,98,a,32,h,a,A,97,b,d,E,a]),pq=m([s,l,c,b,32,98,a,32,97,32,i,97,b,d,e,h,97,j,32,d,h,32,j,e,H,a,c,b,32,b,a,i,s,c]),pp=m([s,l,c,b,32,98,a,32,97,32,i,97,b,d,e,h,97,j,44,32,97,32,c,b,i,d,h,A]),pn=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xM]]]]]]]]]]],po=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xN]]]]]]]]]]],pj=m([s,l,c,b,32,98,a,32,n,a,ah,97,q,a,99,d,s,97,j,32,q,d,A,d,b,c]),ph=m([j,d,c,b,c,32,c,e,s,a,b,n,d,h,A,32,b,H,d,99,a]),pi=m([s,l,c,b,32,h,e,b,32,98,a,32,a,s,t,b,J]),pf=m([j,d,c,b,c,32,c,e,s,a,b,n,d,h,A,32,b,H,d,99,a]),pg=m([s,l,c,b,32,h,e,b,32,98,a,32,a,s,t,b,J]),pe=[0,44,[0,44,0]],pd=[0,44,[0,46,0]],pb=m([s,l,c,b,32,98,a,32,b,i,l,a,32,e,i,32,z,97,j,c,a]),pa=m([d,c,32,e,l,b,32,e,z,32,i,97,h,A,a]),o$=m([s,l,c,b,32,98,a,32,97,h,32,d,h,b,a,A,a,i]),o_=m([n,e,j,q,c,32,97,32,j,e,h,a,32,c,l,i,i,e,A,97,b,a]),o9=m([s,l,c,b,32,98,a,32,97,32,c,b,i,d,h,A]),o8=m([n,97,c,32,97,h,e,b,n,a,i,32,j,a,h,A,b,n]),o7=m([j,97,99,aF,c,32,97,32,aF,a,J]),o5=m([n,97,c,32,97,h,32,l,h,aF,h,e,H,h,32,aF,a,J]),o6=m([j,97,99,aF,c,32,97,32,aF,a,J]),o4=m([s,l,c,b,32,98,a,32,97,32,j,d,c,b]),o3=m([s,l,c,b,32,98,a,32,97,h,32,e,98,ai,a,99,b]),o2=[0,0],oX=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xO]]]]]]]]]]],oR=[0,[0,1,1],1],oS=[0,1,1],oT=[0,[0,[0,1,1],0],1],oU=[0,1,0],oV=[0,[0,[0,1,1],0],1],oL=[0,92,[0,92,0]],oM=[0,92,[0,98,0]],oN=[0,92,[0,z,0]],oO=[0,92,[0,h,0]],oP=[0,92,[0,i,0]],oQ=[0,92,[0,b,0]],oK=[0,0],oH=[6,[4,0]],oI=[0,0],ox=[3,0,0,0],oy=[0,0],oz=[0,1],oA=[1,0,1],oB=[0,l,[0,j,[0,j,0]]],oC=[0,1],oD=[0,i,[0,l,[0,a,0]]],oE=[0,0],oF=[0,97,[0,j,[0,c,[0,a,0]]]],oG=[6,[3,0]],ow=[0,0],os=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xP]]]]]]]]]]],oj=[0,0],om=[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]],ot=[0,[0,92,92],[0,[0,47,47],[0,[0,98,8],[0,[0,z,12],[0,[0,h,10],[0,[0,i,13],[0,[0,b,9],0]]]]]]],pl=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,xU]]]]]]]]]]],ps=[0,d,[0,h,[0,z,0]]],p4=[0,48,0],p5=[0,d,[0,h,[0,z,0]]],p9=[0,aF,[0,d,[0,h,[0,q,0]]]],p_=[0,99,[0,e,[0,j,[0,l,[0,s,[0,h,[0,c,0]]]]]]],p$=[0,t,[0,e,[0,t,[0,l,[0,j,[0,97,[0,b,[0,d,[0,e,[0,h,0]]]]]]]]]],qa=[0,q,[0,a,[0,99,[0,d,[0,c,[0,d,[0,e,[0,h,0]]]]]]]],qb=[0,A,[0,i,[0,e,[0,l,[0,t,0]]]]],qc=[0,99,[0,e,[0,h,[0,b,[0,a,[0,ah,[0,b,0]]]]]]],qd=[0,b,[0,i,[0,l,[0,b,[0,n,0]]]]],qe=[0,z,[0,e,[0,i,[0,s,[0,97,[0,b,0]]]]]],qf=[0,q,[0,a,[0,99,[0,d,[0,c,[0,d,[0,e,[0,h,[0,c,0]]]]]]]]],qg=[0,A,[0,i,[0,e,[0,l,[0,t,[0,c,0]]]]]],qh=[0,99,[0,e,[0,h,[0,b,[0,a,[0,ah,[0,b,[0,c,0]]]]]]]],qi=[0,l,[0,b,[0,d,[0,j,[0,d,[0,b,[0,J,0]]]]]]],qj=[0,c,[0,97,[0,j,[0,b,0]]]],qk=[0,t,[0,i,[0,e,[0,z,[0,d,[0,j,[0,a,[0,c,0]]]]]]]],ql=[0,l,[0,h,[0,aF,[0,h,[0,e,[0,H,[0,h,0]]]]]]],qm=[0,b,[0,i,[0,l,[0,b,[0,n,[0,c,0]]]]]],qn=[0,H,[0,a,[0,d,[0,A,[0,n,[0,b,[0,c,0]]]]]]],qo=[0,s,[0,97,[0,c,[0,c,0]]]],qp=[0,j,[0,e,[0,99,[0,97,[0,j,0]]]]],qq=[0,A,[0,j,[0,e,[0,98,[0,97,[0,j,0]]]]]],qR=m([48,49,50,51,52,53,54,55,56,57,46,43,45,a]),qU=[0,bX,[0,l,[0,97,[0,h,[0,b,[0,d,[0,b,[0,J,0]]]]]]]],qV=[0,A,[0,97,[0,s,[0,s,[0,97,0]]]]],qW=[0,s,0],qX=[0,b,[0,97,[0,l,0]]],qY=[0,b,[0,97,[0,l,[0,95,[0,e,[0,h,0]]]]]],qZ=[0,98,[0,j,[0,d,[0,h,[0,q,0]]]]],q0=[0,j,[0,d,[0,t,[0,c,[0,99,[0,n,[0,d,[0,b,[0,cx,0]]]]]]]]],q1=[0,s,[0,a,[0,b,[0,i,[0,d,[0,99,0]]]]]],q2=[0,e,[0,i,[0,q,[0,a,[0,i,0]]]]],q3=[0,i,[0,e,[0,H,[0,c,0]]]],q4=[0,z,[0,97,[0,s,[0,d,[0,j,[0,J,0]]]]]],q5=[0,b,[0,a,[0,i,[0,s,[0,c,0]]]]],q6=[0,98,[0,e,[0,l,[0,h,[0,q,0]]]]],q7=[0,h,[0,97,[0,s,[0,a,[0,c,0]]]]],q8=[0,j,[0,e,[0,H,[0,a,[0,i,0]]]]],q9=[0,l,[0,t,[0,t,[0,a,[0,i,0]]]]],q_=[0,z,[0,a,[0,97,[0,b,[0,l,[0,i,[0,a,[0,c,0]]]]]]]],q$=m([99,e,a,z,z,d,99,d,a,h,b,c]),ra=[0,t,[0,97,[0,d,[0,i,[0,c,0]]]]],rb=[0,b,[0,n,[0,a,[0,b,[0,97,0]]]]],rc=[0,n,[0,d,[0,A,[0,n,[0,a,[0,i,0]]]]]],rd=m([s,l,j,b,d,t,j,d,a,i,c]),rQ=[0,c,[0,l,[0,98,[0,ai,[0,a,[0,99,[0,b,0]]]]]]],rR=[0,s,[0,a,[0,b,[0,i,[0,d,[0,99,[0,c,0]]]]]]],rS=m([h,e,b,95,99,e,s,t,97,i,a,q]),rT=[0,99,[0,j,[0,97,[0,d,[0,s,[0,c,0]]]]]],rU=[0,b,[0,97,[0,i,[0,A,[0,a,[0,b,[0,c,0]]]]]]],rV=[0,E,[0,a,[0,i,[0,q,[0,d,[0,99,[0,b,0]]]]]]],rW=[0,E,[0,a,[0,i,[0,c,[0,d,[0,e,[0,h,[0,c,0]]]]]]]],rX=[0,d,[0,h,[0,b,[0,a,[0,i,[0,E,[0,97,[0,j,[0,c,0]]]]]]]]],rY=[0,99,[0,n,[0,97,[0,h,[0,A,[0,a,[0,q,0]]]]]]],rZ=[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]],r0=[0,c,[0,n,[0,97,[0,50,[0,53,[0,54,0]]]]]],r1=[0,99,[0,a,[0,j,[0,j,[0,c,0]]]]],r2=[0,n,[0,a,[0,97,[0,q,[0,a,[0,i,0]]]]]],r3=[0,99,[0,j,[0,97,[0,c,[0,c,0]]]]],r4=[0,t,[0,e,[0,c,[0,d,[0,b,[0,d,[0,E,[0,a,0]]]]]]]],r5=[0,t,[0,i,[0,d,[0,E,[0,97,[0,99,[0,J,0]]]]]]],r6=[0,q,[0,a,[0,99,[0,j,[0,97,[0,i,[0,a,[0,q,0]]]]]]]],r7=m([t,i,a,t,97,i,97,b,d,e,h]),r8=[0,c,[0,t,[0,a,[0,j,[0,j,[0,d,[0,h,[0,A,[0,c,0]]]]]]]]],r9=[0,l,[0,h,[0,q,[0,a,[0,99,[0,d,[0,q,[0,a,[0,q,0]]]]]]]]],r_=m([l,h,aF,h,e,H,h,95,c,n,97,i,a,c]),r$=[0,s,[0,97,[0,ah,[0,95,[0,q,[0,i,[0,d,[0,z,[0,b,0]]]]]]]]],sa=[0,a,[0,E,[0,97,[0,j,[0,l,[0,97,[0,b,[0,d,[0,e,[0,h,0]]]]]]]]]],sb=m([q,a,t,a,h,q,c,95,e,h,95,A,i,e,l,t]),sc=[0,98,[0,l,[0,i,[0,q,[0,a,[0,h,0]]]]]],sd=[0,i,[0,97,[0,b,[0,d,[0,e,0]]]]],se=[0,j,[0,e,[0,A,0]]],sf=[0,E,[0,97,[0,j,[0,l,[0,a,0]]]]],sg=[0,H,[0,d,[0,b,[0,h,[0,a,[0,c,[0,c,0]]]]]]],sh=m([a,ah,t,a,99,b,97,b,d,e,h,c]),si=m([t,i,e,98,97,98,d,j,d,b,d,a,c]),sj=[0,i,[0,97,[0,b,[0,a,0]]]],sk=[0,i,[0,97,[0,b,[0,a,[0,c,0]]]]],sm=[0,i,[0,a,[0,97,[0,c,[0,e,[0,h,0]]]]]],sn=[0,i,[0,a,[0,j,[0,97,[0,b,[0,d,[0,e,[0,h,0]]]]]]]],so=[0,c,[0,99,[0,e,[0,t,[0,a,0]]]]],sp=[0,98,[0,J,0]],sq=m([97,c,c,l,s,t,b,d,e,h,c]),sr=[0,a,[0,E,[0,d,[0,q,[0,a,[0,h,[0,99,[0,a,0]]]]]]]],ss=[0,c,[0,l,[0,t,[0,i,[0,a,[0,s,[0,l,[0,s,0]]]]]]]],st=[0,j,[0,d,[0,s,[0,d,[0,b,0]]]]],su=[0,l,[0,h,[0,d,[0,b,0]]]],sv=[0,ai,[0,l,[0,q,[0,A,[0,a,[0,q,0]]]]]],sw=[0,a,[0,c,[0,b,[0,d,[0,s,[0,97,[0,h,[0,q,0]]]]]]]],sx=[0,b,[0,d,[0,t,[0,c,0]]]],sD=m([z,97,j,c,a,95,t,e,c,d,b,d,E,a,95,i,97,b,a]),sF=m([b,i,l,a,95,t,e,c,d,b,d,E,a,95,i,97,b,a]),sO=m([h,e,32,q,a,99,d,c,d,e,h,c,32,H,d,b,n,32,97,h,e,b,n,a,i,32,b,i,l,a,32,j,97,98,a,j]),sR=m([h,e,32,q,a,99,d,c,d,e,h,c,32,H,d,b,n,32,b,n,a,32,t,e,c,d,b,d,E,a,32,b,i,l,a,32,j,97,98,a,j]),sU=m([97,32,A,i,e,l,t,32,d,c,32,s,d,c,c,d,h,A,32,d,h,32,97,32,99,e,h,b,a,ah,b,32,97,h,q,32,h,e,32,t,e,t,l,j,97,b,d,e,h,32,H,97,c,32,A,d,E,a,h]),sX=m([h,e,32,t,e,t,l,j,97,b,d,e,h]),sZ=m([z,a,H,a,i,32,b,n,97,h,32,b,H,e,32,A,i,e,l,t,c]),s1=m([h,e,32,q,a,99,d,c,d,e,h,c,32,i,a,99,e,i,q,a,q]),s3=m([z,97,j,c,a,95,t,e,c,d,b,d,E,a,95,i,97,b,a,95,e,E,a,i,97,j,j]),s5=m([z,97,j,c,a,95,t,e,c,d,b,d,E,a,95,i,97,b,a]),s7=m([b,i,l,a,95,t,e,c,d,b,d,E,a,95,i,97,b,a,95,e,E,a,i,97,j,j]),s9=m([b,i,l,a,95,t,e,c,d,b,d,E,a,95,i,97,b,a]),tc=m([A,j,e,98,97,j,95,c,l,t,i,a,s,l,s]),te=m([j,e,99,97,j,95,c,l,t,i,a,s,l,s]),tg=m([a,bX,l,97,j,d,cx,a,q,95,e,q,q,c]),ti=m([q,a,s,e,A,i,97,t,n,d,99,95,t,97,i,d,b,J]),tj=m([A,j,e,98,97,j,95,q,d,z,z,a,i,a,h,99,a]),tl=m([j,e,99,97,j,95,q,d,z,z,a,i,a,h,99,a]),tv=m([a,bX,l,97,j,d,cx,a,q,95,e,q,q,c]),tx=m([q,a,s,e,A,i,97,t,n,d,99,95,t,97,i,d,b,J]),tz=m([A,j,e,98,97,j,95,i,97,b,d,e]),tB=m([j,e,99,97,j,95,i,97,b,d,e]),tD=[0,61,0],tE=[0,60,[0,61,0]],tF=[0,b,[0,n,[0,d,[0,c,[0,32,[0,j,[0,97,[0,H,0]]]]]]]],tG=m([a,E,a,i,J,32,l,b,d,j,d,b,J,32,e,z,32,b,n,a,32,99,j,97,c,c]),tI=m([a,h,l,s,a,i,97,b,d,e,h]),tJ=[0,j,[0,t,[0,45,[0,q,[0,l,[0,97,[0,j,0]]]]]]],tK=[0,84,[0,53,0]],tL=[0,84,[0,54,0]],tM=[0,84,[0,55,0]],tN=m([j,e,99,97,j,95,i,97,b,d,e]),tO=m([A,j,e,98,97,j,95,i,97,b,d,e]),t4=[0,99,[0,n,[0,97,[0,h,[0,A,[0,a,[0,q,0]]]]]]],t6=[0,3],t7=[0,q,[0,a,[0,t,[0,a,[0,h,[0,q,[0,c,0]]]]]]],t9=[0,2],t_=m([d,h,99,e,h,99,j,l,c,d,E,a]),ua=[0,1],ub=[0,a,[0,ah,[0,99,[0,a,[0,a,[0,q,[0,c,0]]]]]]],ud=[0,0],ue=[0,H,[0,d,[0,b,[0,n,[0,d,[0,h,0]]]]]],uf=m([44,32,H,n,97,b,a,E,a,i,32,b,n,a,32,l,h,q,a,99,d,q,a,q,32,s,a,97,h,b]),uh=m([44,32,H,d,b,n,d,h,32,b,n,a,32,q,a,99,j,97,i,a,q,32,q,i,d,z,b]),uj=m([44,32,H,d,b,n,32,b,n,a,32,q,a,99,j,97,i,a,q,32,n,d,q,q,a,h,32,99,e,h,b,a,ah,b]),ul=m([44,32,H,n,e,a,E,a,i,32,b,n,a,32,l,h,aF,h,e,H,h,32,97,i,a]),uM=[0,z,[0,d,[0,j,[0,b,[0,a,[0,i,[0,c,0]]]]]]],uN=[0,d,[0,h,[0,t,[0,l,[0,b,[0,c,0]]]]]],uO=[0,e,[0,l,[0,b,[0,t,[0,l,[0,b,[0,c,0]]]]]]],uP=[0,i,[0,a,[0,j,[0,a,[0,97,[0,c,[0,a,[0,c,0]]]]]]]],uQ=[0,q,[0,i,[0,97,[0,H,[0,c,0]]]]],uR=m([b,i,l,a,95,99,e,h,b,a,ah,b]),uS=[0,b,[0,i,[0,l,[0,a,[0,95,[0,A,[0,i,[0,e,[0,l,[0,t,0]]]]]]]]]],uT=[0,A,[0,j,[0,e,[0,98,[0,97,[0,j,[0,95,[0,b,[0,97,[0,l,0]]]]]]]]]],uU=[0,98,[0,J,[0,95,[0,99,[0,e,[0,h,[0,b,[0,a,[0,ah,[0,b,0]]]]]]]]]],uV=[0,t,[0,e,[0,j,[0,d,[0,99,[0,J,0]]]]]],vm=m([a,ah,t,95,a,t,c,d,j,e,h]),vn=[0,97,[0,b,[0,b,[0,i,[0,d,[0,98,[0,l,[0,b,[0,a,[0,c,0]]]]]]]]]],vo=m([s,l,j,b,d,t,j,d,a,i,c]),vp=[0,i,[0,97,[0,H,[0,95,[0,i,[0,97,[0,b,[0,d,[0,e,0]]]]]]]]],vr=m([99,e,s,t,e,c,d,b,d,e,h]),vt=[0,97,[0,b,[0,b,[0,97,[0,d,[0,h,[0,a,[0,q,0]]]]]]]],vu=[0,l,[0,h,[0,z,[0,d,[0,j,[0,b,[0,a,[0,i,[0,a,[0,q,0]]]]]]]]]],vH=m([97,h,J,32,t,e,j,d,99,J,32,98,a,n,d,h,q,32,b,n,d,c,32,z,d,j,b,a,i]),vI=m([32,b,n,97,b,32,aF,a,a,t,c,32,b,n,a,32,q,a,99,j,97,i,a,q,32,z,j,e,e,i]),vJ=m([44,32,97,h,J,32,l,b,d,j,d,b,J,32,e,z,32,b,n,a,32,q,a,99,j,97,i,a,q,32,i,97,h,A,a]),vK=m([b,n,d,c,32,t,e,j,d,99,J,32,97,h,q,32,99,e,h,b,a,ah,b,32,z,d,j,b,a,i,44,32,97,h,J,32,A,i,e,l,t,32,z,d,j,b,a,i,32,97,b,32,s,e,c,b,32,b,n,d,c,32,a,t,c,d,j,e,h,32,b,n,97,b,32,i,a,j,a,97,c,a,c,32,b,n,a,32,c,97,s,a,32,E,97,j,l,a,c]),vM=m([b,n,d,c,32,t,e,j,d,99,J,32,97,h,q,32,A,i,e,l,t,32,z,d,j,b,a,i,44,32,97,h,J,32,99,e,h,b,a,ah,b,32,z,d,j,b,a,i,32,b,n,97,b,32,i,a,j,a,97,c,a,c,32,b,n,a,c,a,32,99,e,h,b,a,ah,b,c]),vO=[0,84,[0,49,[0,51,0]]],vP=m([84,53,45,q,a,99,d,c,d,e,h]),wd=m([b,n,a,32,z,d,j,b,a,i,39,c,32,q,i,97,H,c,32,z,e,i,32,A,i,e,l,t,32,97,h,q,32,99,e,h,b,a,ah,b,32,97,i,a,32,d,h,q,a,t,a,h,q,a,h,b,32,e,z,32,a,97,99,n,32,e,b,n,a,i,32,97,h,q,32,e,z,32,a,E,a,i,J,b,n,d,h,A,32,a,j,c,a,44,32,z,i,a,c,n,32,z,e,i,32,a,97,99,n,32,q,a,99,d,c,d,e,h,44,32,97,h,q,32,b,n,a,32,q,a,99,d,c,d,e,h,32,q,a,t,a,h,q,c,32,e,h,32,A,i,e,l,t,32,97,h,q,32,99,e,h,b,a,ah,b,32,e,h,j,J,32,b,n,i,e,l,A,n,32,H,n,97,b,32,b,n,a,32,z,d,j,b,a,i,c,32,i,a,j,a,97,c,a]),we=m([b,n,a,32,99,e,h,b,a,ah,b,c,32,e,z,32,a,97,99,n,32,A,i,e,l,t,32,97,i,a,32,q,d,c,b,i,d,98,l,b,a,q,32,97,c,32,d,h,32,b,n,a,32,c,b,97,b,a,q,32,t,e,t,l,j,97,b,d,e,h]),xx=p(": "),xv=[0,[0,p("nothing was judged: the certificate needs more memory than there is"),0],3],xw=[0,[0,p("nothing was judged: the certificate does not embed its table; give it with --table"),0],3],xy=p("malformed: "),xr=p(lb),xs=p("FALSE"),xt=p("not covered"),xp=[0,[11,p("\\x"),[4,6,[0,2,2],0,0]],p("\\x%02x")],xq=p(Q),xz=p("\n");function
-ak(a){if(typeof
+Ax(){var
+a=X;if(a.process&&a.process.on)a.process.on("uncaughtException",function(b,c){mv(b);a.process.exit(2)});else
+if(a.addEventListener)a.addEventListener("error",function(a){if(a.error)mv(a.error)})}Ax();function
+z(a,b){return a.length==1?a(b):cI(a,[b])}function
+ax(a,b,c){return a.length==2?a(b,c):cI(a,[b,c])}function
+zP(a,b,c,d){return a.length==3?a(b,c,d):cI(a,[b,c,d])}z5();var
+hq=[aX,s(me),-1],hs=[aX,s(lF),-2],hp=[aX,s(gV),-3],ho=[aX,s(lW),-4],hr=[aX,s(l2),-9],av=[aX,s(l$),-11],zu=[0,[0,[0,[0,0]]]],zv=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],zw=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zv]]]]]]]]]]],zx=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zw]]]]]]]]]]],zy=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zx]]]]]]]]]]],zz=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zy]]]]]]]]]]],zA=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]]],zB=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zA]]]]]]]]]]],zC=[0,0],zD=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],zE=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zD]]]]]]]]]]],zF=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zE]]]]]]]]]]],zG=[0,[0,[0,[0,[0,0]]]]],zH=[0,[0,[0,[0,[0,0]]]]],zI=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],zJ=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],dq=n([[0,48,[0,[0,[0,0,0],0],0]],[0,49,[0,[0,[0,0,0],0],1]],[0,50,[0,[0,[0,0,0],1],0]],[0,51,[0,[0,[0,0,0],1],1]],[0,52,[0,[0,[0,0,1],0],0]],[0,53,[0,[0,[0,0,1],0],1]],[0,54,[0,[0,[0,0,1],1],0]],[0,55,[0,[0,[0,0,1],1],1]],[0,56,[0,[0,[0,1,0],0],0]],[0,57,[0,[0,[0,1,0],0],1]],[0,97,[0,[0,[0,1,0],1],0]],[0,98,[0,[0,[0,1,0],1],1]],[0,99,[0,[0,[0,1,1],0],0]],[0,o,[0,[0,[0,1,1],0],1]],[0,a,[0,[0,[0,1,1],1],0]],[0,y,[0,[0,[0,1,1],1],1]],[0,65,[0,[0,[0,1,0],1],0]],[0,66,[0,[0,[0,1,0],1],1]],[0,67,[0,[0,[0,1,1],0],0]],[0,68,[0,[0,[0,1,1],0],1]],[0,69,[0,[0,[0,1,1],1],0]],[0,70,[0,[0,[0,1,1],1],1]]]),fK=[0,[0,[0,0,0],0],0],zK=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],zL=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zK]]]]]]]]]]],zM=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zL]]]]]]]]]]],zN=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zM]]]]]]]]]]],zO=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zN]]]]]]]]]]];bq(11,[aX,s(lx),-12],lx);bq(10,av,l$);bq(9,[aX,s(lU),-10],lU);bq(8,hr,l2);bq(7,[aX,s(lO),-8],lO);bq(6,[aX,s(lZ),-7],lZ);bq(5,[aX,s(l6),-6],l6);bq(4,[aX,s(lI),-5],lI);bq(3,ho,lW);bq(2,hp,gV);bq(1,hs,lF);bq(0,hq,me);var
+mT=s(lX),mU=s("false"),mX=s("\\\\"),mY=s("\\'"),mZ=s("\\b"),m0=s("\\t"),m1=s("\\n"),m2=s("\\r"),mW=s("Char.chr"),m5=s("String.blit / Bytes.blit_string"),m4=s("Bytes.blit"),m3=s("String.sub / Bytes.sub"),m7=s(U),m6=s("String.concat"),m8=s("Array.blit"),m$=s("Buffer.add: cannot grow buffer"),m_=[0,s(l4),93,2],m9=[0,s(l4),94,2],ni=s("%c"),nj=s("%s"),nk=s(lw),nl=s(lN),nm=s(lV),nn=s(lA),no=s("%f"),np=s("%B"),nq=s("%{"),nr=s("%}"),ns=s("%("),nt=s("%)"),nu=s("%a"),nv=s("%t"),nw=s("%?"),nx=s("%r"),ny=s("%_r"),nz=[0,s(aF),850,23],nK=[0,s(aF),814,21],nC=[0,s(aF),815,21],nL=[0,s(aF),818,21],nD=[0,s(aF),819,21],nM=[0,s(aF),822,19],nE=[0,s(aF),823,19],nN=[0,s(aF),826,22],nF=[0,s(aF),827,22],nO=[0,s(aF),831,30],nG=[0,s(aF),832,30],nI=[0,s(aF),836,26],nA=[0,s(aF),837,26],nJ=[0,s(aF),846,28],nB=[0,s(aF),847,28],nH=[0,s(aF),851,23],oR=s(lT),oP=[0,s(aF),1558,4],oQ=s("Printf: bad conversion %["),oS=[0,s(aF),1626,39],oT=[0,s(aF),1649,31],oU=[0,s(aF),1650,31],oV=s("Printf: bad conversion %_"),oW=s("@{"),oX=s("@["),oN=s(gZ),oL=s("neg_infinity"),oM=s(md),oK=s(c$),oF=[0,C],ot=s("%+nd"),ou=s("% nd"),ow=s("%+ni"),ox=s("% ni"),oy=s("%nx"),oz=s("%#nx"),oA=s("%nX"),oB=s("%#nX"),oC=s("%no"),oD=s("%#no"),os=s("%nd"),ov=s(lV),oE=s("%nu"),og=s("%+ld"),oh=s("% ld"),oj=s("%+li"),ok=s("% li"),ol=s("%lx"),om=s("%#lx"),on=s("%lX"),oo=s("%#lX"),op=s("%lo"),oq=s("%#lo"),of=s("%ld"),oi=s(lN),or=s("%lu"),n5=s("%+Ld"),n6=s("% Ld"),n8=s("%+Li"),n9=s("% Li"),n_=s("%Lx"),n$=s("%#Lx"),oa=s("%LX"),ob=s("%#LX"),oc=s("%Lo"),od=s("%#Lo"),n4=s("%Ld"),n7=s(lA),oe=s("%Lu"),nS=s("%+d"),nT=s("% d"),nV=s("%+i"),nW=s("% i"),nX=s("%x"),nY=s("%#x"),nZ=s("%X"),n0=s("%#X"),n1=s("%o"),n2=s("%#o"),nR=s(l5),nU=s(lw),n3=s(lT),na=s("@]"),nb=s("@}"),nc=s("@?"),nd=s("@\n"),ne=s("@."),nf=s("@@"),ng=s("@%"),nh=s("@"),nP=s("CamlinternalFormat.Type_mismatch"),o1=dV(8,0,0),o2=[0,1779033703,-1150833019,1013904242,-1521486534,1359893119,-1694144372,528734635,1541459225],o3=[0,[5,6,[0,2,8],0,0],s("%08lx")],o4=s(U),oY=[0,1116352408,1899447441,-1245643825,-373957723,961987163,1508970993,-1841331548,-1424204075,-670586216,310598401,607225278,1426881987,1925078388,-2132889090,-1680079193,-1046744716,-459576895,-272742522,264347078,604807628,770255983,1249150122,1555081692,1996064986,-1740746414,-1473132947,-1341970488,-1084653625,-958395405,-710438585,113926993,338241895,666307205,773529912,1294757372,1396182291,1695183700,1986661051,-2117940946,-1838011259,-1564481375,-1474664885,-1035236496,-949202525,-778901479,-694614492,-200395387,275423344,430227734,506948616,659060556,883997877,958139571,1322822218,1537002063,1747873779,1955562222,2024104815,-2067236844,-1933114872,-1866530822,-1538233109,-1090935817,-965641998],o9=[0,0],o_=[0,0],pI=[0,f,[0,l,[0,j,[0,j,0]]]],pJ=[0,b,[0,h,[0,l,[0,a,0]]]],pK=[0,y,[0,97,[0,j,[0,c,[0,a,0]]]]],pX=n([d,c,32,f,e,b,32,e,f,a,32,e,y,32,b,m,e,c,a,32,b,m,97,b,32,b,m,a,h,a,32,97,h,a]),p7=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zu]]]]]]]]]]],qB=[0,1],qC=[0,2],qL=[0,0,0],uP=[0,[7,0],0],vs=[0,[7,0],0],vy=[0,0],wY=[0,0,0],xw=[0,0,0],xy=[0,[7,0],0],xx=n([c,l,98,an,a,99,b,46,o,a,99,j,97,h,a,o,46,98,K,95,99,e,f,b,a,ag,b]),yh=n([m,97,c,32,97,32,j,97,c,b,32,j,d,f,a,32,b,m,97,b,32,o,e,a,c,32,f,e,b,32,a,f,o]),zg=n([97,32,99,j,97,d,p,32,j,d,c,b,c,32,97,c,c,l,p,u,b,d,e,f,c,32,b,m,97,b,32,d,b,32,o,e,a,c,32,f,e,b,32,h,a,c,b,32,e,f]),zh=n([b,m,a,32,b,97,98,j,a,32,d,c,32,f,e,b,32,97,c,32,b,m,a,32,y,e,h,p,97,b,32,o,a,p,97,f,o,c]),ze=[0,u,[0,e,[0,j,[0,d,[0,99,[0,K,0]]]]]],zf=n([y,97,d,h,97,l,o,d,b,45,99,a,h,b,d,y,d,99,97,b,a,47,49]),yZ=[7,0],yY=[0,0,0],za=[0,0,0],zb=n([b,m,a,32,97,c,c,l,p,u,b,d,e,f,c,32,e,y,32,b,m,a,32,99,j,97,d,p,c]),y$=[7,0],y9=[0,0,0],y_=n([c,l,98,an,a,99,b,46,c,u,a,j,j,d,f,C,c]),y0=[0,c,[0,l,[0,98,[0,an,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],y1=n([b,m,a,32,b,97,98,j,a,32,y,d,j,a]),y2=n([c,l,98,an,a,99,b,46,99,e,j,l,p,f,c]),y3=n([c,l,98,an,a,99,b,46,u,e,u,l,j,97,b,d,e,f]),y4=n([c,l,98,an,a,99,b,46,aB,d,f,o]),y5=n([c,l,98,an,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),y6=n([c,l,98,an,a,99,b,46,b,97,98,j,a,46,c,m,97,50,53,54]),y7=n([b,m,a,32,b,97,98,j,a,32,C,d,A,a,c,32,o,h,97,D,c,32,y,e,h,32,c,e,p,a,32,h,e,D,c,32,e,y,32,b,m,a,32,u,e,j,d,99,K,32,e,f,j,K]),y8=n([b,m,a,32,h,e,D,c,32,e,y,32,b,m,a,32,u,e,j,d,99,K,32,97,h,a,32,f,e,b,32,d,f,32,e,h,o,a,h]),yX=n([b,m,a,32,b,97,98,j,a,32,j,97,99,aB,c,32,97,32,h,e,D,32,e,y,32,b,m,a,32,u,e,j,d,99,K,32,y,e,h,32,D,m,97,b,32,b,m,a,32,y,d,j,b,a,h,c,32,99,97,f,32,h,a,j,a,97,c,a]),zc=n([b,m,a,32,b,97,98,j,a,32,d,c,32,a,p,u,b,K]),zd=[0,0],yW=[0,[7,0],0],yP=[0,[7,0],0],yQ=[0,[0,[7,0],0]],yz=[7,0],yy=[0,0,0],yO=[7,0],yA=[0,0,0],yB=n([b,m,a,32,l,b,d,j,d,b,K,32,d,c,32,d,f,32,c,l,98,an,a,99,b,46,99,j,97,c,c]),yM=[0,0,0],yN=n([c,l,98,an,a,99,b,46,c,u,a,j,j,d,f,C,c]),yC=[0,c,[0,l,[0,98,[0,an,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],yD=n([b,m,a,32,b,97,98,j,a,32,y,d,j,a]),yE=n([c,l,98,an,a,99,b,46,99,e,j,l,p,f,c]),yF=n([c,l,98,an,a,99,b,46,u,e,u,l,j,97,b,d,e,f]),yG=n([c,l,98,an,a,99,b,46,aB,d,f,o]),yH=n([c,l,98,an,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),yI=n([c,l,98,an,a,99,b,46,b,97,98,j,a,46,c,m,97,50,53,54]),yJ=n([m,97,c,32,l,b,d,j,d,b,d,a,c,32,98,a,j,e,D,32,48,44,32,e,y,32,D,m,d,99,m,32,o,d,y,y,a,h,a,f,99,a,c,32,m,97,A,a,32,b,e,32,98,a,32,c,b,97,b,a,o]),yK=n([m,97,c,32,d,f,b,a,h,A,97,j,c,44,32,D,m,d,99,m,32,97,h,a,32,f,e,b,32,y,e,h,32,u,h,e,98,97,98,d,j,d,b,d,a,c]),yL=n([m,97,c,32,d,f,b,a,h,A,97,j,c,44,32,D,m,d,99,m,32,o,e,32,f,e,b,32,C,e,32,D,d,b,m,32,97,32,99,j,97,c,c,32,e,y,32,l,b,d,j,d,b,d,a,c]),yR=[0,0],yS=[0,0],yT=[0,0],yU=n([b,m,a,32,b,97,98,j,a,32,d,c,32,a,p,u,b,K]),yV=[0,0],yu=[0,0,0],ys=[0,0,0],yt=[0,0,0],yv=[0,0,0],yw=[0,0,0],yx=[0,0,0],yq=[0,0],yo=[0,0,0],yn=[0,p,[0,a,[0,b,[0,h,[0,d,[0,99,[0,c,[0,46,0]]]]]]]],yl=n([c,l,98,an,a,99,b,46,l,b,d,j,d,b,K,46]),ym=n([98,l,h,o,a,f,32,p,l,c,b,32,98,a,32,b,h,l,a,32,D,m,a,h,a,32,d,b,32,d,c,32,c,b,97,b,a,o]),yk=[0,0],yj=n([b,m,a,32,b,97,98,j,a,32,d,c,32,f,e,b,32,b,m,a,32,99,97,f,e,f,d,99,97,j,32,b,a,ag,b,32,e,y,32,d,b,c,32,A,97,j,l,a,c]),yi=n([d,c,32,f,e,b,32,74,83,79,78,32,97,c,32,b,m,a,32,y,e,h,p,97,b,32,m,97,c,32,d,b]),yc=n([32,40,o,a,99,j,97,h,a,o,41]),yd=n([44,32,97,f,o,32,y,e,h,32,b,m,a,32,c,97,p,a,32,o,a,99,d,c,d,e,f,32,97,f,o,32,99,e,f,b,a,ag,b,32,b,m,a,32,l,b,d,j,d,b,d,a,c,32,e,y,32,b,D,e,32,C,h,e,l,u,c,32,o,d,y,y,a,h,32,98,K,32,97,b,32,p,e,c,b,32]),ye=[0,32,[0,97,[0,f,[0,o,[0,32,0]]]]],yf=n([a,A,a,h,K,32,l,b,d,j,d,b,K,32,d,c,32,98,a,b,D,a,a,f,32]),ya=n([32,98,a,m,d,f,o,32,b,m,a,32,y,d,j,b,a,h,32,40,o,a,99,j,97,h,a,o,41]),yb=n([a,A,a,h,K,32,99,e,p,u,97,h,a,o,32,C,h,e,l,u,39,c,32,a,ag,u,a,99,b,a,o,32,l,b,d,j,d,b,K,32,d,c,32,97,b,32,j,a,97,c,b,32]),x3=[0,[7,0],0],xY=[0,1],x8=[0,0],xZ=[0,[0,0,0]],x0=[0,[0,0,0]],x1=[0,[0,0,0]],x6=[0,[0,0,0]],x2=n([j,e,99,97,j,95,h,97,b,d,e,95,c,l,u,h,a,p,l,p]),x4=[0,[0,0,0]],x5=[0,[0,0,0]],x7=[0,[0,0,0]],xW=n([p,l,c,b,32,98,a,32,97,f,32,e,98,an,a,99,b,32,e,h,32,f,l,j,j]),xV=[0,[0,0]],xX=n([p,l,c,b,32,98,a,32,97,f,32,e,98,an,a,99,b,32,e,h,32,f,l,j,j]),xU=[0,[7,0],0],xK=[0,y,[0,j,[0,e,[0,e,[0,h,0]]]]],xL=[0,84,[0,51,0]],xM=[0,84,[0,49,0]],xN=[0,84,[0,49,[0,45,[0,u,[0,97,[0,u,[0,a,[0,h,0]]]]]]]],xO=[0,84,[0,52,0]],xP=[0,84,[0,50,0]],xQ=[7,0],xR=[0,84,[0,49,[0,50,0]]],xS=[0,84,[0,51,0]],xT=[0,84,[0,56,0]],xH=n([p,l,c,b,32,m,97,A,a,32,p,l,j,b,d,u,j,d,a,h,c]),xz=[0,0,0],xA=n([c,l,98,an,a,99,b,46,o,a,99,j,97,h,a,o,46,C,j,e,98,97,j,95,b,97,l]),xv=n([c,l,98,an,a,99,b,46,o,a,99,j,97,h,a,o,46]),xp=n([c,l,98,an,a,99,b,46,u,h,d,A,97,99,K,46]),xq=n([46,97,b,b,h,d,98,l,b,a,c]),xr=n([46,a,ag,u,95,a,u,c,d,j,e,f]),xs=[0,[7,0],0],xt=[0,[7,0],0],xu=[0,[7,1],0],xe=[0,[0,0]],xd=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zz]]]]]]]]]]],xa=n([j,d,c,b,c,32,97,32,99,e,f,b,a,ag,b,32,b,D,d,99,a]),xb=n([p,l,c,b,32,f,e,b,32,98,a,32,a,p,u,b,K]),w$=n([m,97,c,32,97,32,o,h,d,y,b,32,e,y,32,p,e,h,a,32,b,m,97,f,32,49]),xc=[0,0],w_=n([p,l,c,b,32,m,97,A,a,32,C,97,p,p,97,44,32,p,32,e,h,32,b,97,l]),w9=[0,0],w8=n([o,e,a,c,32,f,e,b,32,j,d,c,b,32,a,A,a,h,K,32,b,h,l,a,32,99,a,j,j,44,32,e,h,32,c,e,p,a,32,b,m,97,b,32,97,h,a,32,f,e,b,32,f,a,a,o,a,o]),w7=n([d,c,32,f,e,b,32,b,m,a,32,f,a,ag,b,32,b,h,l,a,32,99,a,j,j]),w4=[0,1],w5=n([m,97,c,32,o,h,97,D,c,32,b,m,97,b,32,o,e,32,f,e,b,32,y,d,b,32,d,b,c,32,D,a,d,C,m,b,c]),w2=n([m,97,c,32,D,a,d,C,m,b,c,32,b,m,97,b,32,o,e,32,f,e,b,32,c,l,p,32,b,e,32,49]),w3=n([d,c,32,e,l,b,32,e,y,32,h,97,f,C,a]),w6=[0,0],w0=n([p,l,c,b,32,m,97,A,a,32,h,a,j,a,97,c,a,c,32,y,h,e,p,32,50,32,b,e,32,49,48,48,48,48]),wZ=n([m,97,c,32,y,a,D,a,h,32,b,m,97,f,32,b,D,e,32,b,h,l,a,32,C,h,e,l,u,c]),wX=n([p,l,c,b,32,m,97,A,a,32,y,97,99,b,e,h,c,32,b,m,97,b,32,99,e,A,a,h,32,b,m,a,32,99,e,j,l,p,f,c,32,b,e,C,a,b,m,a,h]),wT=n([m,97,c,32,u,h,e,98,97,98,d,j,d,b,d,a,c,32,b,m,97,b,32,o,e,32,f,e,b,32,c,l,p,32,b,e,32,49]),wU=n([p,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),wV=n([p,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),wW=n([p,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),wR=n([u,h,e,98,97,98,d,j,d,b,d,a,c]),wD=[0,0,0],wC=[0,46,0],wE=[0,0,0],wF=[0,0,0],wt=n([D,m,97,b,a,A,a,h,32,99,e,l,j,o,32,m,97,A,a,32,98,a,a,f,32,o,h,97,D,f,32,m,97,c,32,97,32,l,b,d,j,d,b,K,32,98,a,b,D,a,a,f,32,48,32,97,f,o,32]),wg=n([p,l,c,b,32,m,97,A,a,32,97,32,99,e,f,y,d,o,a,f,99,a,32,98,a,b,D,a,a,f,32,48,32,97,f,o,32,49]),wh=[0,m,[0,97,[0,c,[0,32,[0,j,[0,d,[0,p,[0,d,[0,b,[0,c,0]]]]]]]]]],wi=[0,98,[0,e,[0,ag,0]]],wj=[0,a,[0,97,[0,99,[0,m,0]]]],wk=[0,b,[0,e,[0,C,[0,a,[0,b,[0,m,[0,a,[0,h,0]]]]]]]],v_=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),v$=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,A,a]),wa=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),wb=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),wc=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),v5=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),v6=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,A,a]),v7=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),v8=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),v9=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),v0=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),v1=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,A,a]),v2=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),v3=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),v4=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),vV=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),vW=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,A,a]),vX=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),vY=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),vZ=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),vQ=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),vR=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,A,a]),vS=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),vT=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),vU=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),vP=[0,0],vt=[0,0,0],vu=[0,[7,0],0],vv=[0,[7,0],0],vw=[0,f,[0,e,[0,f,[0,a,0]]]],vx=[0,[0,0]],ve=[0,58,[0,32,0]],vf=[0,44,[0,32,[0,j,[0,d,[0,p,[0,d,[0,b,[0,32,0]]]]]]]],vg=[0,32,0],vh=[0,58,[0,32,0]],vi=[0,b,[0,97,[0,h,[0,C,[0,a,[0,b,[0,c,0]]]]]]],vj=[0,b,[0,m,[0,d,[0,c,[0,32,[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]]]]]]],vk=[0,0,0],vn=[0,[7,0],0],vo=[0,[7,0],0],vp=[0,[7,0],0],vq=[0,[7,0],0],vl=n([m,97,c,32,97,32,aB,a,K,32,b,m,97,b,32,C,e,a,c,32,D,d,b,m,32,e,b,m,a,h,32,b,97,h,C,a,b,c]),vm=n([b,m,a,32,j,d,p,d,b,32,e,y,32,97,32,h,97,b,d,e,32,p,l,c,b,32,98,a,32,97,b,32,j,a,97,c,b,32,49]),vr=[0,o,[0,d,[0,y,[0,y,[0,a,[0,h,[0,a,[0,f,[0,99,[0,a,0]]]]]]]]]],va=[0,[7,0],0],vb=[0,[7,0],0],vc=[0,[7,0],0],vd=[0,[7,0],0],u$=n([u,e,u,l,j,97,b,d,e,f,32,97,b,32,99,e,f,y,d,o,a,f,99,a,32]),uO=[7,0],uN=[7,0],uI=[0,32,[0,98,[0,K,[0,32,0]]]],uJ=[0,32,0],uK=[0,32,0],uL=[0,58,[0,32,0]],uM=[0,99,[0,j,[0,97,[0,d,[0,p,[0,c,0]]]]]],uH=[0,0],uB=n([C,j,e,98,97,j,95,h,97,b,d,e,95,c,l,u,h,a,p,l,p]),uC=n([j,e,99,97,j,95,h,97,b,d,e,95,c,l,u,h,a,p,l,p]),uD=[0,0,3],uE=n([o,a,p,e,C,h,97,u,m,d,99,95,u,97,h,d,b,K]),uF=[0,1,2],uG=n([a,b1,l,97,j,d,cF,a,o,95,e,o,o,c]),t_=[1,1],t$=n([a,b1,l,97,j,d,cF,a,o,95,e,o,o,c,95,b,h,l,a,95,j,97,98,a,j,95,e,A,a,h,97,j,j]),ua=[0,1],ub=n([a,b1,l,97,j,95,e,u,u,e,h,b,l,f,d,b,K,95,e,A,a,h,97,j,j]),uc=[1,0],ud=n([a,b1,l,97,j,d,cF,a,o,95,e,o,o,c,95,b,h,l,a,95,j,97,98,a,j]),ue=[0,0],uf=n([a,b1,l,97,j,95,e,u,u,e,h,b,l,f,d,b,K]),tW=[0,0],tX=[0,1],tY=[0,0],tZ=n([m,97,c,32,e,b,m,a,h,32,aB,a,K,c,32,b,m,97,f,32,d,b,32,p,97,K,32,m,97,A,a]),ty=n([p,l,c,b,32,m,97,A,a,32,b,D,a,j,A,a,32,o,a,99,d,p,97,j,c]),tw=[0,48,0],tv=[0,0],tt=[0,0,1,0,1,0,0],tu=[0,0,0,0,1,0,0],tm=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,h,d,a,c]),tn=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,h,d,a,c]),to=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,h,d,a,c]),tk=[0,93,0],tl=[0,91,0],sy=[0,[0,0]],sw=[0,0],su=n([u,97,d,h,c,32,p,l,c,b,32,d,f,99,h,a,97,c,a]),sv=[0,0],ss=n([f,l,p,98,a,h,c,32,p,l,c,b,32,d,f,99,h,a,97,c,a]),so=n([p,l,c,b,32,98,a,32,u,e,c,d,b,d,A,a]),sn=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,h,d,a,c]),sp=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,h,d,a,c]),sq=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,h,d,a,c]),sh=[0,0],si=n([y,a,97,b,l,h,a,c,32,o,d,y,y,a,h,32,98,a,b,D,a,a,f,32,C,h,e,l,u,c,44,32,98,l,b,32,b,m,a,32,99,j,97,c,c,32,d,c,32,98,j,d,f,o]),sj=n([y,a,97,b,l,h,a,c,32,p,l,c,b,32,m,97,A,a,32,e,f,a,32,j,d,c,b,32,y,e,h,32,a,97,99,m,32,99,a,j,j,32,97,f,o,32,o,a,99,d,c,d,e,f]),sl=[0,0],sk=n([97,32,99,e,f,c,b,h,97,d,f,b,32,f,97,p,a,c,32,D,m,97,b,32,b,m,a,32,b,97,98,j,a,32,o,e,a,c,32,f,e,b,32,m,97,A,a]),sb=n([b,m,a,32,p,a,b,h,d,99,32,p,l,c,b,32,m,97,A,a,32,97,32,h,e,D,32,y,e,h,32,a,97,99,m,32,C,h,e,l,u]),sc=n([97,32,98,j,d,f,o,32,99,j,97,c,c,32,m,97,c,32,f,e,32,76,d,u,c,99,m,d,b,cF,32,99,e,f,c,b,97,f,b]),sd=n([b,97,l,32,p,l,c,b,32,98,a,32,97,b,32,p,e,c,b,32,C,97,p,p,97]),se=n([C,97,p,p,97,32,p,l,c,b,32,98,a,32,u,e,c,d,b,d,A,a,32,97,f,o,32,97,b,32,j,a,97,c,b,32,p]),sf=[0,97,[0,j,[0,j,0]]],sg=[0,u,[0,97,[0,d,[0,h,0]]]],r9=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,h,d,a,c]),r_=n([f,97,p,a,c,32,97,32,o,a,99,d,c,d,e,f,32,b,m,97,b,32,b,m,a,32,b,97,98,j,a,32,o,e,a,c,32,f,e,b,32,m,97,A,a]),r$=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,h,d,a,c]),sa=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,h,d,a,c]),r8=n([m,97,c,32,97,32,j,e,D,a,h,32,a,f,o,32,97,98,e,A,a,32,b,m,a,32,l,u,u,a,h,32,a,f,o]),r2=n([f,97,p,a,c,32,97,32,C,h,e,l,u,44,32,98,l,b,32,b,m,a,32,99,j,97,c,c,32,d,c,32,98,j,d,f,o]),r1=n([p,l,c,b,32,m,97,A,a,32,52,32,a,f,b,h,d,a,c]),r3=n([p,l,c,b,32,m,97,A,a,32,52,32,a,f,b,h,d,a,c]),r4=n([p,l,c,b,32,m,97,A,a,32,52,32,a,f,b,h,d,a,c]),r5=n([p,l,c,b,32,m,97,A,a,32,52,32,a,f,b,h,d,a,c]),r6=n([p,l,c,b,32,m,97,A,a,32,52,32,a,f,b,h,d,a,c]),r0=n([d,c,32,f,e,b,32,97,32,p,a,b,h,d,99]),ry=n([u,e,c,d,b,d,A,a,32,o,a,99,d,c,d,e,f,c,32,97,h,a,32,f,e,b,32,d,f,32,b,m,a,32,e,h,o,a,h,32,e,y,32,b,m,a,32,o,a,99,d,c,d,e,f,c]),rz=[0,0],rw=n([m,97,c,32,f,e,32,o,a,99,d,c,d,e,f,c,32,e,y,32,l,f,aB,f,e,D,f,32,C,h,e,l,u]),rx=n([m,97,c,32,97,32,99,a,j,j,32,97,y,b,a,h,32,b,m,a,32,o,a,99,d,c,d,e,f,c,32,e,y,32,l,f,aB,f,e,D,f,32,C,h,e,l,u]),ru=[0,0],rv=[0,0],rk=[0,0],rm=[0,1],rn=n([o,a,99,d,c,d,e,f,c,32,e,y,32,l,f,aB,f,e,D,f,32,C,h,e,l,u,32,o,e,32,f,e,b,32,C,e,32,D,d,b,m,32,b,m,97,b]),ro=n([p,l,c,b,32,98,a,32,b,h,l,a,32,D,m,a,h,a,32,d,b,32,d,c,32,c,b,97,b,a,o]),rl=n([p,l,c,b,32,98,a,32,b,h,l,a,32,D,m,a,h,a,32,d,b,32,d,c,32,c,b,97,b,a,o]),rp=[0,0],rq=[0,0],rr=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zB]]]]]]]]]]],rs=[0,0],rt=n([y,97,d,h,97,l,o,d,b,45,b,97,98,j,a,47,49]),re=n([e,f,j,K,32,99,e,l,f,b,c,32,m,97,A,a,32,b,h,l,a,32,j,97,98,a,j,c]),rf=[0,a,[0,b1,[0,l,[0,97,[0,j,0]]]]],rg=[0,D,[0,a,[0,d,[0,C,[0,m,[0,b,[0,c,0]]]]]]],rh=[0,99,[0,e,[0,l,[0,f,[0,b,[0,c,0]]]]]],ri=n([u,h,e,98,97,98,d,j,d,b,d,a,c]),rj=[0,99,[0,e,[0,l,[0,f,[0,b,[0,c,0]]]]]],rb=n([f,97,p,a,c,32,97,32,99,e,j,l,p,f,32,b,D,d,99,a]),rc=n([p,l,c,b,32,f,97,p,a,32,97,b,32,j,a,97,c,b,32,e,f,a,32,99,e,j,l,p,f,32,e,y,32,C,h,e,l,u,c]),rd=[0,0],qP=[0,0],qQ=[0,0],qR=[0,0],qM=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zC]]]]]]]]]]],qJ=[0,0],qI=[0,1],qH=[0,0],qK=[0,0],qG=[0,0],qD=[0,1],qE=[0,1],qF=[0,2],qs=[0,1],qt=[0,3],qu=[0,2],qv=[0,0],qp=[0,[0,0],[0,[0,1],[0,[1,0],[0,[1,1],0]]]],qq=[0,0,[0,1,[0,2,[0,3,[0,4,[0,5,[0,6,[0,7,0]]]]]]]],qm=[0,0,0],qe=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zF]]]]]]]]]]],qd=[0,0],qc=n([p,l,c,b,32,98,a,32,97,32,h,97,b,d,e,f,97,j,44,32,97,32,c,b,h,d,f,C]),qa=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,A,a]),p$=n([p,l,c,b,32,98,a,32,97,32,h,97,b,d,e,f,97,j,32,d,f,32,j,e,D,a,c,b,32,b,a,h,p,c]),p_=n([p,l,c,b,32,98,a,32,97,32,h,97,b,d,e,f,97,j,44,32,97,32,c,b,h,d,f,C]),p8=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zG]]]]]]]]]]],p9=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zH]]]]]]]]]]],p4=n([p,l,c,b,32,98,a,32,m,a,ag,97,o,a,99,d,p,97,j,32,o,d,C,d,b,c]),p2=n([j,d,c,b,c,32,c,e,p,a,b,m,d,f,C,32,b,D,d,99,a]),p3=n([p,l,c,b,32,f,e,b,32,98,a,32,a,p,u,b,K]),p0=n([j,d,c,b,c,32,c,e,p,a,b,m,d,f,C,32,b,D,d,99,a]),p1=n([p,l,c,b,32,f,e,b,32,98,a,32,a,p,u,b,K]),pZ=[0,44,[0,44,0]],pY=[0,44,[0,46,0]],pW=n([p,l,c,b,32,98,a,32,b,h,l,a,32,e,h,32,y,97,j,c,a]),pV=n([d,c,32,e,l,b,32,e,y,32,h,97,f,C,a]),pU=n([p,l,c,b,32,98,a,32,97,f,32,d,f,b,a,C,a,h]),pT=n([m,e,j,o,c,32,97,32,j,e,f,a,32,c,l,h,h,e,C,97,b,a]),pS=n([p,l,c,b,32,98,a,32,97,32,c,b,h,d,f,C]),pR=n([m,97,c,32,97,f,e,b,m,a,h,32,j,a,f,C,b,m]),pQ=n([j,97,99,aB,c,32,97,32,aB,a,K]),pO=n([m,97,c,32,97,f,32,l,f,aB,f,e,D,f,32,aB,a,K]),pP=n([j,97,99,aB,c,32,97,32,aB,a,K]),pN=n([p,l,c,b,32,98,a,32,97,32,j,d,c,b]),pM=n([p,l,c,b,32,98,a,32,97,f,32,e,98,an,a,99,b]),pL=[0,0],pG=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zI]]]]]]]]]]],pA=[0,[0,1,1],1],pB=[0,1,1],pC=[0,[0,[0,1,1],0],1],pD=[0,1,0],pE=[0,[0,[0,1,1],0],1],pu=[0,92,[0,92,0]],pv=[0,92,[0,98,0]],pw=[0,92,[0,y,0]],px=[0,92,[0,f,0]],py=[0,92,[0,h,0]],pz=[0,92,[0,b,0]],pt=[0,0],pq=[6,[4,0]],pr=[0,0],pg=[3,0,0,0],ph=[0,0],pi=[0,1],pj=[1,0,1],pk=[0,l,[0,j,[0,j,0]]],pl=[0,1],pm=[0,h,[0,l,[0,a,0]]],pn=[0,0],po=[0,97,[0,j,[0,c,[0,a,0]]]],pp=[6,[3,0]],pf=[0,0],pb=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zJ]]]]]]]]]]],o5=[0,0],o7=[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]],pc=[0,[0,92,92],[0,[0,47,47],[0,[0,98,8],[0,[0,y,12],[0,[0,f,10],[0,[0,h,13],[0,[0,b,9],0]]]]]]],p6=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zO]]]]]]]]]]],qb=[0,d,[0,f,[0,y,0]]],qN=[0,48,0],qO=[0,d,[0,f,[0,y,0]]],qS=[0,aB,[0,d,[0,f,[0,o,0]]]],qT=[0,99,[0,e,[0,j,[0,l,[0,p,[0,f,[0,c,0]]]]]]],qU=[0,u,[0,e,[0,u,[0,l,[0,j,[0,97,[0,b,[0,d,[0,e,[0,f,0]]]]]]]]]],qV=[0,o,[0,a,[0,99,[0,d,[0,c,[0,d,[0,e,[0,f,0]]]]]]]],qW=[0,C,[0,h,[0,e,[0,l,[0,u,0]]]]],qX=[0,99,[0,e,[0,f,[0,b,[0,a,[0,ag,[0,b,0]]]]]]],qY=[0,b,[0,h,[0,l,[0,b,[0,m,0]]]]],qZ=[0,y,[0,e,[0,h,[0,p,[0,97,[0,b,0]]]]]],q0=[0,o,[0,a,[0,99,[0,d,[0,c,[0,d,[0,e,[0,f,[0,c,0]]]]]]]]],q1=[0,C,[0,h,[0,e,[0,l,[0,u,[0,c,0]]]]]],q2=[0,99,[0,e,[0,f,[0,b,[0,a,[0,ag,[0,b,[0,c,0]]]]]]]],q3=[0,l,[0,b,[0,d,[0,j,[0,d,[0,b,[0,K,0]]]]]]],q4=[0,c,[0,97,[0,j,[0,b,0]]]],q5=[0,u,[0,h,[0,e,[0,y,[0,d,[0,j,[0,a,[0,c,0]]]]]]]],q6=[0,l,[0,f,[0,aB,[0,f,[0,e,[0,D,[0,f,0]]]]]]],q7=[0,b,[0,h,[0,l,[0,b,[0,m,[0,c,0]]]]]],q8=[0,D,[0,a,[0,d,[0,C,[0,m,[0,b,[0,c,0]]]]]]],q9=[0,p,[0,97,[0,c,[0,c,0]]]],q_=[0,j,[0,e,[0,99,[0,97,[0,j,0]]]]],q$=[0,C,[0,j,[0,e,[0,98,[0,97,[0,j,0]]]]]],rA=n([48,49,50,51,52,53,54,55,56,57,46,43,45,a]),rD=[0,b1,[0,l,[0,97,[0,f,[0,b,[0,d,[0,b,[0,K,0]]]]]]]],rE=[0,C,[0,97,[0,p,[0,p,[0,97,0]]]]],rF=[0,p,0],rG=[0,b,[0,97,[0,l,0]]],rH=[0,b,[0,97,[0,l,[0,95,[0,e,[0,f,0]]]]]],rI=[0,98,[0,j,[0,d,[0,f,[0,o,0]]]]],rJ=[0,j,[0,d,[0,u,[0,c,[0,99,[0,m,[0,d,[0,b,[0,cF,0]]]]]]]]],rK=[0,p,[0,a,[0,b,[0,h,[0,d,[0,99,0]]]]]],rL=[0,e,[0,h,[0,o,[0,a,[0,h,0]]]]],rM=[0,h,[0,e,[0,D,[0,c,0]]]],rN=[0,y,[0,97,[0,p,[0,d,[0,j,[0,K,0]]]]]],rO=[0,b,[0,a,[0,h,[0,p,[0,c,0]]]]],rP=[0,98,[0,e,[0,l,[0,f,[0,o,0]]]]],rQ=[0,f,[0,97,[0,p,[0,a,[0,c,0]]]]],rR=[0,j,[0,e,[0,D,[0,a,[0,h,0]]]]],rS=[0,l,[0,u,[0,u,[0,a,[0,h,0]]]]],rT=[0,y,[0,a,[0,97,[0,b,[0,l,[0,h,[0,a,[0,c,0]]]]]]]],rU=n([99,e,a,y,y,d,99,d,a,f,b,c]),rV=[0,u,[0,97,[0,d,[0,h,[0,c,0]]]]],rW=[0,b,[0,m,[0,a,[0,b,[0,97,0]]]]],rX=[0,m,[0,d,[0,C,[0,m,[0,a,[0,h,0]]]]]],rY=n([p,l,j,b,d,u,j,d,a,h,c]),sC=[0,c,[0,l,[0,98,[0,an,[0,a,[0,99,[0,b,0]]]]]]],sD=[0,p,[0,a,[0,b,[0,h,[0,d,[0,99,[0,c,0]]]]]]],sE=n([f,e,b,95,99,e,p,u,97,h,a,o]),sF=[0,99,[0,j,[0,97,[0,d,[0,p,[0,c,0]]]]]],sG=[0,b,[0,97,[0,h,[0,C,[0,a,[0,b,[0,c,0]]]]]]],sH=[0,A,[0,a,[0,h,[0,o,[0,d,[0,99,[0,b,0]]]]]]],sI=[0,A,[0,a,[0,h,[0,c,[0,d,[0,e,[0,f,[0,c,0]]]]]]]],sJ=[0,d,[0,f,[0,b,[0,a,[0,h,[0,A,[0,97,[0,j,[0,c,0]]]]]]]]],sK=[0,99,[0,m,[0,97,[0,f,[0,C,[0,a,[0,o,0]]]]]]],sL=[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]],sM=[0,c,[0,m,[0,97,[0,50,[0,53,[0,54,0]]]]]],sN=[0,99,[0,a,[0,j,[0,j,[0,c,0]]]]],sO=[0,m,[0,a,[0,97,[0,o,[0,a,[0,h,0]]]]]],sP=[0,99,[0,j,[0,97,[0,c,[0,c,0]]]]],sQ=[0,u,[0,e,[0,c,[0,d,[0,b,[0,d,[0,A,[0,a,0]]]]]]]],sR=[0,u,[0,h,[0,d,[0,A,[0,97,[0,99,[0,K,0]]]]]]],sS=[0,o,[0,a,[0,99,[0,j,[0,97,[0,h,[0,a,[0,o,0]]]]]]]],sT=n([u,h,a,u,97,h,97,b,d,e,f]),sU=[0,c,[0,u,[0,a,[0,j,[0,j,[0,d,[0,f,[0,C,[0,c,0]]]]]]]]],sV=[0,l,[0,f,[0,o,[0,a,[0,99,[0,d,[0,o,[0,a,[0,o,0]]]]]]]]],sW=n([l,f,aB,f,e,D,f,95,c,m,97,h,a,c]),sX=[0,p,[0,97,[0,ag,[0,95,[0,o,[0,h,[0,d,[0,y,[0,b,0]]]]]]]]],sY=[0,a,[0,A,[0,97,[0,j,[0,l,[0,97,[0,b,[0,d,[0,e,[0,f,0]]]]]]]]]],sZ=n([o,a,u,a,f,o,c,95,e,f,95,C,h,e,l,u]),s0=[0,98,[0,l,[0,h,[0,o,[0,a,[0,f,0]]]]]],s1=[0,h,[0,97,[0,b,[0,d,[0,e,0]]]]],s2=[0,j,[0,e,[0,C,0]]],s3=[0,A,[0,97,[0,j,[0,l,[0,a,0]]]]],s4=[0,D,[0,d,[0,b,[0,f,[0,a,[0,c,[0,c,0]]]]]]],s5=n([a,ag,u,a,99,b,97,b,d,e,f,c]),s6=n([u,h,e,98,97,98,d,j,d,b,d,a,c]),s7=[0,h,[0,97,[0,b,[0,a,0]]]],s8=[0,h,[0,97,[0,b,[0,a,[0,c,0]]]]],s_=[0,h,[0,a,[0,97,[0,c,[0,e,[0,f,0]]]]]],s$=[0,h,[0,a,[0,j,[0,97,[0,b,[0,d,[0,e,[0,f,0]]]]]]]],ta=[0,c,[0,99,[0,e,[0,u,[0,a,0]]]]],tb=[0,98,[0,K,0]],tc=n([97,c,c,l,p,u,b,d,e,f,c]),td=[0,a,[0,A,[0,d,[0,o,[0,a,[0,f,[0,99,[0,a,0]]]]]]]],te=[0,c,[0,l,[0,u,[0,h,[0,a,[0,p,[0,l,[0,p,0]]]]]]]],tf=[0,j,[0,d,[0,p,[0,d,[0,b,0]]]]],tg=[0,l,[0,f,[0,d,[0,b,0]]]],th=[0,an,[0,l,[0,o,[0,C,[0,a,[0,o,0]]]]]],ti=[0,a,[0,c,[0,b,[0,d,[0,p,[0,97,[0,f,[0,o,0]]]]]]]],tj=[0,b,[0,d,[0,u,[0,c,0]]]],tp=n([y,97,j,c,a,95,u,e,c,d,b,d,A,a,95,h,97,b,a]),tr=n([b,h,l,a,95,u,e,c,d,b,d,A,a,95,h,97,b,a]),tA=n([f,e,32,o,a,99,d,c,d,e,f,c,32,D,d,b,m,32,97,f,e,b,m,a,h,32,b,h,l,a,32,j,97,98,a,j]),tD=n([f,e,32,o,a,99,d,c,d,e,f,c,32,D,d,b,m,32,b,m,a,32,u,e,c,d,b,d,A,a,32,b,h,l,a,32,j,97,98,a,j]),tG=n([97,32,C,h,e,l,u,32,d,c,32,p,d,c,c,d,f,C,32,d,f,32,97,32,99,e,f,b,a,ag,b,32,97,f,o,32,f,e,32,u,e,u,l,j,97,b,d,e,f,32,D,97,c,32,C,d,A,a,f]),tJ=n([f,e,32,u,e,u,l,j,97,b,d,e,f]),tL=n([y,a,D,a,h,32,b,m,97,f,32,b,D,e,32,C,h,e,l,u,c]),tN=n([f,e,32,o,a,99,d,c,d,e,f,c,32,h,a,99,e,h,o,a,o]),tP=n([y,97,j,c,a,95,u,e,c,d,b,d,A,a,95,h,97,b,a,95,e,A,a,h,97,j,j]),tR=n([y,97,j,c,a,95,u,e,c,d,b,d,A,a,95,h,97,b,a]),tT=n([b,h,l,a,95,u,e,c,d,b,d,A,a,95,h,97,b,a,95,e,A,a,h,97,j,j]),tV=n([b,h,l,a,95,u,e,c,d,b,d,A,a,95,h,97,b,a]),t0=n([C,j,e,98,97,j,95,c,l,u,h,a,p,l,p]),t2=n([j,e,99,97,j,95,c,l,u,h,a,p,l,p]),t4=n([a,b1,l,97,j,d,cF,a,o,95,e,o,o,c]),t6=n([o,a,p,e,C,h,97,u,m,d,99,95,u,97,h,d,b,K]),t7=n([C,j,e,98,97,j,95,o,d,y,y,a,h,a,f,99,a]),t9=n([j,e,99,97,j,95,o,d,y,y,a,h,a,f,99,a]),uh=n([a,b1,l,97,j,d,cF,a,o,95,e,o,o,c]),uj=n([o,a,p,e,C,h,97,u,m,d,99,95,u,97,h,d,b,K]),ul=n([C,j,e,98,97,j,95,h,97,b,d,e]),un=n([j,e,99,97,j,95,h,97,b,d,e]),up=[0,61,0],uq=[0,60,[0,61,0]],ur=[0,b,[0,m,[0,d,[0,c,[0,32,[0,j,[0,97,[0,D,0]]]]]]]],us=n([a,A,a,h,K,32,l,b,d,j,d,b,K,32,e,y,32,b,m,a,32,99,j,97,c,c]),uu=n([a,f,l,p,a,h,97,b,d,e,f]),uv=[0,j,[0,u,[0,45,[0,o,[0,l,[0,97,[0,j,0]]]]]]],uw=[0,84,[0,53,0]],ux=[0,84,[0,54,0]],uy=[0,84,[0,55,0]],uz=n([j,e,99,97,j,95,h,97,b,d,e]),uA=n([C,j,e,98,97,j,95,h,97,b,d,e]),uQ=[0,99,[0,m,[0,97,[0,f,[0,C,[0,a,[0,o,0]]]]]]],uS=[0,3],uT=[0,o,[0,a,[0,u,[0,a,[0,f,[0,o,[0,c,0]]]]]]],uV=[0,2],uW=n([d,f,99,e,f,99,j,l,c,d,A,a]),uY=[0,1],uZ=[0,a,[0,ag,[0,99,[0,a,[0,a,[0,o,[0,c,0]]]]]]],u1=[0,0],u2=[0,D,[0,d,[0,b,[0,m,[0,d,[0,f,0]]]]]],u3=n([44,32,D,m,97,b,a,A,a,h,32,b,m,a,32,l,f,o,a,99,d,o,a,o,32,p,a,97,f,b]),u5=n([44,32,D,d,b,m,d,f,32,b,m,a,32,o,a,99,j,97,h,a,o,32,o,h,d,y,b]),u7=n([44,32,D,d,b,m,32,b,m,a,32,o,a,99,j,97,h,a,o,32,m,d,o,o,a,f,32,99,e,f,b,a,ag,b]),u9=n([44,32,D,m,e,a,A,a,h,32,b,m,a,32,l,f,aB,f,e,D,f,32,97,h,a]),vA=[0,99,[0,e,[0,f,[0,y,[0,d,[0,o,[0,a,[0,f,[0,99,[0,a,0]]]]]]]]]],vB=[0,a,[0,f,[0,o,[0,c,0]]]],vC=[0,h,[0,a,[0,C,[0,d,[0,e,[0,f,0]]]]]],vD=n([d,f,o,a,u,a,f,o,a,f,b]),vE=[0,p,[0,a,[0,b,[0,m,[0,e,[0,o,0]]]]]],vF=[0,j,[0,d,[0,p,[0,d,[0,b,[0,c,0]]]]]],vG=[0,j,[0,a,[0,A,[0,a,[0,j,[0,c,0]]]]]],vH=[0,l,[0,u,[0,u,[0,a,[0,h,0]]]]],vI=[0,j,[0,e,[0,D,[0,a,[0,h,0]]]]],vJ=[0,u,[0,97,[0,d,[0,h,0]]]],vK=[0,d,[0,f,[0,b,[0,a,[0,h,[0,A,[0,97,[0,j,0]]]]]]]],vL=[0,l,[0,f,[0,d,[0,b,[0,c,0]]]]],vN=[0,n([m,e,a,y,y,o,d,f,C,45,aB,j]),[0,n([a,p,u,d,h,d,99,97,j,45,98,a,h,f,c,b,a,d,f]),[0,n([d,f,b,a,h,c,a,99,b,d,e,f]),0]]],we=n([u,e,u,l,j,97,b,d,e,f,32,97,b,32,99,e,f,y,d,o,a,f,99,a,32]),wf=n([u,e,u,l,j,97,b,d,e,f,44,32,e,f,a,45,c,d,o,a,o,32,97,b,32,99,e,f,y,d,o,a,f,99,a,32]),wl=[0,98,[0,d,[0,f,[0,e,[0,p,[0,d,[0,97,[0,j,0]]]]]]]],wn=[0,62,[0,61,0]],wp=n([b,m,a,32,o,h,97,D,c,32,D,d,b,m,d,f,32,97,32,99,a,j,j,32,97,h,a,32,d,f,o,a,u,a,f,o,a,f,b,44,32,a,97,99,m,32,D,d,b,m,32,b,m,a,32,j,97,D,32,e,y,32,b,m,a,32,99,a,j,j,44,32,97,f,o,32,m,e,D,32,p,97,f,K,32,b,m,a,h,a,32,97,h,a,32,o,e,a,c,32,f,e,b,32,o,a,u,a,f,o,32,e,f,32,m,e,D,32,b,m,a,K,32,99,97,p,a,32,e,l,b]),wr=n([b,m,a,32,99,e,f,b,a,ag,b,c,32,e,y,32,a,97,99,m,32,C,h,e,l,u,32,D,a,h,a,32,o,h,97,D,f,32,y,h,e,p,32,d,b,c,32,u,e,u,l,j,97,b,d,e,f,44,32,f,e,b,32,c,a,b,32,98,K,32,o,a,c,d,C,f]),wu=n([D,m,97,b,a,A,a,h,32,99,e,l,j,o,32,m,97,A,a,32,98,a,a,f,32,o,h,97,D,f,32,d,f,32,97,32,99,a,j,j,32,m,97,c,32,97,32,l,b,d,j,d,b,K,32,98,a,b,D,a,a,f,32,48,32,97,f,o,32,b,m,a,32,C,h,a,97,b,a,c,b,32,b,m,97,b,32,97,32,o,a,99,d,c,d,e,f,32,m,97,c,32,b,m,a,h,a]),ww=n([l,b,d,j,d,b,K,44,32,p,a,b,m,e,o,32,97,f,o,32,99,e,f,y,d,o,a,f,99,a,32,D,a,h,a,32,99,m,e,c,a,f,32,D,d,b,m,e,l,b,32,j,e,e,aB,d,f,C,32,97,b,32,b,m,a,32,o,h,97,D,c]),wy=n([b,m,a,32,o,h,97,D,c,32,e,y,32,o,d,y,y,a,h,a,f,b,32,99,a,j,j,c,32,97,h,a,32,d,f,o,a,u,a,f,o,a,f,b,32,e,y,32,a,97,99,m,32,e,b,m,a,h]),wA=n([97,32,c,97,p,u,j,d,f,C,32,l,f,d,b,32,99,97,f,32,m,97,A,a,32,f,e,32,p,e,h,a,32,b,m,97,f,32,e,f,a,32,h,e,D,32,d,f,32,97,32,99,a,j,j,44,32,97,c,32,d,c,32,b,m,a,32,99,97,c,a,32,m,a,h,a]),wG=[0,y,[0,d,[0,j,[0,b,[0,a,[0,h,[0,c,0]]]]]]],wH=[0,d,[0,f,[0,u,[0,l,[0,b,[0,c,0]]]]]],wI=[0,e,[0,l,[0,b,[0,u,[0,l,[0,b,[0,c,0]]]]]]],wJ=[0,h,[0,a,[0,j,[0,a,[0,97,[0,c,[0,a,[0,c,0]]]]]]]],wK=[0,o,[0,h,[0,97,[0,D,[0,c,0]]]]],wL=n([b,h,l,a,95,99,e,f,b,a,ag,b]),wM=[0,b,[0,h,[0,l,[0,a,[0,95,[0,C,[0,h,[0,e,[0,l,[0,u,0]]]]]]]]]],wN=[0,C,[0,j,[0,e,[0,98,[0,97,[0,j,[0,95,[0,b,[0,97,[0,l,0]]]]]]]]]],wO=[0,98,[0,K,[0,95,[0,99,[0,e,[0,f,[0,b,[0,a,[0,ag,[0,b,0]]]]]]]]]],wP=[0,u,[0,e,[0,j,[0,d,[0,99,[0,K,0]]]]]],xg=n([a,ag,u,95,a,u,c,d,j,e,f]),xh=[0,97,[0,b,[0,b,[0,h,[0,d,[0,98,[0,l,[0,b,[0,a,[0,c,0]]]]]]]]]],xi=n([p,l,j,b,d,u,j,d,a,h,c]),xj=[0,h,[0,97,[0,D,[0,95,[0,h,[0,97,[0,b,[0,d,[0,e,0]]]]]]]]],xl=n([99,e,p,u,e,c,d,b,d,e,f]),xn=[0,97,[0,b,[0,b,[0,97,[0,d,[0,f,[0,a,[0,o,0]]]]]]]],xo=[0,l,[0,f,[0,y,[0,d,[0,j,[0,b,[0,a,[0,h,[0,a,[0,o,0]]]]]]]]]],xB=n([97,f,K,32,u,e,j,d,99,K,32,98,a,m,d,f,o,32,b,m,d,c,32,y,d,j,b,a,h]),xC=n([32,b,m,97,b,32,aB,a,a,u,c,32,b,m,a,32,o,a,99,j,97,h,a,o,32,y,j,e,e,h]),xD=n([44,32,97,f,K,32,l,b,d,j,d,b,K,32,e,y,32,b,m,a,32,o,a,99,j,97,h,a,o,32,h,97,f,C,a]),xE=n([b,m,d,c,32,u,e,j,d,99,K,32,97,f,o,32,99,e,f,b,a,ag,b,32,y,d,j,b,a,h,44,32,97,f,K,32,C,h,e,l,u,32,y,d,j,b,a,h,32,97,b,32,p,e,c,b,32,b,m,d,c,32,a,u,c,d,j,e,f,32,b,m,97,b,32,h,a,j,a,97,c,a,c,32,b,m,a,32,c,97,p,a,32,A,97,j,l,a,c]),xG=n([b,m,d,c,32,u,e,j,d,99,K,32,97,f,o,32,C,h,e,l,u,32,y,d,j,b,a,h,44,32,97,f,K,32,99,e,f,b,a,ag,b,32,y,d,j,b,a,h,32,b,m,97,b,32,h,a,j,a,97,c,a,c,32,b,m,a,c,a,32,99,e,f,b,a,ag,b,c]),xI=[0,84,[0,49,[0,51,0]]],xJ=n([84,53,45,o,a,99,d,c,d,e,f]),x9=n([b,m,a,32,y,d,j,b,a,h,39,c,32,o,h,97,D,c,32,y,e,h,32,C,h,e,l,u,32,97,f,o,32,99,e,f,b,a,ag,b,32,97,h,a,32,d,f,o,a,u,a,f,o,a,f,b,32,e,y,32,a,97,99,m,32,e,b,m,a,h,32,97,f,o,32,e,y,32,a,A,a,h,K,b,m,d,f,C,32,a,j,c,a,44,32,y,h,a,c,m,32,y,e,h,32,a,97,99,m,32,o,a,99,d,c,d,e,f,44,32,97,f,o,32,b,m,a,32,o,a,99,d,c,d,e,f,32,o,a,u,a,f,o,c,32,e,f,32,C,h,e,l,u,32,97,f,o,32,99,e,f,b,a,ag,b,32,e,f,j,K,32,b,m,h,e,l,C,m,32,D,m,97,b,32,b,m,a,32,y,d,j,b,a,h,c,32,h,a,j,a,97,c,a]),x_=n([b,m,a,32,99,e,f,b,a,ag,b,c,32,e,y,32,a,97,99,m,32,C,h,e,l,u,32,97,h,a,32,o,d,c,b,h,d,98,l,b,a,o,32,97,c,32,d,f,32,b,m,a,32,c,b,97,b,a,o,32,u,e,u,l,j,97,b,d,e,f]),zr=s(": "),zp=[0,[0,s("nothing was judged: the certificate needs more memory than there is"),0],3],zq=[0,[0,s("nothing was judged: the certificate does not embed its table; give it with --table"),0],3],zs=s("malformed: "),zl=s(lX),zm=s("FALSE"),zn=s("not covered"),zj=[0,[11,s("\\x"),[4,6,[0,2,2],0,0]],s("\\x%02x")],zk=s(U),zt=s("\n");function
+aq(a){if(typeof
 a==="number")return 0;else
 switch(a[0]){case
-0:return[0,ak(a[1])];case
-1:return[1,ak(a[1])];case
-2:return[2,ak(a[1])];case
-3:return[3,ak(a[1])];case
-4:return[4,ak(a[1])];case
-5:return[5,ak(a[1])];case
-6:return[6,ak(a[1])];case
-7:return[7,ak(a[1])];case
+0:return[0,aq(a[1])];case
+1:return[1,aq(a[1])];case
+2:return[2,aq(a[1])];case
+3:return[3,aq(a[1])];case
+4:return[4,aq(a[1])];case
+5:return[5,aq(a[1])];case
+6:return[6,aq(a[1])];case
+7:return[7,aq(a[1])];case
 8:var
-c=a[1];return[8,c,ak(a[2])];case
+c=a[1];return[8,c,aq(a[2])];case
 9:var
-b=a[1];return[9,b,b,ak(a[3])];case
-10:return[10,ak(a[1])];case
-11:return[11,ak(a[1])];case
-12:return[12,ak(a[1])];case
-13:return[13,ak(a[1])];default:return[14,ak(a[1])]}}function
-aQ(a,b){if(typeof
+b=a[1];return[9,b,b,aq(a[3])];case
+10:return[10,aq(a[1])];case
+11:return[11,aq(a[1])];case
+12:return[12,aq(a[1])];case
+13:return[13,aq(a[1])];default:return[14,aq(a[1])]}}function
+aW(a,b){if(typeof
 a==="number")return b;else
 switch(a[0]){case
-0:return[0,aQ(a[1],b)];case
-1:return[1,aQ(a[1],b)];case
-2:return[2,aQ(a[1],b)];case
-3:return[3,aQ(a[1],b)];case
-4:return[4,aQ(a[1],b)];case
-5:return[5,aQ(a[1],b)];case
-6:return[6,aQ(a[1],b)];case
-7:return[7,aQ(a[1],b)];case
+0:return[0,aW(a[1],b)];case
+1:return[1,aW(a[1],b)];case
+2:return[2,aW(a[1],b)];case
+3:return[3,aW(a[1],b)];case
+4:return[4,aW(a[1],b)];case
+5:return[5,aW(a[1],b)];case
+6:return[6,aW(a[1],b)];case
+7:return[7,aW(a[1],b)];case
 8:var
-c=a[1];return[8,c,aQ(a[2],b)];case
+c=a[1];return[8,c,aW(a[2],b)];case
 9:var
-d=a[2],e=a[1];return[9,e,d,aQ(a[3],b)];case
-10:return[10,aQ(a[1],b)];case
-11:return[11,aQ(a[1],b)];case
-12:return[12,aQ(a[1],b)];case
-13:return[13,aQ(a[1],b)];default:return[14,aQ(a[1],b)]}}function
-af(a,b){if(typeof
+d=a[2],e=a[1];return[9,e,d,aW(a[3],b)];case
+10:return[10,aW(a[1],b)];case
+11:return[11,aW(a[1],b)];case
+12:return[12,aW(a[1],b)];case
+13:return[13,aW(a[1],b)];default:return[14,aW(a[1],b)]}}function
+aj(a,b){if(typeof
 a==="number")return b;else
 switch(a[0]){case
-0:return[0,af(a[1],b)];case
-1:return[1,af(a[1],b)];case
+0:return[0,aj(a[1],b)];case
+1:return[1,aj(a[1],b)];case
 2:var
-c=a[1];return[2,c,af(a[2],b)];case
+c=a[1];return[2,c,aj(a[2],b)];case
 3:var
-d=a[1];return[3,d,af(a[2],b)];case
+d=a[1];return[3,d,aj(a[2],b)];case
 4:var
-e=a[3],f=a[2],g=a[1];return[4,g,f,e,af(a[4],b)];case
+e=a[3],f=a[2],g=a[1];return[4,g,f,e,aj(a[4],b)];case
 5:var
-h=a[3],i=a[2],j=a[1];return[5,j,i,h,af(a[4],b)];case
+h=a[3],i=a[2],j=a[1];return[5,j,i,h,aj(a[4],b)];case
 6:var
-k=a[3],l=a[2],m=a[1];return[6,m,l,k,af(a[4],b)];case
+k=a[3],l=a[2],m=a[1];return[6,m,l,k,aj(a[4],b)];case
 7:var
-n=a[3],o=a[2],p=a[1];return[7,p,o,n,af(a[4],b)];case
+n=a[3],o=a[2],p=a[1];return[7,p,o,n,aj(a[4],b)];case
 8:var
-q=a[3],r=a[2],s=a[1];return[8,s,r,q,af(a[4],b)];case
+q=a[3],r=a[2],s=a[1];return[8,s,r,q,aj(a[4],b)];case
 9:var
-t=a[1];return[9,t,af(a[2],b)];case
-10:return[10,af(a[1],b)];case
+t=a[1];return[9,t,aj(a[2],b)];case
+10:return[10,aj(a[1],b)];case
 11:var
-u=a[1];return[11,u,af(a[2],b)];case
+u=a[1];return[11,u,aj(a[2],b)];case
 12:var
-v=a[1];return[12,v,af(a[2],b)];case
+v=a[1];return[12,v,aj(a[2],b)];case
 13:var
-w=a[2],x=a[1];return[13,x,w,af(a[3],b)];case
+w=a[2],x=a[1];return[13,x,w,aj(a[3],b)];case
 14:var
-y=a[2],z=a[1];return[14,z,y,af(a[3],b)];case
-15:return[15,af(a[1],b)];case
-16:return[16,af(a[1],b)];case
+y=a[2],z=a[1];return[14,z,y,aj(a[3],b)];case
+15:return[15,aj(a[1],b)];case
+16:return[16,aj(a[1],b)];case
 17:var
-A=a[1];return[17,A,af(a[2],b)];case
+A=a[1];return[17,A,aj(a[2],b)];case
 18:var
-B=a[1];return[18,B,af(a[2],b)];case
-19:return[19,af(a[1],b)];case
+B=a[1];return[18,B,aj(a[2],b)];case
+19:return[19,aj(a[1],b)];case
 20:var
-C=a[2],D=a[1];return[20,D,C,af(a[3],b)];case
+C=a[2],D=a[1];return[20,D,C,aj(a[3],b)];case
 21:var
-E=a[1];return[21,E,af(a[2],b)];case
-22:return[22,af(a[1],b)];case
+E=a[1];return[21,E,aj(a[2],b)];case
+22:return[22,aj(a[1],b)];case
 23:var
-F=a[1];return[23,F,af(a[2],b)];default:var
-G=a[2],H=a[1];return[24,H,G,af(a[3],b)]}}function
-cm(a){throw[0,g5,a]}function
-e9(a){return 0<=a?a:-a|0}function
-c_(d,c){var
-a=aj(d),e=aj(c),b=aA(a+e|0);bH(d,0,b,0,a);bH(c,0,b,a,e);return a0(b)}function
-l8(a){return a?l9:l_}yv(0);lT(1);lT(2);function
-g_(b){function
+F=a[1];return[23,F,aj(a[2],b)];default:var
+G=a[2],H=a[1];return[24,H,G,aj(a[3],b)]}}function
+cr(a){throw[0,ho,a]}function
+fp(a){return 0<=a?a:-a|0}function
+df(d,c){var
+a=ao(d),e=ao(c),b=aG(a+e|0);bN(d,0,b,0,a);bN(c,0,b,a,e);return a4(b)}function
+mS(a){return a?mT:mU}Ap(0);mD(1);mD(2);function
+ht(b){function
 a(b){var
 a=b;for(;;){if(a){var
-c=a[2],d=a[1];try{yu(d)}catch(a){a=l0(a);if(a[1]!==g9)throw a;var
+c=a[2],d=a[1];try{Ao(d)}catch(a){a=mK(a);if(a[1]!==hs)throw a;var
 e=a}var
-a=c;continue}return 0}}return a(yw(0))}yC(p(kO),g_);function
-l$(b,a){return a?[0,y(b,a[1])]:0}function
-e_(a){if(0<=a&&!(gB<a))return a;return cm(ma)}var
-c$=(4*yF(0)|0)-1|0;function
-e$(d){var
+a=c;continue}return 0}}return a(Aq(0))}Aw(s(ly),ht);function
+mV(b,a){return a?[0,z(b,a[1])]:0}function
+fq(a){if(0<=a&&!(gW<a))return a;return cr(mW)}var
+dg=(4*Az(0)|0)-1|0;function
+fr(d){var
 a=d,b=0;for(;;){if(a){var
 c=[0,a[1],b],a=a[2],b=c;continue}return b}}function
-g$(d,c){var
+hu(d,c){var
 b=0,a=c;for(;;){if(a){var
-e=a[2],b=[0,y(d,a[1]),b],a=e;continue}return b}}function
-b4(a,c){var
-b=aA(a);x8(b,0,a,c);return b}function
-ha(d,b,a){var
-f=0;if(0<=b&&0<=a&&!((aZ(d)-a|0)<b)){var
-c=aA(a);cy(d,b,c,0,a);var
+e=a[2],b=[0,z(d,a[1]),b],a=e;continue}return b}}function
+b8(a,c){var
+b=aG(a);z2(b,0,a,c);return b}function
+hv(d,b,a){var
+f=0;if(0<=b&&0<=a&&!((a3(d)-a|0)<b)){var
+c=aG(a);cG(d,b,c,0,a);var
 e=c;f=1}if(!f)var
-e=cm(mh);return a0(e)}function
-hb(e,c,d,b,a){if(0<=a&&0<=c&&!((aZ(e)-a|0)<c)&&0<=b&&!((aZ(d)-a|0)<b))return cy(e,c,d,b,a);return cm(mi)}function
-bI(e,c,d,b,a){if(0<=a&&0<=c&&!((aj(e)-a|0)<c)&&0<=b&&!((aZ(d)-a|0)<b))return bH(e,c,d,b,a);return cm(mj)}function
-hc(b,a){return a0(b4(b,a))}function
-fa(k,g){if(g){var
-h=aj(k),c=0,b=g,p=0;for(;;){if(b){var
+e=cr(m3);return a4(e)}function
+hw(e,c,d,b,a){if(0<=a&&0<=c&&!((a3(e)-a|0)<c)&&0<=b&&!((a3(d)-a|0)<b))return cG(e,c,d,b,a);return cr(m4)}function
+bO(e,c,d,b,a){if(0<=a&&0<=c&&!((ao(e)-a|0)<c)&&0<=b&&!((a3(d)-a|0)<b))return bN(e,c,d,b,a);return cr(m5)}function
+hx(b,a){return a4(b8(b,a))}function
+fs(k,g){if(g){var
+h=ao(k),c=0,b=g,p=0;for(;;){if(b){var
 i=b[1];if(b[2]){var
-j=(aj(i)+h|0)+c|0,m=b[2],n=c<=j?j:cm(mk),c=n,b=m;continue}var
-l=aj(i)+c|0}else
+j=(ao(i)+h|0)+c|0,m=b[2],n=c<=j?j:cr(m6),c=n,b=m;continue}var
+l=ao(i)+c|0}else
 var
 l=c;var
-f=aA(l),e=p,d=g;for(;;){if(d){var
+f=aG(l),e=p,d=g;for(;;){if(d){var
 a=d[1];if(d[2]){var
-o=d[2];bH(a,0,f,e,aj(a));bH(k,0,f,e+aj(a)|0,h);var
-e=(e+aj(a)|0)+h|0,d=o;continue}bH(a,0,f,e,aj(a))}return a0(f)}}}return ml}function
-hd(a,c){var
-d=a[2],b=[0,a[3]];for(;;){if(b[1]<(d+c|0)){b[1]=2*b[1]|0;continue}if(c$<b[1]){if(!((d+c|0)<=c$))throw[0,g6,mp];b[1]=c$}var
-e=aA(b[1]);hb(a[1],0,e,0,a[2]);a[1]=e;a[3]=b[1];if((a[2]+c|0)<=a[3]){if((d+c|0)<=a[3])return 0;throw[0,ap,mn]}throw[0,ap,mo]}}function
-da(a,c){var
-b=aj(c),d=a[2]+b|0;if(a[3]<d)hd(a,b);bH(c,0,a[1],a[2],b);a[2]=d;return 0}function
-fb(a){return 5===a[2]?12:-6}function
-he(a){return[0,0,aA(a)]}function
-hf(a,h){var
-b=aZ(a[2]),c=a[1]+h|0,d=b<c?1:0;if(d){var
-e=b*2|0,i=c<=e?e:c,f=aA(i);hb(a[2],0,f,0,b);a[2]=f;var
+o=d[2];bN(a,0,f,e,ao(a));bN(k,0,f,e+ao(a)|0,h);var
+e=(e+ao(a)|0)+h|0,d=o;continue}bN(a,0,f,e,ao(a))}return a4(f)}}}return m7}function
+hy(a,c){var
+d=a[2],b=[0,a[3]];for(;;){if(b[1]<(d+c|0)){b[1]=2*b[1]|0;continue}if(dg<b[1]){if(!((d+c|0)<=dg))throw[0,hp,m$];b[1]=dg}var
+e=aG(b[1]);hw(a[1],0,e,0,a[2]);a[1]=e;a[3]=b[1];if((a[2]+c|0)<=a[3]){if((d+c|0)<=a[3])return 0;throw[0,av,m9]}throw[0,av,m_]}}function
+dh(a,c){var
+b=ao(c),d=a[2]+b|0;if(a[3]<d)hy(a,b);bN(c,0,a[1],a[2],b);a[2]=d;return 0}function
+ft(a){return 5===a[2]?12:-6}function
+hz(a){return[0,0,aG(a)]}function
+hA(a,h){var
+b=a3(a[2]),c=a[1]+h|0,d=b<c?1:0;if(d){var
+e=b*2|0,i=c<=e?e:c,f=aG(i);hw(a[2],0,f,0,b);a[2]=f;var
 g=0}else
 var
 g=d;return g}function
-cG(a,b){hf(a,1);bZ(a[2],a[1],b);a[1]=a[1]+1|0;return 0}function
-aK(a,c){var
-b=aj(c);hf(a,b);bI(c,0,a[2],a[1],b);a[1]=a[1]+b|0;return 0}function
-hg(a){return ha(a[2],0,a[1])}function
-fc(b,c){var
+cO(a,b){hA(a,1);b3(a[2],a[1],b);a[1]=a[1]+1|0;return 0}function
+aO(a,c){var
+b=ao(c);hA(a,b);bO(c,0,a[2],a[1],b);a[1]=a[1]+b|0;return 0}function
+hB(a){return hv(a[2],0,a[1])}function
+fu(b,c){var
 a=c;for(;;)if(typeof
 a==="number")return 0;else
 switch(a[0]){case
 0:var
-d=a[1];aK(b,my);var
+d=a[1];aO(b,ni);var
 a=d;continue;case
 1:var
-e=a[1];aK(b,mz);var
+e=a[1];aO(b,nj);var
 a=e;continue;case
 2:var
-f=a[1];aK(b,mA);var
+f=a[1];aO(b,nk);var
 a=f;continue;case
 3:var
-g=a[1];aK(b,mB);var
+g=a[1];aO(b,nl);var
 a=g;continue;case
 4:var
-h=a[1];aK(b,mC);var
+h=a[1];aO(b,nm);var
 a=h;continue;case
 5:var
-i=a[1];aK(b,mD);var
+i=a[1];aO(b,nn);var
 a=i;continue;case
 6:var
-j=a[1];aK(b,mE);var
+j=a[1];aO(b,no);var
 a=j;continue;case
 7:var
-k=a[1];aK(b,mF);var
+k=a[1];aO(b,np);var
 a=k;continue;case
 8:var
-l=a[2],m=a[1];aK(b,mG);fc(b,m);aK(b,mH);var
+l=a[2],m=a[1];aO(b,nq);fu(b,m);aO(b,nr);var
 a=l;continue;case
 9:var
-n=a[3],o=a[1];aK(b,mI);fc(b,o);aK(b,mJ);var
+n=a[3],o=a[1];aO(b,ns);fu(b,o);aO(b,nt);var
 a=n;continue;case
 10:var
-p=a[1];aK(b,mK);var
+p=a[1];aO(b,nu);var
 a=p;continue;case
 11:var
-q=a[1];aK(b,mL);var
+q=a[1];aO(b,nv);var
 a=q;continue;case
 12:var
-r=a[1];aK(b,mM);var
+r=a[1];aO(b,nw);var
 a=r;continue;case
 13:var
-s=a[1];aK(b,mN);var
+s=a[1];aO(b,nx);var
 a=s;continue;default:var
-t=a[1];aK(b,mO);var
+t=a[1];aO(b,ny);var
 a=t;continue}}function
-at(a){if(typeof
+az(a){if(typeof
 a==="number")return 0;else
 switch(a[0]){case
-0:return[0,at(a[1])];case
-1:return[1,at(a[1])];case
-2:return[2,at(a[1])];case
-3:return[3,at(a[1])];case
-4:return[4,at(a[1])];case
-5:return[5,at(a[1])];case
-6:return[6,at(a[1])];case
-7:return[7,at(a[1])];case
+0:return[0,az(a[1])];case
+1:return[1,az(a[1])];case
+2:return[2,az(a[1])];case
+3:return[3,az(a[1])];case
+4:return[4,az(a[1])];case
+5:return[5,az(a[1])];case
+6:return[6,az(a[1])];case
+7:return[7,az(a[1])];case
 8:var
-b=a[1];return[8,b,at(a[2])];case
+b=a[1];return[8,b,az(a[2])];case
 9:var
-c=a[2],d=a[1];return[9,c,d,at(a[3])];case
-10:return[10,at(a[1])];case
-11:return[11,at(a[1])];case
-12:return[12,at(a[1])];case
-13:return[13,at(a[1])];default:return[14,at(a[1])]}}function
-aL(a){if(typeof
+c=a[2],d=a[1];return[9,c,d,az(a[3])];case
+10:return[10,az(a[1])];case
+11:return[11,az(a[1])];case
+12:return[12,az(a[1])];case
+13:return[13,az(a[1])];default:return[14,az(a[1])]}}function
+aP(a){if(typeof
 a==="number"){var
 r=function(a){return 0},s=function(a){return 0},t=function(a){return 0};return[0,function(a){return 0},t,s,r]}else
 switch(a[0]){case
 0:var
-b=aL(a[1]),u=b[4],v=b[3],w=b[2],x=b[1],z=function(a){y(w,0);return 0};return[0,function(a){y(x,0);return 0},z,v,u];case
+b=aP(a[1]),u=b[4],v=b[3],w=b[2],x=b[1],y=function(a){z(w,0);return 0};return[0,function(a){z(x,0);return 0},y,v,u];case
 1:var
-c=aL(a[1]),A=c[4],B=c[3],C=c[2],D=c[1],E=function(a){y(C,0);return 0};return[0,function(a){y(D,0);return 0},E,B,A];case
+c=aP(a[1]),A=c[4],B=c[3],C=c[2],D=c[1],E=function(a){z(C,0);return 0};return[0,function(a){z(D,0);return 0},E,B,A];case
 2:var
-d=aL(a[1]),F=d[4],G=d[3],H=d[2],I=d[1],J=function(a){y(H,0);return 0};return[0,function(a){y(I,0);return 0},J,G,F];case
+d=aP(a[1]),F=d[4],G=d[3],H=d[2],I=d[1],J=function(a){z(H,0);return 0};return[0,function(a){z(I,0);return 0},J,G,F];case
 3:var
-e=aL(a[1]),K=e[4],L=e[3],M=e[2],N=e[1],O=function(a){y(M,0);return 0};return[0,function(a){y(N,0);return 0},O,L,K];case
+e=aP(a[1]),K=e[4],L=e[3],M=e[2],N=e[1],O=function(a){z(M,0);return 0};return[0,function(a){z(N,0);return 0},O,L,K];case
 4:var
-f=aL(a[1]),P=f[4],Q=f[3],R=f[2],S=f[1],T=function(a){y(R,0);return 0};return[0,function(a){y(S,0);return 0},T,Q,P];case
+f=aP(a[1]),P=f[4],Q=f[3],R=f[2],S=f[1],T=function(a){z(R,0);return 0};return[0,function(a){z(S,0);return 0},T,Q,P];case
 5:var
-g=aL(a[1]),U=g[4],V=g[3],W=g[2],X=g[1],Y=function(a){y(W,0);return 0};return[0,function(a){y(X,0);return 0},Y,V,U];case
+g=aP(a[1]),U=g[4],V=g[3],W=g[2],X=g[1],Y=function(a){z(W,0);return 0};return[0,function(a){z(X,0);return 0},Y,V,U];case
 6:var
-h=aL(a[1]),Z=h[4],_=h[3],$=h[2],aa=h[1],ab=function(a){y($,0);return 0};return[0,function(a){y(aa,0);return 0},ab,_,Z];case
+h=aP(a[1]),Z=h[4],_=h[3],$=h[2],aa=h[1],ab=function(a){z($,0);return 0};return[0,function(a){z(aa,0);return 0},ab,_,Z];case
 7:var
-i=aL(a[1]),ac=i[4],ad=i[3],ae=i[2],af=i[1],ag=function(a){y(ae,0);return 0};return[0,function(a){y(af,0);return 0},ag,ad,ac];case
+i=aP(a[1]),ac=i[4],ad=i[3],ae=i[2],af=i[1],ag=function(a){z(ae,0);return 0};return[0,function(a){z(af,0);return 0},ag,ad,ac];case
 8:var
-j=aL(a[2]),ah=j[4],ai=j[3],aj=j[2],ak=j[1],al=function(a){y(aj,0);return 0};return[0,function(a){y(ak,0);return 0},al,ai,ah];case
+j=aP(a[2]),ah=j[4],ai=j[3],aj=j[2],ak=j[1],al=function(a){z(aj,0);return 0};return[0,function(a){z(ak,0);return 0},al,ai,ah];case
 9:var
-am=a[2],an=a[1],k=aL(a[3]),ao=k[4],ap=k[3],aq=k[2],ar=k[1],l=aL(au(at(an),am)),as=l[4],av=l[3],aw=l[2],ax=l[1],ay=function(a){y(as,0);y(ao,0);return 0},az=function(a){y(ap,0);y(av,0);return 0},aA=function(a){y(aw,0);y(aq,0);return 0};return[0,function(a){y(ar,0);y(ax,0);return 0},aA,az,ay];case
+am=a[2],an=a[1],k=aP(a[3]),ao=k[4],ap=k[3],aq=k[2],ar=k[1],l=aP(aC(az(an),am)),as=l[4],at=l[3],au=l[2],av=l[1],aw=function(a){z(as,0);z(ao,0);return 0},ax=function(a){z(ap,0);z(at,0);return 0},ay=function(a){z(au,0);z(aq,0);return 0};return[0,function(a){z(ar,0);z(av,0);return 0},ay,ax,aw];case
 10:var
-m=aL(a[1]),aB=m[4],aC=m[3],aD=m[2],aE=m[1],aF=function(a){y(aD,0);return 0};return[0,function(a){y(aE,0);return 0},aF,aC,aB];case
+m=aP(a[1]),aA=m[4],aB=m[3],aD=m[2],aE=m[1],aF=function(a){z(aD,0);return 0};return[0,function(a){z(aE,0);return 0},aF,aB,aA];case
 11:var
-n=aL(a[1]),aG=n[4],aH=n[3],aI=n[2],aJ=n[1],aK=function(a){y(aI,0);return 0};return[0,function(a){y(aJ,0);return 0},aK,aH,aG];case
+n=aP(a[1]),aG=n[4],aH=n[3],aI=n[2],aJ=n[1],aK=function(a){z(aI,0);return 0};return[0,function(a){z(aJ,0);return 0},aK,aH,aG];case
 12:var
-o=aL(a[1]),aM=o[4],aN=o[3],aO=o[2],aP=o[1],aQ=function(a){y(aO,0);return 0};return[0,function(a){y(aP,0);return 0},aQ,aN,aM];case
+o=aP(a[1]),aL=o[4],aM=o[3],aN=o[2],aO=o[1],aQ=function(a){z(aN,0);return 0};return[0,function(a){z(aO,0);return 0},aQ,aM,aL];case
 13:var
-p=aL(a[1]),aR=p[4],aS=p[3],aT=p[2],aU=p[1],aV=function(a){y(aR,0);return 0},aW=function(a){y(aS,0);return 0},aX=function(a){y(aT,0);return 0};return[0,function(a){y(aU,0);return 0},aX,aW,aV];default:var
-q=aL(a[1]),aY=q[4],aZ=q[3],a0=q[2],a1=q[1],a2=function(a){y(aY,0);return 0},a3=function(a){y(aZ,0);return 0},a4=function(a){y(a0,0);return 0};return[0,function(a){y(a1,0);return 0},a4,a3,a2]}}function
-au(c,b){var
+p=aP(a[1]),aR=p[4],aS=p[3],aT=p[2],aU=p[1],aV=function(a){z(aR,0);return 0},aW=function(a){z(aS,0);return 0},aX=function(a){z(aT,0);return 0};return[0,function(a){z(aU,0);return 0},aX,aW,aV];default:var
+q=aP(a[1]),aY=q[4],aZ=q[3],a0=q[2],a1=q[1],a2=function(a){z(aY,0);return 0},a3=function(a){z(aZ,0);return 0},a4=function(a){z(a0,0);return 0};return[0,function(a){z(a1,0);return 0},a4,a3,a2]}}function
+aC(c,b){var
 a=0;if(typeof
 c==="number")if(typeof
 b==="number")return 0;else
@@ -1013,12 +1013,12 @@ switch(b[0]){case
 13:a=3;break;case
 14:a=4;break;case
 8:a=5;break;case
-9:a=6;break;default:throw[0,ap,mP]}else
+9:a=6;break;default:throw[0,av,nz]}else
 switch(c[0]){case
 0:var
 d=0,s=c[1];if(typeof
 b!=="number")switch(b[0]){case
-0:return[0,au(s,b[1])];case
+0:return[0,aC(s,b[1])];case
 8:a=5;d=1;break;case
 9:a=6;d=1;break;case
 10:d=1;break;case
@@ -1029,7 +1029,7 @@ b!=="number")switch(b[0]){case
 1:var
 e=0,t=c[1];if(typeof
 b!=="number")switch(b[0]){case
-1:return[1,au(t,b[1])];case
+1:return[1,aC(t,b[1])];case
 8:a=5;e=1;break;case
 9:a=6;e=1;break;case
 10:e=1;break;case
@@ -1041,7 +1041,7 @@ b!=="number")switch(b[0]){case
 f=0,u=c[1];if(typeof
 b==="number")f=1;else
 switch(b[0]){case
-2:return[2,au(u,b[1])];case
+2:return[2,aC(u,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1053,7 +1053,7 @@ switch(b[0]){case
 g=0,v=c[1];if(typeof
 b==="number")g=1;else
 switch(b[0]){case
-3:return[3,au(v,b[1])];case
+3:return[3,aC(v,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1065,7 +1065,7 @@ switch(b[0]){case
 h=0,w=c[1];if(typeof
 b==="number")h=1;else
 switch(b[0]){case
-4:return[4,au(w,b[1])];case
+4:return[4,aC(w,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1077,7 +1077,7 @@ switch(b[0]){case
 i=0,x=c[1];if(typeof
 b==="number")i=1;else
 switch(b[0]){case
-5:return[5,au(x,b[1])];case
+5:return[5,aC(x,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1086,10 +1086,10 @@ switch(b[0]){case
 13:a=3;break;case
 14:a=4;break;default:i=1}if(i)a=7;break;case
 6:var
-j=0,z=c[1];if(typeof
+j=0,y=c[1];if(typeof
 b==="number")j=1;else
 switch(b[0]){case
-6:return[6,au(z,b[1])];case
+6:return[6,aC(y,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1101,7 +1101,7 @@ switch(b[0]){case
 k=0,A=c[1];if(typeof
 b==="number")k=1;else
 switch(b[0]){case
-7:return[7,au(A,b[1])];case
+7:return[7,aC(A,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1114,40 +1114,40 @@ l=0,B=c[2],C=c[1];if(typeof
 b==="number")l=1;else
 switch(b[0]){case
 8:var
-D=b[1],E=au(B,b[2]);return[8,au(C,D),E];case
+D=b[1],E=aC(B,b[2]);return[8,aC(C,D),E];case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:a=4;break;default:l=1}if(l)throw[0,ap,mY];break;case
+14:a=4;break;default:l=1}if(l)throw[0,av,nI];break;case
 9:var
 m=0,F=c[3],G=c[2],H=c[1];if(typeof
 b==="number")m=1;else
 switch(b[0]){case
 8:a=5;break;case
 9:var
-I=b[3],J=b[2],K=b[1],r=aL(au(at(G),K)),L=r[4];y(r[2],0);y(L,0);return[9,H,J,au(F,I)];case
+I=b[3],J=b[2],K=b[1],r=aP(aC(az(G),K)),L=r[4];z(r[2],0);z(L,0);return[9,H,J,aC(F,I)];case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:a=4;break;default:m=1}if(m)throw[0,ap,mZ];break;case
+14:a=4;break;default:m=1}if(m)throw[0,av,nJ];break;case
 10:var
 M=c[1];if(typeof
-b!=="number"&&10===b[0])return[10,au(M,b[1])];throw[0,ap,m0];case
+b!=="number"&&10===b[0])return[10,aC(M,b[1])];throw[0,av,nK];case
 11:var
 n=0,N=c[1];if(typeof
 b==="number")n=1;else
 switch(b[0]){case
 10:break;case
-11:return[11,au(N,b[1])];default:n=1}if(n)throw[0,ap,m1];break;case
+11:return[11,aC(N,b[1])];default:n=1}if(n)throw[0,av,nL];break;case
 12:var
 o=0,O=c[1];if(typeof
 b==="number")o=1;else
 switch(b[0]){case
 10:break;case
 11:a=1;break;case
-12:return[12,au(O,b[1])];default:o=1}if(o)throw[0,ap,m2];break;case
+12:return[12,aC(O,b[1])];default:o=1}if(o)throw[0,av,nM];break;case
 13:var
 p=0,P=c[1];if(typeof
 b==="number")p=1;else
@@ -1155,7 +1155,7 @@ switch(b[0]){case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
-13:return[13,au(P,b[1])];default:p=1}if(p)throw[0,ap,m3];break;default:var
+13:return[13,aC(P,b[1])];default:p=1}if(p)throw[0,av,nN];break;default:var
 q=0,Q=c[1];if(typeof
 b==="number")q=1;else
 switch(b[0]){case
@@ -1163,72 +1163,72 @@ switch(b[0]){case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:return[14,au(Q,b[1])];default:q=1}if(q)throw[0,ap,m4]}switch(a){case
-0:throw[0,ap,mS];case
-1:throw[0,ap,mT];case
-2:throw[0,ap,mU];case
-3:throw[0,ap,mV];case
-4:throw[0,ap,mW];case
-5:throw[0,ap,mQ];case
-6:throw[0,ap,mR];default:throw[0,ap,mX]}}var
-aC=[aS,m5,x_(0)];function
-dQ(b,a){if(typeof
+14:return[14,aC(Q,b[1])];default:q=1}if(q)throw[0,av,nO]}switch(a){case
+0:throw[0,av,nC];case
+1:throw[0,av,nD];case
+2:throw[0,av,nE];case
+3:throw[0,av,nF];case
+4:throw[0,av,nG];case
+5:throw[0,av,nA];case
+6:throw[0,av,nB];default:throw[0,av,nH]}}var
+aI=[aX,nP,z4(0)];function
+dZ(b,a){if(typeof
 b==="number")return[0,0,a];else{if(0===b[0])return[0,[0,b[1],b[2]],a];if(typeof
-a!=="number"&&2===a[0])return[0,[1,b[1]],a[1]];throw aC}}function
-db(e,b,d){var
-a=dQ(e,d);if(typeof
+a!=="number"&&2===a[0])return[0,[1,b[1]],a[1]];throw aI}}function
+di(e,b,d){var
+a=dZ(e,d);if(typeof
 b==="number"){if(b){var
 c=a[2];if(typeof
-c!=="number"&&2===c[0])return[0,a[1],1,c[1]];throw aC}return[0,a[1],0,a[2]]}return[0,a[1],[0,b[1]],a[2]]}function
-aU(b,c,a){if(typeof
+c!=="number"&&2===c[0])return[0,a[1],1,c[1]];throw aI}return[0,a[1],0,a[2]]}return[0,a[1],[0,b[1]],a[2]]}function
+aZ(b,c,a){if(typeof
 b==="number")return[0,0,ac(c,a)];else
 switch(b[0]){case
 0:if(typeof
 a!=="number"&&0===a[0]){var
-f=aU(b[1],c,a[1]);return[0,[0,f[1]],f[2]]}break;case
+f=aZ(b[1],c,a[1]);return[0,[0,f[1]],f[2]]}break;case
 1:if(typeof
 a!=="number"&&1===a[0]){var
-g=aU(b[1],c,a[1]);return[0,[1,g[1]],g[2]]}break;case
+g=aZ(b[1],c,a[1]);return[0,[1,g[1]],g[2]]}break;case
 2:if(typeof
 a!=="number"&&2===a[0]){var
-h=aU(b[1],c,a[1]);return[0,[2,h[1]],h[2]]}break;case
+h=aZ(b[1],c,a[1]);return[0,[2,h[1]],h[2]]}break;case
 3:if(typeof
 a!=="number"&&3===a[0]){var
-i=aU(b[1],c,a[1]);return[0,[3,i[1]],i[2]]}break;case
+i=aZ(b[1],c,a[1]);return[0,[3,i[1]],i[2]]}break;case
 4:if(typeof
 a!=="number"&&4===a[0]){var
-j=aU(b[1],c,a[1]);return[0,[4,j[1]],j[2]]}break;case
+j=aZ(b[1],c,a[1]);return[0,[4,j[1]],j[2]]}break;case
 5:if(typeof
 a!=="number"&&5===a[0]){var
-k=aU(b[1],c,a[1]);return[0,[5,k[1]],k[2]]}break;case
+k=aZ(b[1],c,a[1]);return[0,[5,k[1]],k[2]]}break;case
 6:if(typeof
 a!=="number"&&6===a[0]){var
-l=aU(b[1],c,a[1]);return[0,[6,l[1]],l[2]]}break;case
+l=aZ(b[1],c,a[1]);return[0,[6,l[1]],l[2]]}break;case
 7:if(typeof
 a!=="number"&&7===a[0]){var
-m=aU(b[1],c,a[1]);return[0,[7,m[1]],m[2]]}break;case
+m=aZ(b[1],c,a[1]);return[0,[7,m[1]],m[2]]}break;case
 8:if(typeof
 a!=="number"&&8===a[0]){var
-n=a[1],v=a[2],w=b[2];if(dN([0,b[1]],[0,n]))throw aC;var
-o=aU(w,c,v);return[0,[8,n,o[1]],o[2]]}break;case
+n=a[1],v=a[2],w=b[2];if(dW([0,b[1]],[0,n]))throw aI;var
+o=aZ(w,c,v);return[0,[8,n,o[1]],o[2]]}break;case
 9:if(typeof
 a!=="number"&&9===a[0]){var
-d=a[2],e=a[1],x=a[3],z=b[3],A=b[2],B=b[1],C=[0,ak(e)];if(dN([0,ak(B)],C))throw aC;var
-D=[0,ak(d)];if(dN([0,ak(A)],D))throw aC;var
-p=aL(au(at(e),d)),E=p[4];y(p[2],0);y(E,0);var
-q=aU(ak(z),c,x),F=q[2];return[0,[9,e,d,at(q[1])],F]}break;case
+d=a[2],e=a[1],x=a[3],y=b[3],A=b[2],B=b[1],C=[0,aq(e)];if(dW([0,aq(B)],C))throw aI;var
+D=[0,aq(d)];if(dW([0,aq(A)],D))throw aI;var
+p=aP(aC(az(e),d)),E=p[4];z(p[2],0);z(E,0);var
+q=aZ(aq(y),c,x),F=q[2];return[0,[9,e,d,az(q[1])],F]}break;case
 10:if(typeof
 a!=="number"&&10===a[0]){var
-r=aU(b[1],c,a[1]);return[0,[10,r[1]],r[2]]}break;case
+r=aZ(b[1],c,a[1]);return[0,[10,r[1]],r[2]]}break;case
 11:if(typeof
 a!=="number"&&11===a[0]){var
-s=aU(b[1],c,a[1]);return[0,[11,s[1]],s[2]]}break;case
+s=aZ(b[1],c,a[1]);return[0,[11,s[1]],s[2]]}break;case
 13:if(typeof
 a!=="number"&&13===a[0]){var
-t=aU(b[1],c,a[1]);return[0,[13,t[1]],t[2]]}break;case
+t=aZ(b[1],c,a[1]);return[0,[13,t[1]],t[2]]}break;case
 14:if(typeof
 a!=="number"&&14===a[0]){var
-u=aU(b[1],c,a[1]);return[0,[14,u[1]],u[2]]}break}throw aC}function
+u=aZ(b[1],c,a[1]);return[0,[14,u[1]],u[2]]}break}throw aI}function
 ac(b,a){if(typeof
 b==="number")return[0,0,a];else
 switch(b[0]){case
@@ -1239,51 +1239,51 @@ s=ac(b[1],a[1]);return[0,[0,s[1]],s[2]]}break;case
 a!=="number"&&0===a[0]){var
 t=ac(b[1],a[1]);return[0,[1,t[1]],t[2]]}break;case
 2:var
-aa=b[2],u=dQ(b[1],a),e=u[2],ab=u[1];if(typeof
+aa=b[2],u=dZ(b[1],a),e=u[2],ab=u[1];if(typeof
 e!=="number"&&1===e[0]){var
-v=ac(aa,e[1]);return[0,[2,ab,v[1]],v[2]]}throw aC;case
+v=ac(aa,e[1]);return[0,[2,ab,v[1]],v[2]]}throw aI;case
 3:var
-ad=b[2],w=dQ(b[1],a),f=w[2],ae=w[1];if(typeof
+ad=b[2],w=dZ(b[1],a),f=w[2],ae=w[1];if(typeof
 f!=="number"&&1===f[0]){var
-x=ac(ad,f[1]);return[0,[3,ae,x[1]],x[2]]}throw aC;case
+x=ac(ad,f[1]);return[0,[3,ae,x[1]],x[2]]}throw aI;case
 4:var
-af=b[4],ag=b[1],g=db(b[2],b[3],a),h=g[3],ah=g[1];if(typeof
+af=b[4],ag=b[1],g=di(b[2],b[3],a),h=g[3],ah=g[1];if(typeof
 h!=="number"&&2===h[0]){var
-ai=g[2],y=ac(af,h[1]);return[0,[4,ag,ah,ai,y[1]],y[2]]}throw aC;case
+ai=g[2],y=ac(af,h[1]);return[0,[4,ag,ah,ai,y[1]],y[2]]}throw aI;case
 5:var
-aj=b[4],al=b[1],i=db(b[2],b[3],a),j=i[3],am=i[1];if(typeof
+aj=b[4],ak=b[1],i=di(b[2],b[3],a),j=i[3],al=i[1];if(typeof
 j!=="number"&&3===j[0]){var
-an=i[2],z=ac(aj,j[1]);return[0,[5,al,am,an,z[1]],z[2]]}throw aC;case
+am=i[2],z=ac(aj,j[1]);return[0,[5,ak,al,am,z[1]],z[2]]}throw aI;case
 6:var
-ao=b[4],ap=b[1],k=db(b[2],b[3],a),l=k[3],aq=k[1];if(typeof
+an=b[4],ao=b[1],k=di(b[2],b[3],a),l=k[3],ap=k[1];if(typeof
 l!=="number"&&4===l[0]){var
-ar=k[2],A=ac(ao,l[1]);return[0,[6,ap,aq,ar,A[1]],A[2]]}throw aC;case
+ar=k[2],A=ac(an,l[1]);return[0,[6,ao,ap,ar,A[1]],A[2]]}throw aI;case
 7:var
-as=b[4],at=b[1],m=db(b[2],b[3],a),n=m[3],au=m[1];if(typeof
+as=b[4],at=b[1],m=di(b[2],b[3],a),n=m[3],au=m[1];if(typeof
 n!=="number"&&5===n[0]){var
-av=m[2],B=ac(as,n[1]);return[0,[7,at,au,av,B[1]],B[2]]}throw aC;case
+av=m[2],B=ac(as,n[1]);return[0,[7,at,au,av,B[1]],B[2]]}throw aI;case
 8:var
-aw=b[4],ax=b[1],o=db(b[2],b[3],a),p=o[3],ay=o[1];if(typeof
+aw=b[4],ax=b[1],o=di(b[2],b[3],a),p=o[3],ay=o[1];if(typeof
 p!=="number"&&6===p[0]){var
-az=o[2],C=ac(aw,p[1]);return[0,[8,ax,ay,az,C[1]],C[2]]}throw aC;case
+az=o[2],C=ac(aw,p[1]);return[0,[8,ax,ay,az,C[1]],C[2]]}throw aI;case
 9:var
-aA=b[2],D=dQ(b[1],a),q=D[2],aB=D[1];if(typeof
+aA=b[2],D=dZ(b[1],a),q=D[2],aB=D[1];if(typeof
 q!=="number"&&7===q[0]){var
-E=ac(aA,q[1]);return[0,[9,aB,E[1]],E[2]]}throw aC;case
+E=ac(aA,q[1]);return[0,[9,aB,E[1]],E[2]]}throw aI;case
 10:var
 F=ac(b[1],a);return[0,[10,F[1]],F[2]];case
 11:var
-aD=b[1],G=ac(b[2],a);return[0,[11,aD,G[1]],G[2]];case
+aC=b[1],G=ac(b[2],a);return[0,[11,aC,G[1]],G[2]];case
 12:var
-aE=b[1],H=ac(b[2],a);return[0,[12,aE,H[1]],H[2]];case
+aD=b[1],H=ac(b[2],a);return[0,[12,aD,H[1]],H[2]];case
 13:if(typeof
 a!=="number"&&8===a[0]){var
-I=a[1],aF=a[2],aG=b[3],aH=b[1];if(dN([0,b[2]],[0,I]))throw aC;var
-J=ac(aG,aF);return[0,[13,aH,I,J[1]],J[2]]}break;case
+I=a[1],aE=a[2],aF=b[3],aG=b[1];if(dW([0,b[2]],[0,I]))throw aI;var
+J=ac(aF,aE);return[0,[13,aG,I,J[1]],J[2]]}break;case
 14:if(typeof
 a!=="number"&&9===a[0]){var
-K=a[1],aI=a[3],aJ=b[3],aK=b[2],aL=b[1],aM=[0,ak(K)];if(dN([0,ak(aK)],aM))throw aC;var
-L=ac(aJ,ak(aI));return[0,[14,aL,K,L[1]],L[2]]}break;case
+K=a[1],aH=a[3],aJ=b[3],aK=b[2],aL=b[1],aM=[0,aq(K)];if(dW([0,aq(aK)],aM))throw aI;var
+L=ac(aJ,aq(aH));return[0,[14,aL,K,L[1]],L[2]]}break;case
 15:if(typeof
 a!=="number"&&10===a[0]){var
 M=ac(b[1],a[1]);return[0,[15,M[1]],M[2]]}break;case
@@ -1295,7 +1295,7 @@ aN=b[1],O=ac(b[2],a);return[0,[17,aN,O[1]],O[2]];case
 18:var
 P=b[2],r=b[1];if(0===r[0]){var
 T=r[1],aR=T[2],U=ac(T[1],a),aS=U[1],V=ac(P,U[2]);return[0,[18,[0,[0,aS,aR]],V[1]],V[2]]}var
-W=r[1],aT=W[2],X=ac(W[1],a),aV=X[1],Y=ac(P,X[2]);return[0,[18,[1,[0,aV,aT]],Y[1]],Y[2]];case
+W=r[1],aT=W[2],X=ac(W[1],a),aU=X[1],Y=ac(P,X[2]);return[0,[18,[1,[0,aU,aT]],Y[1]],Y[2]];case
 19:if(typeof
 a!=="number"&&13===a[0]){var
 Q=ac(b[1],a[1]);return[0,[19,Q[1]],Q[2]]}break;case
@@ -1308,319 +1308,319 @@ aQ=b[1],S=ac(b[2],a[1]);return[0,[21,aQ,S[1]],S[2]]}break;case
 23:var
 d=b[2],c=b[1];if(typeof
 c==="number")switch(c){case
-0:return a1(c,d,a);case
-1:return a1(c,d,a);case
+0:return a5(c,d,a);case
+1:return a5(c,d,a);case
 2:if(typeof
 a!=="number"&&14===a[0]){var
-Z=ac(d,a[1]);return[0,[23,2,Z[1]],Z[2]]}throw aC;default:return a1(c,d,a)}else
+Z=ac(d,a[1]);return[0,[23,2,Z[1]],Z[2]]}throw aI;default:return a5(c,d,a)}else
 switch(c[0]){case
-0:return a1(c,d,a);case
-1:return a1(c,d,a);case
-2:return a1(c,d,a);case
-3:return a1(c,d,a);case
-4:return a1(c,d,a);case
-5:return a1(c,d,a);case
-6:return a1(c,d,a);case
-7:return a1(c,d,a);case
-8:return a1([8,c[1],c[2]],d,a);case
+0:return a5(c,d,a);case
+1:return a5(c,d,a);case
+2:return a5(c,d,a);case
+3:return a5(c,d,a);case
+4:return a5(c,d,a);case
+5:return a5(c,d,a);case
+6:return a5(c,d,a);case
+7:return a5(c,d,a);case
+8:return a5([8,c[1],c[2]],d,a);case
 9:var
-aW=c[1],_=aU(c[2],d,a),$=_[2];return[0,[23,[9,aW,_[1]],$[1]],$[2]];case
-10:return a1(c,d,a);default:return a1(c,d,a)}}throw aC}function
-a1(d,c,b){var
+aV=c[1],_=aZ(c[2],d,a),$=_[2];return[0,[23,[9,aV,_[1]],$[1]],$[2]];case
+10:return a5(c,d,a);default:return a5(c,d,a)}}throw aI}function
+a5(d,c,b){var
 a=ac(c,b);return[0,[23,d,a[1]],a[2]]}function
-a2(k,g,a){var
-b=aj(a),h=0<=g?k:0,d=e9(g);if(d<=b)return a;var
-l=2===h?48:32,c=b4(d,l);switch(h){case
-0:bI(a,0,c,0,b);break;case
-1:bI(a,0,c,d-b|0,b);break;default:var
+a6(k,g,a){var
+b=ao(a),h=0<=g?k:0,d=fp(g);if(d<=b)return a;var
+l=2===h?48:32,c=b8(d,l);switch(h){case
+0:bO(a,0,c,0,b);break;case
+1:bO(a,0,c,d-b|0,b);break;default:var
 e=0;if(0<b){var
-i=0;if(43!==a5(a,0)&&45!==a5(a,0)&&32!==a5(a,0)){e=1;i=1}if(!i){bZ(c,0,a5(a,0));bI(a,1,c,(d-b|0)+1|0,b-1|0)}}else
+i=0;if(43!==a9(a,0)&&45!==a9(a,0)&&32!==a9(a,0)){e=1;i=1}if(!i){b3(c,0,a9(a,0));bO(a,1,c,(d-b|0)+1|0,b-1|0)}}else
 e=1;if(e){var
-f=0;if(1<b&&48===a5(a,0)){var
-j=0;if(ah!==a5(a,1)&&88!==a5(a,1)){f=1;j=1}if(!j){bZ(c,1,a5(a,1));bI(a,2,c,(d-b|0)+2|0,b-2|0)}}else
-f=1;if(f)bI(a,0,c,d-b|0,b)}}return a0(c)}function
-cH(k,b){var
-c=e9(k),a=aj(b),d=a5(b,0),e=0;if(58<=d){if(71<=d){if(!(5<d+le>>>0))e=1}else
+f=0;if(1<b&&48===a9(a,0)){var
+j=0;if(ag!==a9(a,1)&&88!==a9(a,1)){f=1;j=1}if(!j){b3(c,1,a9(a,1));bO(a,2,c,(d-b|0)+2|0,b-2|0)}}else
+f=1;if(f)bO(a,0,c,d-b|0,b)}}return a4(c)}function
+cP(k,b){var
+c=fp(k),a=ao(b),d=a9(b,0),e=0;if(58<=d){if(71<=d){if(!(5<d+l0>>>0))e=1}else
 if(65<=d)e=1}else{var
 f=0;if(32!==d)if(43<=d)switch(d-43|0){case
 5:if(a<(c+2|0)&&1<a){var
-j=0;if(ah===a5(b,1)||88===a5(b,1))j=1;if(j){var
-h=b4(c+2|0,48);bZ(h,1,a5(b,1));bI(b,2,h,(c-a|0)+4|0,a-2|0);return a0(h)}}e=1;f=1;break;case
+j=0;if(ag===a9(b,1)||88===a9(b,1))j=1;if(j){var
+h=b8(c+2|0,48);b3(h,1,a9(b,1));bO(b,2,h,(c-a|0)+4|0,a-2|0);return a4(h)}}e=1;f=1;break;case
 0:case
 2:break;case
 1:case
 3:case
 4:f=1;break;default:e=1;f=1}else
 f=1;if(!f&&a<(c+1|0)){var
-g=b4(c+1|0,48);bZ(g,0,d);bI(b,1,g,(c-a|0)+2|0,a-1|0);return a0(g)}}if(e&&a<c){var
-i=b4(c,48);bI(b,0,i,c-a|0,a);return a0(i)}return b}function
-m6(n){var
-m=0,G=aj(n);for(;;){if(G<=m)var
+g=b8(c+1|0,48);b3(g,0,d);bO(b,1,g,(c-a|0)+2|0,a-1|0);return a4(g)}}if(e&&a<c){var
+i=b8(c,48);bO(b,0,i,c-a|0,a);return a4(i)}return b}function
+nQ(n){var
+m=0,G=ao(n);for(;;){if(G<=m)var
 s=n;else{var
-r=dO(n,m)+lq|0,t=0;if(59<r>>>0){if(33<r-61>>>0)t=1}else
+r=dX(n,m)+ma|0,t=0;if(59<r>>>0){if(33<r-61>>>0)t=1}else
 if(2===r)t=1;if(!t){var
 m=m+1|0;continue}var
-f=cz(n),a=[0,0],x=aZ(f)-1|0,C=0;if(!(x<0)){var
+g=cH(n),a=[0,0],x=a3(g)-1|0,C=0;if(!(x<0)){var
 l=C;for(;;){var
-g=b0(f,l),j=0;if(32<=g){var
-o=g-34|0,u=0;if(58<o>>>0){if(93<=o)u=1}else
-if(56<o-1>>>0){j=1;u=1}if(!u){var
-p=1;j=2}}else
-if(11<=g){if(13===g)j=1}else
-if(8<=g)j=1;switch(j){case
+i=b4(g,l),j=0;if(32<=i){var
+p=i-34|0,u=0;if(58<p>>>0){if(93<=p)u=1}else
+if(56<p-1>>>0){j=1;u=1}if(!u){var
+q=1;j=2}}else
+if(11<=i){if(13===i)j=1}else
+if(8<=i)j=1;switch(j){case
 0:var
-p=4;break;case
+q=4;break;case
 1:var
-p=2;break}a[1]=a[1]+p|0;var
+q=2;break}a[1]=a[1]+q|0;var
 F=l+1|0;if(x!==l){var
-l=F;continue}break}}if(a[1]===aZ(f)){var
-v=aZ(f),w=aA(v);cy(f,0,w,0,v);var
+l=F;continue}break}}if(a[1]===a3(g)){var
+v=a3(g),w=aG(v);cG(g,0,w,0,v);var
 z=w}else{var
-c=aA(a[1]);a[1]=0;var
-y=aZ(f)-1|0,D=0;if(!(y<0)){var
+c=aG(a[1]);a[1]=0;var
+y=a3(g)-1|0,D=0;if(!(y<0)){var
 k=D;for(;;){var
-d=b0(f,k),e=0;if(35<=d)if(92===d)e=2;else
-if(eY<=d)e=1;else
+d=b4(g,k),e=0;if(35<=d)if(92===d)e=2;else
+if(fe<=d)e=1;else
 e=3;else
 if(32<=d)if(34<=d)e=2;else
 e=3;else
 if(14<=d)e=1;else
 switch(d){case
-8:an(c,a[1],92);a[1]++;an(c,a[1],98);break;case
-9:an(c,a[1],92);a[1]++;an(c,a[1],b);break;case
-10:an(c,a[1],92);a[1]++;an(c,a[1],h);break;case
-13:an(c,a[1],92);a[1]++;an(c,a[1],i);break;default:e=1}switch(e){case
-1:an(c,a[1],92);a[1]++;an(c,a[1],48+(d/q|0)|0);a[1]++;an(c,a[1],48+((d/10|0)%10|0)|0);a[1]++;an(c,a[1],48+(d%10|0)|0);break;case
-2:an(c,a[1],92);a[1]++;an(c,a[1],d);break;case
-3:an(c,a[1],d);break}a[1]++;var
+8:at(c,a[1],92);a[1]++;at(c,a[1],98);break;case
+9:at(c,a[1],92);a[1]++;at(c,a[1],b);break;case
+10:at(c,a[1],92);a[1]++;at(c,a[1],f);break;case
+13:at(c,a[1],92);a[1]++;at(c,a[1],h);break;default:e=1}switch(e){case
+1:at(c,a[1],92);a[1]++;at(c,a[1],48+(d/o|0)|0);a[1]++;at(c,a[1],48+((d/10|0)%10|0)|0);a[1]++;at(c,a[1],48+(d%10|0)|0);break;case
+2:at(c,a[1],92);a[1]++;at(c,a[1],d);break;case
+3:at(c,a[1],d);break}a[1]++;var
 E=k+1|0;if(y!==k){var
 k=E;continue}break}}var
 z=c}var
-s=a0(z)}var
-A=aj(s),B=b4(A+2|0,34);bH(s,0,B,1,A);return a0(B)}}function
-hh(d,f){var
-g=e9(f),e=nV[1];switch(d[2]){case
+s=a4(z)}var
+A=ao(s),B=b8(A+2|0,34);bN(s,0,B,1,A);return a4(B)}}function
+hC(d,f){var
+g=fp(f),e=oF[1];switch(d[2]){case
 0:var
-b=z;break;case
+b=y;break;case
 1:var
 b=a;break;case
 2:var
 b=69;break;case
 3:var
-b=A;break;case
+b=C;break;case
 4:var
 b=71;break;case
 5:var
 b=e;break;case
 6:var
-b=n;break;case
+b=m;break;case
 7:var
 b=72;break;default:var
 b=70}var
-c=he(16);cG(c,37);switch(d[1]){case
+c=hz(16);cO(c,37);switch(d[1]){case
 0:break;case
-1:cG(c,43);break;default:cG(c,32)}if(8<=d[2])cG(c,35);cG(c,46);aK(c,p(Q+g));cG(c,b);return hg(c)}function
-dR(m,a){if(13<=m){var
-g=[0,0],h=aj(a)-1|0,n=0;if(!(h<0)){var
-c=n;for(;;){if(!(9<dO(a,c)+kW>>>0))g[1]++;var
+1:cO(c,43);break;default:cO(c,32)}if(8<=d[2])cO(c,35);cO(c,46);aO(c,s(U+g));cO(c,b);return hB(c)}function
+d0(m,a){if(13<=m){var
+g=[0,0],h=ao(a)-1|0,n=0;if(!(h<0)){var
+c=n;for(;;){if(!(9<dX(a,c)+lG>>>0))g[1]++;var
 q=c+1|0;if(h!==c){var
 c=q;continue}break}}var
-i=g[1],j=aA(aj(a)+((i-1|0)/3|0)|0),k=[0,0],d=function(a){bZ(j,k[1],a);k[1]++;return 0},e=[0,((i-1|0)%3|0)+1|0],l=aj(a)-1|0,o=0;if(!(l<0)){var
+i=g[1],j=aG(ao(a)+((i-1|0)/3|0)|0),k=[0,0],d=function(a){b3(j,k[1],a);k[1]++;return 0},e=[0,((i-1|0)%3|0)+1|0],l=ao(a)-1|0,o=0;if(!(l<0)){var
 b=o;for(;;){var
-f=dO(a,b);if(9<f+kW>>>0)d(f);else{if(0===e[1]){d(95);e[1]=3}e[1]+=-1;d(f)}var
+f=dX(a,b);if(9<f+lG>>>0)d(f);else{if(0===e[1]){d(95);e[1]=3}e[1]+=-1;d(f)}var
 p=b+1|0;if(l!==b){var
-b=p;continue}break}}return a0(j)}return a}function
-nW(b,c){switch(b){case
+b=p;continue}break}}return a4(j)}return a}function
+oG(b,c){switch(b){case
 1:var
-a=m8;break;case
-2:var
-a=m9;break;case
-4:var
-a=m$;break;case
-5:var
-a=na;break;case
-6:var
-a=nb;break;case
-7:var
-a=nc;break;case
-8:var
-a=nd;break;case
-9:var
-a=ne;break;case
-10:var
-a=nf;break;case
-11:var
-a=ng;break;case
-0:case
-13:var
-a=m7;break;case
-3:case
-14:var
-a=m_;break;default:var
-a=nh}return dR(b,e5(a,c))}function
-nX(b,c){switch(b){case
-1:var
-a=nw;break;case
-2:var
-a=nx;break;case
-4:var
-a=nz;break;case
-5:var
-a=nA;break;case
-6:var
-a=nB;break;case
-7:var
-a=nC;break;case
-8:var
-a=nD;break;case
-9:var
-a=nE;break;case
-10:var
-a=nF;break;case
-11:var
-a=nG;break;case
-0:case
-13:var
-a=nv;break;case
-3:case
-14:var
-a=ny;break;default:var
-a=nH}return dR(b,e5(a,c))}function
-nY(b,c){switch(b){case
-1:var
-a=nJ;break;case
-2:var
-a=nK;break;case
-4:var
-a=nM;break;case
-5:var
-a=nN;break;case
-6:var
-a=nO;break;case
-7:var
-a=nP;break;case
-8:var
-a=nQ;break;case
-9:var
-a=nR;break;case
-10:var
 a=nS;break;case
-11:var
-a=nT;break;case
-0:case
-13:var
-a=nI;break;case
-3:case
-14:var
-a=nL;break;default:var
-a=nU}return dR(b,e5(a,c))}function
-nZ(b,c){switch(b){case
-1:var
-a=nj;break;case
 2:var
-a=nk;break;case
+a=nT;break;case
 4:var
-a=nm;break;case
+a=nV;break;case
 5:var
-a=nn;break;case
+a=nW;break;case
 6:var
-a=no;break;case
+a=nX;break;case
 7:var
-a=np;break;case
+a=nY;break;case
 8:var
-a=nq;break;case
+a=nZ;break;case
 9:var
-a=nr;break;case
+a=n0;break;case
 10:var
-a=ns;break;case
+a=n1;break;case
 11:var
-a=nt;break;case
+a=n2;break;case
 0:case
 13:var
-a=ni;break;case
+a=nR;break;case
 3:case
 14:var
-a=nl;break;default:var
-a=nu}return dR(b,yh(a,c))}function
-bJ(c,i,b){function
+a=nU;break;default:var
+a=n3}return d0(b,fl(a,c))}function
+oH(b,c){switch(b){case
+1:var
+a=og;break;case
+2:var
+a=oh;break;case
+4:var
+a=oj;break;case
+5:var
+a=ok;break;case
+6:var
+a=ol;break;case
+7:var
+a=om;break;case
+8:var
+a=on;break;case
+9:var
+a=oo;break;case
+10:var
+a=op;break;case
+11:var
+a=oq;break;case
+0:case
+13:var
+a=of;break;case
+3:case
+14:var
+a=oi;break;default:var
+a=or}return d0(b,fl(a,c))}function
+oI(b,c){switch(b){case
+1:var
+a=ot;break;case
+2:var
+a=ou;break;case
+4:var
+a=ow;break;case
+5:var
+a=ox;break;case
+6:var
+a=oy;break;case
+7:var
+a=oz;break;case
+8:var
+a=oA;break;case
+9:var
+a=oB;break;case
+10:var
+a=oC;break;case
+11:var
+a=oD;break;case
+0:case
+13:var
+a=os;break;case
+3:case
+14:var
+a=ov;break;default:var
+a=oE}return d0(b,fl(a,c))}function
+oJ(b,c){switch(b){case
+1:var
+a=n5;break;case
+2:var
+a=n6;break;case
+4:var
+a=n8;break;case
+5:var
+a=n9;break;case
+6:var
+a=n_;break;case
+7:var
+a=n$;break;case
+8:var
+a=oa;break;case
+9:var
+a=ob;break;case
+10:var
+a=oc;break;case
+11:var
+a=od;break;case
+0:case
+13:var
+a=n4;break;case
+3:case
+14:var
+a=n7;break;default:var
+a=oe}return d0(b,Ab(a,c))}function
+bP(c,i,b){function
 j(d){switch(c[1]){case
 0:var
 a=45;break;case
 1:var
 a=43;break;default:var
-a=32}return yb(b,i,a)}function
+a=32}return z7(b,i,a)}function
 q(c){var
-a=x6(b);return 3===a?b<0.?n1:n2:4<=a?n3:c}switch(c[2]){case
+a=z0(b);return 3===a?b<0.?oL:oM:4<=a?oN:c}switch(c[2]){case
 5:var
-e=lM(hh(c,i),b),d=0,u=aj(e);for(;;){if(d===u)var
+e=mw(hC(c,i),b),d=0,u=ao(e);for(;;){if(d===u)var
 p=0;else{var
-k=a5(e,d)-46|0,l=0;if(23<k>>>0){if(55===k)l=1}else
+k=a9(e,d)-46|0,l=0;if(23<k>>>0){if(55===k)l=1}else
 if(21<k-1>>>0)l=1;if(!l){var
 d=d+1|0;continue}var
 p=1}var
-v=p?e:c_(e,n0);return q(v)}case
+v=p?e:df(e,oK);return q(v)}case
 6:return j(0);case
 7:var
-h=cz(j(0)),f=aZ(h);if(0===f)var
+h=cH(j(0)),f=a3(h);if(0===f)var
 o=h;else{var
-m=aA(f),n=f-1|0,r=0;if(!(n<0)){var
+m=aG(f),n=f-1|0,r=0;if(!(n<0)){var
 a=r;for(;;){var
-g=b0(h,a),s=25<g+le>>>0?g:g+lq|0;an(m,a,s);var
+g=b4(h,a),s=25<g+l0>>>0?g:g+ma|0;at(m,a,s);var
 t=a+1|0;if(n!==a){var
 a=t;continue}break}}var
-o=m}return a0(o);case
-8:return q(j(0));default:return lM(hh(c,i),b)}}function
-dG(d,x,w,v){var
+o=m}return a4(o);case
+8:return q(j(0));default:return mw(hC(c,i),b)}}function
+dP(d,x,w,v){var
 b=x,a=w,c=v;for(;;)if(typeof
-c==="number")return y(b,a);else
+c==="number")return z(b,a);else
 switch(c[0]){case
 0:var
-z=c[1];return function(c){return Y(b,[5,a,c],z)};case
+y=c[1];return function(c){return Z(b,[5,a,c],y)};case
 1:var
 A=c[1];return function(c){var
 e=0;if(40<=c)if(92===c)var
-d=mb;else
-if(eY<=c)e=1;else
+d=mX;else
+if(fe<=c)e=1;else
 e=2;else
 if(32<=c)if(39<=c)var
-d=mc;else
+d=mY;else
 e=2;else
 if(14<=c)e=1;else
 switch(c){case
 8:var
-d=md;break;case
+d=mZ;break;case
 9:var
-d=me;break;case
+d=m0;break;case
 10:var
-d=mf;break;case
+d=m1;break;case
 13:var
-d=mg;break;default:e=1}switch(e){case
+d=m2;break;default:e=1}switch(e){case
 1:var
-f=aA(4);an(f,0,92);an(f,1,48+(c/q|0)|0);an(f,2,48+((c/10|0)%10|0)|0);an(f,3,48+(c%10|0)|0);var
-d=a0(f);break;case
+f=aG(4);at(f,0,92);at(f,1,48+(c/o|0)|0);at(f,2,48+((c/10|0)%10|0)|0);at(f,3,48+(c%10|0)|0);var
+d=a4(f);break;case
 2:var
-g=aA(1);an(g,0,c);var
-d=a0(g);break}var
-h=aj(d),i=b4(h+2|0,39);bH(d,0,i,1,h);return Y(b,[4,a,a0(i)],A)};case
+g=aG(1);at(g,0,c);var
+d=a4(g);break}var
+h=ao(d),i=b8(h+2|0,39);bN(d,0,i,1,h);return Z(b,[4,a,a4(i)],A)};case
 2:var
-B=c[2],C=c[1];return fd(b,a,B,C,function(a){return a});case
-3:return fd(b,a,c[2],c[1],m6);case
-4:return dS(b,a,c[4],c[2],c[3],nW,c[1]);case
-5:return dS(b,a,c[4],c[2],c[3],nX,c[1]);case
-6:return dS(b,a,c[4],c[2],c[3],nY,c[1]);case
-7:return dS(b,a,c[4],c[2],c[3],nZ,c[1]);case
+B=c[2],C=c[1];return fv(b,a,B,C,function(a){return a});case
+3:return fv(b,a,c[2],c[1],nQ);case
+4:return d1(b,a,c[4],c[2],c[3],oG,c[1]);case
+5:return d1(b,a,c[4],c[2],c[3],oH,c[1]);case
+6:return d1(b,a,c[4],c[2],c[3],oI,c[1]);case
+7:return d1(b,a,c[4],c[2],c[3],oJ,c[1]);case
 8:var
 g=c[4],h=c[3],i=c[2],f=c[1];if(typeof
 i==="number"){if(typeof
-h==="number")return h?function(d,c){return Y(b,[4,a,bJ(f,d,c)],g)}:function(c){return Y(b,[4,a,bJ(f,fb(f),c)],g)};var
-T=h[1];return function(c){return Y(b,[4,a,bJ(f,T,c)],g)}}else{if(0===i[0]){var
+h==="number")return h?function(d,c){return Z(b,[4,a,bP(f,d,c)],g)}:function(c){return Z(b,[4,a,bP(f,ft(f),c)],g)};var
+T=h[1];return function(c){return Z(b,[4,a,bP(f,T,c)],g)}}else{if(0===i[0]){var
 l=i[2],m=i[1];if(typeof
-h==="number")return h?function(d,c){return Y(b,[4,a,a2(m,l,bJ(f,d,c))],g)}:function(c){return Y(b,[4,a,a2(m,l,bJ(f,fb(f),c))],g)};var
-U=h[1];return function(c){return Y(b,[4,a,a2(m,l,bJ(f,U,c))],g)}}var
+h==="number")return h?function(d,c){return Z(b,[4,a,a6(m,l,bP(f,d,c))],g)}:function(c){return Z(b,[4,a,a6(m,l,bP(f,ft(f),c))],g)};var
+U=h[1];return function(c){return Z(b,[4,a,a6(m,l,bP(f,U,c))],g)}}var
 n=i[1];if(typeof
-h==="number")return h?function(e,d,c){return Y(b,[4,a,a2(n,e,bJ(f,d,c))],g)}:function(d,c){return Y(b,[4,a,a2(n,d,bJ(f,fb(f),c))],g)};var
-V=h[1];return function(d,c){return Y(b,[4,a,a2(n,d,bJ(f,V,c))],g)}}case
-9:return fd(b,a,c[2],c[1],l8);case
+h==="number")return h?function(e,d,c){return Z(b,[4,a,a6(n,e,bP(f,d,c))],g)}:function(d,c){return Z(b,[4,a,a6(n,d,bP(f,ft(f),c))],g)};var
+V=h[1];return function(d,c){return Z(b,[4,a,a6(n,d,bP(f,V,c))],g)}}case
+9:return fv(b,a,c[2],c[1],mS);case
 10:var
 a=[7,a],c=c[1];continue;case
 11:var
@@ -1628,102 +1628,102 @@ a=[2,a,c[1]],c=c[2];continue;case
 12:var
 a=[3,a,c[1]],c=c[2];continue;case
 13:var
-D=c[3],E=c[2],o=he(16);fc(o,E);var
-u=hg(o);return function(c){return Y(b,[4,a,u],D)};case
+D=c[3],E=c[2],p=hz(16);fu(p,E);var
+u=hB(p);return function(c){return Z(b,[4,a,u],D)};case
 14:var
 F=c[3],G=c[2];return function(d){var
-e=d[1],c=ac(e,ak(at(G)));if(typeof
-c[2]==="number")return Y(b,a,af(c[1],F));throw aC};case
+e=d[1],c=ac(e,aq(az(G)));if(typeof
+c[2]==="number")return Z(b,a,aj(c[1],F));throw aI};case
 15:var
-H=c[1];return function(d,c){return Y(b,[6,a,function(a){return ar(d,a,c)}],H)};case
+H=c[1];return function(d,c){return Z(b,[6,a,function(a){return ax(d,a,c)}],H)};case
 16:var
-I=c[1];return function(c){return Y(b,[6,a,c],I)};case
+I=c[1];return function(c){return Z(b,[6,a,c],I)};case
 17:var
 a=[0,a,c[1]],c=c[2];continue;case
 18:var
 k=c[1];if(0===k[0]){var
-J=c[2],K=k[1][1],L=0,b=function(b,c,d){return function(a){return Y(c,[1,b,[0,a]],d)}}(a,b,J),a=L,c=K;continue}var
-M=c[2],N=k[1][1],O=0,b=function(b,c,d){return function(a){return Y(c,[1,b,[1,a]],d)}}(a,b,M),a=O,c=N;continue;case
-19:throw[0,ap,n5];case
+J=c[2],K=k[1][1],L=0,b=function(b,c,d){return function(a){return Z(c,[1,b,[0,a]],d)}}(a,b,J),a=L,c=K;continue}var
+M=c[2],N=k[1][1],O=0,b=function(b,c,d){return function(a){return Z(c,[1,b,[1,a]],d)}}(a,b,M),a=O,c=N;continue;case
+19:throw[0,av,oP];case
 20:var
-P=c[3],Q=[8,a,n6];return function(a){return Y(b,Q,P)};case
+P=c[3],Q=[8,a,oQ];return function(a){return Z(b,Q,P)};case
 21:var
-R=c[2];return function(c){return Y(b,[4,a,e5(n7,c)],R)};case
+R=c[2];return function(c){return Z(b,[4,a,fl(oR,c)],R)};case
 22:var
-S=c[1];return function(c){return Y(b,[5,a,c],S)};case
+S=c[1];return function(c){return Z(b,[5,a,c],S)};case
 23:var
 e=c[2],j=c[1];if(typeof
 j==="number")switch(j){case
-0:return d<50?ab(d+1|0,b,a,e):aJ(ab,[0,b,a,e]);case
-1:return d<50?ab(d+1|0,b,a,e):aJ(ab,[0,b,a,e]);case
-2:throw[0,ap,n8];default:return d<50?ab(d+1|0,b,a,e):aJ(ab,[0,b,a,e])}else
+0:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
+1:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
+2:throw[0,av,oS];default:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e])}else
 switch(j[0]){case
-0:return d<50?ab(d+1|0,b,a,e):aJ(ab,[0,b,a,e]);case
-1:return d<50?ab(d+1|0,b,a,e):aJ(ab,[0,b,a,e]);case
-2:return d<50?ab(d+1|0,b,a,e):aJ(ab,[0,b,a,e]);case
-3:return d<50?ab(d+1|0,b,a,e):aJ(ab,[0,b,a,e]);case
-4:return d<50?ab(d+1|0,b,a,e):aJ(ab,[0,b,a,e]);case
-5:return d<50?ab(d+1|0,b,a,e):aJ(ab,[0,b,a,e]);case
-6:return d<50?ab(d+1|0,b,a,e):aJ(ab,[0,b,a,e]);case
-7:return d<50?ab(d+1|0,b,a,e):aJ(ab,[0,b,a,e]);case
-8:return d<50?ab(d+1|0,b,a,e):aJ(ab,[0,b,a,e]);case
+0:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
+1:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
+2:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
+3:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
+4:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
+5:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
+6:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
+7:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
+8:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
 9:var
-t=j[2];return d<50?gy(d+1|0,b,a,t,e):aJ(gy,[0,b,a,t,e]);case
-10:return d<50?ab(d+1|0,b,a,e):aJ(ab,[0,b,a,e]);default:return d<50?ab(d+1|0,b,a,e):aJ(ab,[0,b,a,e])}default:var
-p=c[3],r=c[1],s=y(c[2],0);return d<50?gx(d+1|0,b,a,p,r,s):aJ(gx,[0,b,a,p,r,s])}}function
-gy(e,d,c,a,b){if(typeof
-a==="number")return e<50?ab(e+1|0,d,c,b):aJ(ab,[0,d,c,b]);else
+t=j[2];return d<50?gT(d+1|0,b,a,t,e):aN(gT,[0,b,a,t,e]);case
+10:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);default:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e])}default:var
+q=c[3],r=c[1],s=z(c[2],0);return d<50?gS(d+1|0,b,a,q,r,s):aN(gS,[0,b,a,q,r,s])}}function
+gT(e,d,c,a,b){if(typeof
+a==="number")return e<50?ab(e+1|0,d,c,b):aN(ab,[0,d,c,b]);else
 switch(a[0]){case
 0:var
-f=a[1];return function(a){return a6(d,c,f,b)};case
+f=a[1];return function(a){return a_(d,c,f,b)};case
 1:var
-g=a[1];return function(a){return a6(d,c,g,b)};case
+g=a[1];return function(a){return a_(d,c,g,b)};case
 2:var
-h=a[1];return function(a){return a6(d,c,h,b)};case
+h=a[1];return function(a){return a_(d,c,h,b)};case
 3:var
-i=a[1];return function(a){return a6(d,c,i,b)};case
+i=a[1];return function(a){return a_(d,c,i,b)};case
 4:var
-j=a[1];return function(a){return a6(d,c,j,b)};case
+j=a[1];return function(a){return a_(d,c,j,b)};case
 5:var
-k=a[1];return function(a){return a6(d,c,k,b)};case
+k=a[1];return function(a){return a_(d,c,k,b)};case
 6:var
-l=a[1];return function(a){return a6(d,c,l,b)};case
+l=a[1];return function(a){return a_(d,c,l,b)};case
 7:var
-m=a[1];return function(a){return a6(d,c,m,b)};case
+m=a[1];return function(a){return a_(d,c,m,b)};case
 8:var
-n=a[2];return function(a){return a6(d,c,n,b)};case
+n=a[2];return function(a){return a_(d,c,n,b)};case
 9:var
-o=a[3],p=a[2],q=au(at(a[1]),p);return function(a){return a6(d,c,aQ(q,o),b)};case
+o=a[3],p=a[2],q=aC(az(a[1]),p);return function(a){return a_(d,c,aW(q,o),b)};case
 10:var
-r=a[1];return function(e,a){return a6(d,c,r,b)};case
+r=a[1];return function(e,a){return a_(d,c,r,b)};case
 11:var
-s=a[1];return function(a){return a6(d,c,s,b)};case
+s=a[1];return function(a){return a_(d,c,s,b)};case
 12:var
-t=a[1];return function(a){return a6(d,c,t,b)};case
-13:throw[0,ap,n9];default:throw[0,ap,n_]}}function
+t=a[1];return function(a){return a_(d,c,t,b)};case
+13:throw[0,av,oT];default:throw[0,av,oU]}}function
 ab(d,b,e,a){var
-c=[8,e,n$];return d<50?dG(d+1|0,b,c,a):aJ(dG,[0,b,c,a])}function
-gx(g,b,e,a,d,c){if(d){var
-h=d[1];return function(d){return n4(b,e,a,h,y(c,d))}}var
-f=[4,e,c];return g<50?dG(g+1|0,b,f,a):aJ(dG,[0,b,f,a])}function
-Y(a,b,c){return g1(dG(0,a,b,c))}function
-a6(a,b,c,d){return g1(gy(0,a,b,c,d))}function
-n4(a,b,c,d,e){return g1(gx(0,a,b,c,d,e))}function
-fd(e,d,c,a,b){if(typeof
-a==="number")return function(a){return Y(e,[4,d,y(b,a)],c)};else{if(0===a[0]){var
-f=a[2],g=a[1];return function(a){return Y(e,[4,d,a2(g,f,y(b,a))],c)}}var
-h=a[1];return function(f,a){return Y(e,[4,d,a2(h,f,y(b,a))],c)}}}function
-dS(f,e,d,g,c,b,a){if(typeof
+c=[8,e,oV];return d<50?dP(d+1|0,b,c,a):aN(dP,[0,b,c,a])}function
+gS(g,b,e,a,d,c){if(d){var
+h=d[1];return function(d){return oO(b,e,a,h,z(c,d))}}var
+f=[4,e,c];return g<50?dP(g+1|0,b,f,a):aN(dP,[0,b,f,a])}function
+Z(a,b,c){return hk(dP(0,a,b,c))}function
+a_(a,b,c,d){return hk(gT(0,a,b,c,d))}function
+oO(a,b,c,d,e){return hk(gS(0,a,b,c,d,e))}function
+fv(e,d,c,a,b){if(typeof
+a==="number")return function(a){return Z(e,[4,d,z(b,a)],c)};else{if(0===a[0]){var
+f=a[2],g=a[1];return function(a){return Z(e,[4,d,a6(g,f,z(b,a))],c)}}var
+h=a[1];return function(f,a){return Z(e,[4,d,a6(h,f,z(b,a))],c)}}}function
+d1(f,e,d,g,c,b,a){if(typeof
 g==="number"){if(typeof
-c==="number")return c?function(g,c){return Y(f,[4,e,cH(g,ar(b,a,c))],d)}:function(c){return Y(f,[4,e,ar(b,a,c)],d)};var
-k=c[1];return function(c){return Y(f,[4,e,cH(k,ar(b,a,c))],d)}}else{if(0===g[0]){var
+c==="number")return c?function(g,c){return Z(f,[4,e,cP(g,ax(b,a,c))],d)}:function(c){return Z(f,[4,e,ax(b,a,c)],d)};var
+k=c[1];return function(c){return Z(f,[4,e,cP(k,ax(b,a,c))],d)}}else{if(0===g[0]){var
 h=g[2],i=g[1];if(typeof
-c==="number")return c?function(g,c){return Y(f,[4,e,a2(i,h,cH(g,ar(b,a,c)))],d)}:function(c){return Y(f,[4,e,a2(i,h,ar(b,a,c))],d)};var
-l=c[1];return function(c){return Y(f,[4,e,a2(i,h,cH(l,ar(b,a,c)))],d)}}var
+c==="number")return c?function(g,c){return Z(f,[4,e,a6(i,h,cP(g,ax(b,a,c)))],d)}:function(c){return Z(f,[4,e,a6(i,h,ax(b,a,c))],d)};var
+l=c[1];return function(c){return Z(f,[4,e,a6(i,h,cP(l,ax(b,a,c)))],d)}}var
 j=g[1];if(typeof
-c==="number")return c?function(h,g,c){return Y(f,[4,e,a2(j,h,cH(g,ar(b,a,c)))],d)}:function(g,c){return Y(f,[4,e,a2(j,g,ar(b,a,c))],d)};var
-m=c[1];return function(g,c){return Y(f,[4,e,a2(j,g,cH(m,ar(b,a,c)))],d)}}}function
-b5(b,h){var
+c==="number")return c?function(h,g,c){return Z(f,[4,e,a6(j,h,cP(g,ax(b,a,c)))],d)}:function(g,c){return Z(f,[4,e,a6(j,g,ax(b,a,c))],d)};var
+m=c[1];return function(g,c){return Z(f,[4,e,a6(j,g,cP(m,ax(b,a,c)))],d)}}}function
+b9(b,h){var
 a=h;for(;;)if(typeof
 a==="number")return 0;else
 switch(a[0]){case
@@ -1731,411 +1731,411 @@ switch(a[0]){case
 d=a[2],i=a[1];if(typeof
 d==="number")switch(d){case
 0:var
-c=mq;break;case
+c=na;break;case
 1:var
-c=mr;break;case
+c=nb;break;case
 2:var
-c=ms;break;case
+c=nc;break;case
 3:var
-c=mt;break;case
+c=nd;break;case
 4:var
-c=mu;break;case
+c=ne;break;case
 5:var
-c=mv;break;default:var
-c=mw}else
+c=nf;break;default:var
+c=ng}else
 switch(d[0]){case
 0:var
 c=d[1];break;case
 1:var
 c=d[1];break;default:var
-c=c_(mx,hc(1,d[1]))}b5(b,i);return da(b,c);case
+c=df(nh,hx(1,d[1]))}b9(b,i);return dh(b,c);case
 1:var
 f=a[2],g=a[1];if(0===f[0]){var
-j=f[1];b5(b,g);da(b,oa);var
+j=f[1];b9(b,g);dh(b,oW);var
 a=j;continue}var
-k=f[1];b5(b,g);da(b,ob);var
+k=f[1];b9(b,g);dh(b,oX);var
 a=k;continue;case
 6:var
-n=a[2];b5(b,a[1]);return da(b,y(n,0));case
+n=a[2];b9(b,a[1]);return dh(b,z(n,0));case
 7:var
 a=a[1];continue;case
 8:var
-o=a[2];b5(b,a[1]);return cm(o);case
+o=a[2];b9(b,a[1]);return cr(o);case
 2:case
 4:var
-l=a[2];b5(b,a[1]);return da(b,l);default:var
-m=a[2];b5(b,a[1]);var
-e=b[2];if(b[3]<=e)hd(b,1);an(b[1],e,m);b[2]=e+1|0;return 0}}function
-hi(b){var
-a=b[1];return Y(function(d){var
-e=64,b=c$<64?c$:e,c=aA(b),a=[0,c,0,b,c];b5(a,d);return ha(a[1],0,a[2])},0,a)}var
-u=bq(0),v=bq(1);function
-aV(a){return l1(a,u)}function
-hj(a){return M(a,u)?a$(a):a}function
-dT(b,a){return M(b,a)?a:b}function
-cn(b,a){return L(bq(b),a)}function
-f(b,a){return B(bq(b),a)}function
-C(a){return L(a,v)}function
-br(d,a){var
-b=l4(d,a),c=ba(d,B(b,a));return V(u,c)?[0,b,c]:M(u,a)?[0,ba(b,v),L(c,a)]:[0,C(b),ba(c,a)]}function
-hk(b,a){return br(b,a)[1]}function
-hl(b,a){return br(b,a)[2]}function
-fe(d,c){var
-b=d,a=c;for(;;){if(x(a,u))return hj(b);var
-e=ba(b,B(l4(b,a),a)),b=a,a=e;continue}}var
-od=oc.slice();function
-bs(b,a){return b>>>a|0|b<<(32-a|0)}function
-oe(M){var
+l=a[2];b9(b,a[1]);return dh(b,l);default:var
+m=a[2];b9(b,a[1]);var
+e=b[2];if(b[3]<=e)hy(b,1);at(b[1],e,m);b[2]=e+1|0;return 0}}function
+hD(b){var
+a=b[1];return Z(function(d){var
+e=64,b=dg<64?dg:e,c=aG(b),a=[0,c,0,b,c];b9(a,d);return hv(a[1],0,a[2])},0,a)}var
+v=bf(0),t=bf(1);function
+aT(a){return mL(a,v)}function
+hE(a){return Q(a,v)?aS(a):a}function
+d2(b,a){return Q(b,a)?a:b}function
+cs(b,a){return M(bf(b),a)}function
+g(b,a){return B(bf(b),a)}function
+F(a){return M(a,t)}function
+bg(d,a){var
+b=mO(d,a),c=ap(d,B(b,a));return N(v,c)?[0,b,c]:Q(v,a)?[0,ap(b,t),M(c,a)]:[0,F(b),ap(c,a)]}function
+hF(b,a){return bg(b,a)[1]}function
+hG(b,a){return bg(b,a)[2]}function
+fw(d,c){var
+b=d,a=c;for(;;){if(w(a,v))return hE(b);var
+e=ap(b,B(mO(b,a),a)),b=a,a=e;continue}}var
+oZ=oY.slice();function
+bw(b,a){return b>>>a|0|b<<(32-a|0)}function
+o0(M){var
 h=0,p=M;for(;;){if(p){var
 h=h+1|0,p=p[2];continue}var
-g=b4(((h+72|0)/64|0)*64|0,0),q=0,m=M;for(;;){if(m){var
-Q=m[2];bZ(g,q,m[1]);var
-q=q+1|0,m=Q;continue}bZ(g,h,c5);x5(g,aZ(g)-8|0,ye(ym(of,lP(h))));var
-f=og.slice(),N=(aZ(g)/64|0)-1|0,av=0;if(!(N<0)){var
+g=b8(((h+72|0)/64|0)*64|0,0),q=0,m=M;for(;;){if(m){var
+Q=m[2];b3(g,q,m[1]);var
+q=q+1|0,m=Q;continue}b3(g,h,da);zZ(g,a3(g)-8|0,z_(Ag(o1,mz(h))));var
+f=o2.slice(),N=(a3(g)/64|0)-1|0,av=0;if(!(N<0)){var
 o=av;a:for(;;){var
-aw=64*o|0,C=function(b){return function(a){return 16<=a?0:yc(x2(g,b+(4*a|0)|0))}}(aw),c=lS(64,C(0)),i=1;for(;;){c[1+i]=C(i);var
+aw=64*o|0,C=function(b){return function(a){return 16<=a?0:z8(zW(g,b+(4*a|0)|0))}}(aw),c=mC(64,C(0)),i=1;for(;;){c[1+i]=C(i);var
 T=i+1|0;if(63!==i){var
 i=T;continue}var
 b=16;for(;;){var
-E=b+gI|0,F=b+gI|0,am=aI(c,E)[1+E]>>>3|0,G=b+gI|0,an=bs(aI(c,F)[1+F],18)^am,H=b-2|0,ao=bs(aI(c,G)[1+G],7)^an,I=b-2|0,ap=aI(c,H)[1+H]>>>10|0,J=b-2|0,aq=bs(aI(c,I)[1+I],19)^ap,K=b-7|0,ar=bs(aI(c,J)[1+J],17)^aq,L=b-16|0,as=aI(c,K)[1+K],at=((aI(c,L)[1+L]+ao|0)+as|0)+ar|0;aI(c,b)[1+b]=at;var
+E=b+g3|0,F=b+g3|0,am=aM(c,E)[1+E]>>>3|0,G=b+g3|0,an=bw(aM(c,F)[1+F],18)^am,H=b-2|0,ao=bw(aM(c,G)[1+G],7)^an,I=b-2|0,ap=aM(c,H)[1+H]>>>10|0,J=b-2|0,aq=bw(aM(c,I)[1+I],19)^ap,K=b-7|0,ar=bw(aM(c,J)[1+J],17)^aq,L=b-16|0,as=aM(c,K)[1+K],at=((aM(c,L)[1+L]+ao|0)+as|0)+ar|0;aM(c,b)[1+b]=at;var
 au=b+1|0;if(63!==b){var
 b=au;continue}var
-x=f.length-1,a=0===x?[0]:xZ(f,0,x),e=0;for(;;){var
-k=aI(a,0)[1],l=aI(a,4)[5],_=bs(l,25),$=bs(l,11)^_,aa=bs(l,6)^$,ab=bs(k,22),ac=bs(k,13)^ab,ad=bs(k,2)^ac,ae=aI(c,e)[1+e],af=aI(od,e)[1+e],ag=(l^-1)&aI(a,6)[7],ah=l&aI(a,5)[6]^ag,D=(((aI(a,7)[8]+aa|0)+ah|0)+af|0)+ae|0,ai=aI(a,2)[3],aj=aI(a,1)[2]&ai,P=0,ak=ad+(k&a[2]^k&a[3]^aj)|0;if(!((a.length-1-7|0)<0)&&!((a.length-1-7|0)<1)){xW(a,0,a,1,7);P=1}if(!P)cm(mm);a[5]=a[5]+D|0;a[1]=D+ak|0;var
+x=f.length-1,a=0===x?[0]:zT(f,0,x),e=0;for(;;){var
+k=aM(a,0)[1],l=aM(a,4)[5],_=bw(l,25),$=bw(l,11)^_,aa=bw(l,6)^$,ab=bw(k,22),ac=bw(k,13)^ab,ad=bw(k,2)^ac,ae=aM(c,e)[1+e],af=aM(oZ,e)[1+e],ag=(l^-1)&aM(a,6)[7],ah=l&aM(a,5)[6]^ag,D=(((aM(a,7)[8]+aa|0)+ah|0)+af|0)+ae|0,ai=aM(a,2)[3],aj=aM(a,1)[2]&ai,P=0,ak=ad+(k&a[2]^k&a[3]^aj)|0;if(!((a.length-1-7|0)<0)&&!((a.length-1-7|0)<1)){zQ(a,0,a,1,7);P=1}if(!P)cr(m8);a[5]=a[5]+D|0;a[1]=D+ak|0;var
 al=e+1|0;if(63!==e){var
 e=al;continue}var
 B=a.length-1-1|0,W=0;if(!(B<0)){var
 d=W;for(;;){var
-X=a[1+d];f[1+d]=aI(f,d)[1+d]+X|0;var
+X=a[1+d];f[1+d]=aM(f,d)[1+d]+X|0;var
 Y=d+1|0;if(B!==d){var
 d=Y;continue}break}}var
 ax=o+1|0;if(N!==o){var
 o=ax;continue a}break}break}break}break}}var
-O=hi(oh),r=f.length-1;if(0===r)var
+O=hD(o3),r=f.length-1;if(0===r)var
 t=[0];else{var
-z=lS(r,y(O,f[1])),A=r-1|0,U=1;if(!(A<1)){var
-j=U;for(;;){z[1+j]=y(O,f[1+j]);var
+y=mC(r,z(O,f[1])),A=r-1|0,U=1;if(!(A<1)){var
+j=U;for(;;){y[1+j]=z(O,f[1+j]);var
 V=j+1|0;if(A!==j){var
 j=V;continue}break}}var
-t=z}var
+t=y}var
 n=t.length-1-1|0,s=0;for(;;){if(0<=n){var
 Z=[0,t[1+n],s],n=n-1|0,s=Z;continue}var
-w=cz(fa(oi,s)),v=function(a,d){if(a===aZ(w))return 0;var
-b=lF(w,a),c=a+1|0;return[0,b,function(a){return v(c,a)}]},R=0,S=function(a){return v(R,a)},u=function(f,e){if(0===f){var
+w=cH(fs(o4,s)),v=function(a,d){if(a===a3(w))return 0;var
+b=mp(w,a),c=a+1|0;return[0,b,function(a){return v(c,a)}]},R=0,S=function(a){return v(R,a)},u=function(f,e){if(0===f){var
 a=0,d=e;for(;;){var
-b=y(d,0);if(b){var
-a=[0,b[1],a],d=b[2];continue}return e$(a)}}var
-c=y(e,0);if(c){var
+b=z(d,0);if(b){var
+a=[0,b[1],a],d=b[2];continue}return fr(a)}}var
+c=z(e,0);if(c){var
 g=c[1];return[0,g,u(f-1|0,c[2])]}return 0};return u(500,S)}}}}function
-cI(b,a){return b?a?0:1:a}function
-F(a){return a?0:1}function
-av(b,a){var
-c=a?[0,y(b,a[1])]:a;return c}function
-bK(a){return a[1]}function
-b6(a){return a[2]}function
-aq(a){var
-b=a?[0,aq(a[2])]:a;return b}function
-w(a,b){if(a){var
-c=w(a[2],b);return[0,a[1],c]}return b}function
-ff(b,a){return b?[0,ff(b[1],a)]:a}function
-dU(a,b){return a?ff(b,dU(a[1],b)):a}function
-bL(b,a){return b?a:a?0:1}function
-hm(b,a){return b?[0,hm(b[1],a)]:a}function
-hn(a,b){return a?hm(b,hn(a[1],b)):a}function
-dc(d,c){var
+cQ(b,a){return b?a?0:1:a}function
+G(a){return a?0:1}function
+aA(b,a){var
+c=a?[0,z(b,a[1])]:a;return c}function
+bQ(a){return a[1]}function
+b_(a){return a[2]}function
+ar(a){var
+b=a?[0,ar(a[2])]:a;return b}function
+x(a,b){if(a){var
+c=x(a[2],b);return[0,a[1],c]}return b}function
+fx(b,a){return b?[0,fx(b[1],a)]:a}function
+d3(a,b){return a?fx(b,d3(a[1],b)):a}function
+bx(b,a){return b?a:a?0:1}function
+hH(b,a){return b?[0,hH(b[1],a)]:a}function
+hI(a,b){return a?hH(b,hI(a[1],b)):a}function
+dj(d,c){var
 b=d,a=c;for(;;){if(b){if(a){var
 b=b[1],a=a[1];continue}return a}return a?0:1}}function
-fg(d,c){var
+fy(d,c){var
 b=d,a=c;for(;;){if(b){if(a){var
 b=b[1],a=a[1];continue}return a}return 1}}function
-fh(b,a){return fg([0,b],a)}function
-fi(h,g){var
-b=h,a=g;for(;;){if(V(b,v))return V(a,v)?1:x(br(a,bq(2))[2],u)?0:0;var
-e=br(b,bq(2)),f=e[1];if(x(e[2],u)){if(V(a,v))return 0;var
-c=br(a,bq(2)),i=c[1];if(x(c[2],u)){var
-b=f,a=i;continue}return 0}if(V(a,v))return 0;var
-d=br(a,bq(2)),j=d[1];if(x(d[2],u))return 0;var
+fz(b,a){return fy([0,b],a)}function
+fA(h,g){var
+b=h,a=g;for(;;){if(N(b,t))return N(a,t)?1:w(bg(a,bf(2))[2],v)?0:0;var
+e=bg(b,bf(2)),f=e[1];if(w(e[2],v)){if(N(a,t))return 0;var
+c=bg(a,bf(2)),i=c[1];if(w(c[2],v)){var
+b=f,a=i;continue}return 0}if(N(a,t))return 0;var
+d=bg(a,bf(2)),j=d[1];if(w(d[2],v))return 0;var
 b=f,a=j;continue}}function
-ho(b,g,f){var
-c=g,a=f;for(;;){if(V(c,v))return a;var
-d=br(c,bq(2)),e=d[1];if(x(d[2],u)){var
-c=e,a=ar(b,a,a);continue}return ar(b,a,ho(b,e,ar(b,a,a)))}}function
-hp(a){return a?C(hp(a[1])):v}var
-ok=L;function
-hq(c,b){var
-a=l1(c,b);return 0===a?0:0<=a?2:1}function
-bi(a){var
-b=aV(a);return 0===b?0:0<b?ho(ff,a,oj):0}function
-aD(a){return a?hp(a[1]):u}function
-bM(b,a){var
-c=aV(a);return 0===c?u:1===c?hk(b,a):cn(-1,hk(cn(-1,b),a))}function
-hr(b,a){var
-c=aV(a);return 0===c?b:1===c?hl(b,a):L(a,cn(1,hl(cn(-1,b),a)))}function
-hs(e){function
-f(a){return 0<aV(g3(e,a))?1:0}if(0<aV(e)){var
+hJ(b,g,f){var
+c=g,a=f;for(;;){if(N(c,t))return a;var
+d=bg(c,bf(2)),e=d[1];if(w(d[2],v)){var
+c=e,a=ax(b,a,a);continue}return ax(b,a,hJ(b,e,ax(b,a,a)))}}function
+hK(a){return a?F(hK(a[1])):t}var
+hL=M;function
+hM(c,b){var
+a=mL(c,b);return 0===a?0:0<=a?2:1}function
+bh(a){var
+b=aT(a);return 0===b?0:0<b?hJ(fx,a,o5):0}function
+aD(a){return a?hK(a[1]):v}function
+by(b,a){var
+c=aT(a);return 0===c?v:1===c?hF(b,a):cs(-1,hF(cs(-1,b),a))}function
+hN(b,a){var
+c=aT(a);return 0===c?b:1===c?hG(b,a):M(a,cs(1,hG(cs(-1,b),a)))}function
+hO(e){function
+f(a){return 0<aT(hm(e,a))?1:0}if(0<aT(e)){var
 a=1;for(;;){if(f(a)){var
 a=2*a|0;continue}var
 b=0,c=a;for(;;){if(1<(c-b|0)){var
 d=(b+c|0)/2|0;if(f(d)){var
 b=d;continue}var
-c=d;continue}return bq(b)}}}return u}function
-dV(b,c){var
-a=l3(c);return 0<=a?l2(b,a):g3(b,-a|0)}function
-fj(b,a){return hj(B(b,bM(a,fe(b,a))))}function
-b7(b,a){return a?a[1]:b}function
-bN(a){var
+c=d;continue}return bf(b)}}}return v}function
+d4(b,c){var
+a=mN(c);return 0<=a?mM(b,a):hm(b,-a|0)}function
+fB(b,a){return hE(B(b,by(a,fw(b,a))))}function
+b$(b,a){return a?a[1]:b}function
+bR(a){var
 b=a?a[2]:a;return b}function
-bt(e,d,c){var
+bz(e,d,c){var
 b=e,a=d;for(;;){if(b){if(a){var
 b=b[1],a=a[2];continue}return c}return a?a[1]:c}}function
-W(d,c){var
+Y(d,c){var
 a=d,b=c;for(;;){if(a){var
 e=[0,a[1],b],a=a[2],b=e;continue}return b}}function
-a7(a){if(a){var
-b=a7(a[2]);return w(a[1],b)}return a}function
-o(b,a){if(a)var
-d=o(b,a[2]),c=[0,y(b,a[1]),d];else
+a$(a){if(a){var
+b=a$(a[2]);return x(a[1],b)}return a}function
+q(b,a){if(a)var
+d=q(b,a[2]),c=[0,z(b,a[1]),d];else
 var
 c=a;return c}function
-_(b,a){if(a){var
-c=_(b,a[2]);return w(y(b,a[1]),c)}return a}function
-co(e,d,c){var
+$(b,a){if(a){var
+c=$(b,a[2]);return x(z(b,a[1]),c)}return a}function
+bA(e,d,c){var
 a=d,b=c;for(;;){if(a){var
-f=ar(e,b,a[1]),a=a[2],b=f;continue}return b}}function
-al(c,b,a){if(a){var
-d=al(c,b,a[2]);return ar(c,a[1],d)}return b}function
-ae(e,d){var
+f=ax(e,b,a[1]),a=a[2],b=f;continue}return b}}function
+as(c,b,a){if(a){var
+d=as(c,b,a[2]);return ax(c,a[1],d)}return b}function
+ad(e,d){var
 a=d;for(;;){if(a){var
-b=y(e,a[1]);if(!b){var
+b=z(e,a[1]);if(!b){var
 a=a[2];continue}var
 c=b}else
 var
 c=a;return c}}function
-D(d,c){var
+E(d,c){var
 a=c;for(;;){if(a){var
-b=y(d,a[1]);if(b){var
+b=z(d,a[1]);if(b){var
 a=a[2];continue}return b}return 1}}function
-aE(b,e){var
+aw(b,e){var
 a=e;for(;;){if(a){var
-c=a[2],d=a[1];if(y(b,d))return[0,d,aE(b,c)];var
+c=a[2],d=a[1];if(z(b,d))return[0,d,aw(b,c)];var
 a=c;continue}return a}}function
-cJ(d,c){var
+cR(d,c){var
 a=c;for(;;){if(a){var
-b=a[1];if(y(d,b))return[0,b];var
+b=a[1];if(z(d,b))return[0,b];var
 a=a[2];continue}return a}}function
-aw(b,a){if(b)if(a)var
-d=aw(b[2],a[2]),c=[0,[0,b[1],a[1]],d];else
+ay(b,a){if(b)if(a)var
+d=ay(b[2],a[2]),c=[0,[0,b[1],a[1]],d];else
 var
 c=a;else
 var
 c=b;return c}function
-ht(b,a){if(b)if(a)var
-d=ht(b[1],a[2]),c=[0,a[1],d];else
+hP(b,a){if(b)if(a)var
+d=hP(b[1],a[2]),c=[0,a[1],d];else
 var
 c=a;else
 var
 c=b;return c}function
-bu(b,a){var
-c=a?[0,b,bu([0,b],a[1])]:a;return c}function
-dd(b,a){var
-c=a?[0,b,dd(b,a[1])]:a;return c}var
-hu=0,ol=1;function
-hv(a,b){var
-c=a?1:a;return e_((b<<1&gB)+c|0)}function
-fk(b,a){if(b){var
-c=b[1];if(V(a,v))return ol;var
-d=br(a,bq(2)),e=d[1];return x(d[2],u)?hv(0,fk(c,e)):hv(1,fk(c,e))}return hu}function
-hw(a){if(a){var
-b=hw(a[2]),c=B(f(2,v),b),d=a[1]?v:u;return L(d,c)}return u}function
-hx(c,b){var
+bB(b,a){var
+c=a?[0,b,bB([0,b],a[1])]:a;return c}function
+dk(b,a){var
+c=a?[0,b,dk(b,a[1])]:a;return c}var
+hQ=0,o6=1;function
+hR(a,b){var
+c=a?1:a;return fq((b<<1&gW)+c|0)}function
+fC(b,a){if(b){var
+c=b[1];if(N(a,t))return o6;var
+d=bg(a,bf(2)),e=d[1];return w(d[2],v)?hR(0,fC(c,e)):hR(1,fC(c,e))}return hQ}function
+hS(a){if(a){var
+b=hS(a[2]),c=B(g(2,t),b),d=a[1]?t:v;return M(d,c)}return v}function
+hT(c,b){var
 a=c-b|0;return 0<=a?0===a?0:2:1}function
-dW(b,a){return 2<=hx(b,a)?0:1}function
+d5(b,a){return 2<=hT(b,a)?0:1}function
 k(a){if(a)var
 c=k(a[2]),b=[0,a[1],c];else
 var
 b=a;return b}function
-dX(a){var
+d6(a){var
 b=a?1:a;return b}function
-cK(a){var
-b=fe(a[1],a[2]),c=bM(a[2],b),d=aV(c);return 0===d?a:0<d?[0,bM(a[1],b),c]:a}function
-aN(b,a){return cK([0,L(B(b[1],a[2]),B(a[1],b[2])),B(b[2],a[2])])}function
-T(b,a){return cK([0,B(b[1],a[1]),B(b[2],a[2])])}function
-cL(a){return[0,a$(a[1]),a[2]]}function
-aR(a){var
-b=a[1],c=aV(b);return 0===c?[0,u,v]:0<c?[0,a[2],b]:[0,u,v]}var
-N=[0,u,v],Z=[0,v,v];function
-bj(a){return V(u,a[1])}function
-aO(a){return M(u,a[1])}function
-O(b,a){return V(B(b[1],a[2]),B(a[1],b[2]))}function
-cM(b,a){var
-c=x(b[1],a[1]);return c?x(b[2],a[2]):c}function
-ax(a){return al(aN,N,a)}function
-hy(a,b){if(a){var
-c=hy(a[2],b);return[0,a[1],c]}return b}function
-hz(b,a){if(a)var
-d=hz(b,a[2]),c=[0,y(b,a[1]),d];else
+cS(a){var
+b=fw(a[1],a[2]),c=by(a[2],b),d=aT(c);return 0===d?a:0<d?[0,by(a[1],b),c]:a}function
+ak(b,a){return cS([0,M(B(b[1],a[2]),B(a[1],b[2])),B(b[2],a[2])])}function
+R(b,a){return cS([0,B(b[1],a[1]),B(b[2],a[2])])}function
+ca(a){return[0,aS(a[1]),a[2]]}function
+aU(a){var
+b=a[1],c=aT(b);return 0===c?[0,v,t]:0<c?[0,a[2],b]:[0,v,t]}var
+O=[0,v,t],T=[0,t,t];function
+a0(a){return N(v,a[1])}function
+ah(a){return Q(v,a[1])}function
+I(b,a){return N(B(b[1],a[2]),B(a[1],b[2]))}function
+cT(b,a){var
+c=w(b[1],a[1]);return c?w(b[2],a[2]):c}function
+aE(a){return as(ak,O,a)}function
+hU(a,b){if(a){var
+c=hU(a[2],b);return[0,a[1],c]}return b}function
+hV(b,a){if(a)var
+d=hV(b,a[2]),c=[0,z(b,a[1]),d];else
 var
 c=a;return c}function
-fl(c,a){if(a){var
+fD(c,a){if(a){var
 d=a[1],g=a[2],e=function(b){if(b){var
-f=b[1];return ar(c,d,f)?[0,d,y(fl(c,g),b)]:[0,f,e(b[2])]}return a};return e}return function(a){return a}}function
-hA(c,b,a){if(a){var
-d=a[2],e=a[1];return e?[0,0,hA(c,y(fl(c,e),b),d)]:[0,b,d]}return[0,b,a]}function
-hB(e,d,c){var
+f=b[1];return ax(c,d,f)?[0,d,z(fD(c,g),b)]:[0,f,e(b[2])]}return a};return e}return function(a){return a}}function
+hW(c,b,a){if(a){var
+d=a[2],e=a[1];return e?[0,0,hW(c,z(fD(c,e),b),d)]:[0,b,d]}return[0,b,a]}function
+hX(e,d,c){var
 b=d,a=c;for(;;){if(a){var
-f=a[2],b=y(fl(e,a[1]),b),a=f;continue}return b}}function
-hC(c){var
+f=a[2],b=z(fD(e,a[1]),b),a=f;continue}return b}}function
+hY(c){var
 i=0;return function(j){var
 b=i,a=j;for(;;){if(a){var
 d=a[2],e=a[1];if(d){var
-f=d[1],g=ar(c,e,f)?[0,e,[0,f,0]]:[0,f,[0,e,0]],h=d[2],b=hA(c,g,b),a=h;continue}return hB(c,a,b)}return hB(c,a,b)}}}function
-hD(f,a){if(a){var
-g=a[1],b=g[2],c=g[1],d=hD(f,a[2]);if(d){var
-h=d[1],i=h[2],e=h[1],j=d[2];return ar(f,c,e)?[0,[0,e,L(b,i)],j]:[0,[0,c,b],[0,[0,e,i],j]]}var
+f=d[1],g=ax(c,e,f)?[0,e,[0,f,0]]:[0,f,[0,e,0]],h=d[2],b=hW(c,g,b),a=h;continue}return hX(c,a,b)}return hX(c,a,b)}}}function
+hZ(f,a){if(a){var
+g=a[1],b=g[2],c=g[1],d=hZ(f,a[2]);if(d){var
+h=d[1],i=h[2],e=h[1],j=d[2];return ax(f,c,e)?[0,[0,e,M(b,i)],j]:[0,[0,c,b],[0,[0,e,i],j]]}var
 k=[0,[0,c,b],0]}else
 var
 k=a;return k}function
-hE(a){if(a){var
-b=a[1],c=hE(a[2]),d=b[2][1],e=b[1];return hy(hz(function(a){return[0,a[1],B(e,a[2])]},d),c)}return a}function
-hF(a){if(a){var
-b=a[1],c=hF(a[2]);return L(B(b[1],b[2][2]),c)}return u}function
-hG(d,c,b){if(b){var
-f=hG(d,c,b[2]),a=b[1],e=M(u,a[2])?y(c,a[1]):y(d,a[1]);return L(B(a[2],e),f)}return u}function
-on(b,a){var
-c=a[1],d=b[1],e=x(d[1],c[1]),f=e?x(d[2],c[2]):e;return f?x(b[2],a[2]):f}function
-bO(a){return[0,0,a]}function
-dY(b,a){var
-c=aN(b[2],a[2]);return[0,w(b[1],a[1]),c]}function
-cp(b,a){var
-c=T(b,a[2]),d=a[1];return[0,o(function(a){var
-c=T(b,a[2]);return[0,a[1],c]},d),c]}function
-b8(b,a){return dY(b,cp(cL(Z),a))}function
-hH(a){return al(dY,bO(N),a)}function
-cN(b,a){if(a)var
-d=cN(L(b,v),a[2]),c=[0,[0,b,a[1]],d];else
+h0(a){if(a){var
+b=a[1],c=h0(a[2]),d=b[2][1],e=b[1];return hU(hV(function(a){return[0,a[1],B(e,a[2])]},d),c)}return a}function
+h1(a){if(a){var
+b=a[1],c=h1(a[2]);return M(B(b[1],b[2][2]),c)}return v}function
+h2(d,c,b){if(b){var
+f=h2(d,c,b[2]),a=b[1],e=Q(v,a[2])?z(c,a[1]):z(d,a[1]);return M(B(a[2],e),f)}return v}function
+o8(b,a){var
+c=a[1],d=b[1],e=w(d[1],c[1]),f=e?w(d[2],c[2]):e;return f?w(b[2],a[2]):f}function
+bS(a){return[0,0,a]}function
+d7(b,a){var
+c=ak(b[2],a[2]);return[0,x(b[1],a[1]),c]}function
+ct(b,a){var
+c=R(b,a[2]),d=a[1];return[0,q(function(a){var
+c=R(b,a[2]);return[0,a[1],c]},d),c]}function
+cb(b,a){return d7(b,ct(ca(T),a))}function
+h3(a){return as(d7,bS(O),a)}function
+cU(b,a){if(a)var
+d=cU(M(b,t),a[2]),c=[0,[0,b,a[1]],d];else
 var
 c=a;return c}function
-dZ(e,d,c){var
-a=d,b=c;for(;;){if(a){if(x(b,u))return a[1];var
-a=a[2],b=ba(b,v);continue}return e}}function
-hI(a){var
-b=cN(u,a);return[0,o(function(a){return[0,[0,[0,a[1],u],u],a[2]]},b),N]}function
-de(c,b,a){if(c[11])return hI(a[3]);var
-d=0,e=a[1],f=c[6]?a$(v):b[2];return[0,[0,[0,[0,[0,b[1],f],e],Z],d],N]}function
-df(a){var
-b=a[3];return ax(o(function(a){return a[2]},b))}function
-fm(b,a){switch(b[3]){case
-0:return df(a);case
-1:return a[4];default:return Z}}function
-hJ(c,a){var
-b=a[3],d=hH(o(function(b){var
-d=de(c,a,b);return cp(b[2],d)},b));return cp(aR(df(a)),d)}function
-fn(b,a){var
-c=b[4];return aE(function(b){return x(b[2],a)},c)}function
-fo(a,b){var
-c=fn(a,b);return ax(o(function(b){return fm(a,b)},c))}var
-d0=bO(N);function
-d1(e,a,d){var
-b=a[3],c=cJ(function(a){return x(a[1],d)},b);return av(function(b){return de(e,a,b)},c)}function
-hK(f,e){var
+d8(e,d,c){var
+a=d,b=c;for(;;){if(a){if(w(b,v))return a[1];var
+a=a[2],b=ap(b,t);continue}return e}}function
+h4(a){var
+b=cU(v,a);return[0,q(function(a){return[0,[0,[0,a[1],v],v],a[2]]},b),O]}function
+dl(c,b,a){if(c[11])return h4(a[3]);var
+d=0,e=a[1],f=c[6]?aS(t):b[2];return[0,[0,[0,[0,[0,b[1],f],e],T],d],O]}function
+dm(a){var
+b=a[3];return aE(q(function(a){return a[2]},b))}function
+fE(b,a){switch(b[3]){case
+0:return dm(a);case
+1:return a[4];default:return T}}function
+h5(c,a){var
+b=a[3],d=h3(q(function(b){var
+d=dl(c,a,b);return ct(b[2],d)},b));return ct(aU(dm(a)),d)}function
+fF(b,a){var
+c=b[4];return aw(function(b){return w(b[2],a)},c)}function
+fG(a,b){var
+c=fF(a,b);return aE(q(function(b){return fE(a,b)},c))}var
+d9=bS(O);function
+d_(e,a,d){var
+b=a[3],c=cR(function(a){return w(a[1],d)},b);return aA(function(b){return dl(e,a,b)},c)}function
+h6(f,e){var
 a=f;for(;;){if(a){var
-c=a[2],b=a[1],g=b[1];if(ae(function(b){return function(a){return x(b,a)}}(g),e)){var
+c=a[2],b=a[1],g=b[1];if(ad(function(b){return function(a){return w(b,a)}}(g),e)){var
 a=c;continue}var
-d=[0,b,hK(c,[0,b[1],0])]}else
+d=[0,b,h6(c,[0,b[1],0])]}else
 var
 d=a;return d}}function
-hL(b,a){if(a){var
-c=a[1],d=b[4];return aE(function(a){return x(a[1],c)},d)}return b[4]}function
-hM(d,c,b){var
-a=hL(c,b);return d[6]?hK(a,0):a}function
-hN(e,g,d){if(d){var
-a=d[1],i=g[4],c=cJ(function(b){var
-c=x(b[1],a[1]);if(c){var
-d=e[6];if(!d)return x(b[2],a[2]);var
+h7(b,a){if(a){var
+c=a[1],d=b[4];return aw(function(a){return w(a[1],c)},d)}return b[4]}function
+h8(d,c,b){var
+a=h7(c,b);return d[6]?h6(a,0):a}function
+h9(e,g,d){if(d){var
+a=d[1],i=g[4],c=cR(function(b){var
+c=w(b[1],a[1]);if(c){var
+d=e[6];if(!d)return w(b[2],a[2]);var
 f=d}else
 var
 f=c;return f},i);if(c)var
-j=d1(e,c[1],a[3]),k=a[4],b=av(function(a){return cp(k,a)},j);else
+j=d_(e,c[1],a[3]),k=a[4],b=aA(function(a){return ct(k,a)},j);else
 var
 b=c;if(b)var
-f=hN(e,g,d[2]),l=f?[0,dY(b[1],f[1])]:f,h=l;else
+f=h9(e,g,d[2]),l=f?[0,d7(b[1],f[1])]:f,h=l;else
 var
-h=b;return h}return[0,bO(N)]}function
-hO(a,b,f){var
+h=b;return h}return[0,bS(O)]}function
+h_(a,b,f){var
 c=a[11];if(c)var
-j=c[1][3],k=o(function(a){var
-b=hI(a[1]);return b8(bO(a[2]),b)},j),i=hM(a,b,0),g=w(_(function(b){var
-c=b[3];return _(function(c){var
-d=de(a,b,c),e=[0,b8(bO(a[2]),d),0],f=bO(a[3]);return[0,b8(de(a,b,c),f),e]},c)},i),k);else
+j=c[1][3],k=q(function(a){var
+b=h4(a[1]);return cb(bS(a[2]),b)},j),i=h8(a,b,0),g=x($(function(b){var
+c=b[3];return $(function(c){var
+d=dl(a,b,c),e=[0,cb(bS(a[2]),d),0],f=bS(a[3]);return[0,cb(dl(a,b,c),f),e]},c)},i),k);else
 var
 g=c;var
-l=a[10],m=w(o(function(d){var
-c=hN(a,b,d[1]);if(c){var
-e=c[1];return b8(bO(d[2]),e)}return d0},l),g),d=a[7];if(d)var
-n=d[1],e=hL(b,f),h=_(function(b){return _(function(c){var
-d=x(b[1],c[1]),e=d?F(x(b[2],c[2])):d;if(e){var
-f=b[3];return o(function(e){var
-f=d1(a,c,e[1]);if(f){var
-g=de(a,b,e),d=a[8],h=f[1],i=c[2],j=b[2],k=d?dZ(N,dZ(0,d[1],j),i):Z;return b8(dY(bO(T(n,k)),h),g)}return d0},f)}return e},e)},e);else
+l=a[10],m=x(q(function(d){var
+c=h9(a,b,d[1]);if(c){var
+e=c[1];return cb(bS(d[2]),e)}return d9},l),g),d=a[7];if(d)var
+n=d[1],e=h7(b,f),h=$(function(b){return $(function(c){var
+d=w(b[1],c[1]),e=d?G(w(b[2],c[2])):d;if(e){var
+f=b[3];return q(function(e){var
+f=d_(a,c,e[1]);if(f){var
+g=dl(a,b,e),d=a[8],h=f[1],i=c[2],j=b[2],k=d?d8(O,d8(0,d[1],j),i):T;return cb(d7(bS(R(n,k)),h),g)}return d9},f)}return e},e)},e);else
 var
 h=d;var
-p=w(h,m),q=hM(a,b,f);return w(_(function(d){var
-b=a[9];return o(function(e){var
-b=d1(a,d,e[1]);if(b){var
-c=d1(a,d,e[2]);return c?b8(c[1],b[1]):d0}return d0},b)},q),p)}function
-hP(a){if(a[10])return 1;var
+o=x(h,m),p=h8(a,b,f);return x($(function(d){var
+b=a[9];return q(function(e){var
+b=d_(a,d,e[1]);if(b){var
+c=d_(a,d,e[2]);return c?cb(c[1],b[1]):d9}return d9},b)},p),o)}function
+h$(a){if(a[10])return 1;var
 b=a[11],c=b?1:b;return c}function
-hQ(a){return al(function(b,a){return fj(b[2],a)},v,a)}function
-hR(b,a){return x(hr(b,a[2]),u)}function
-d2(b,a){var
-c=bM(b,a[2]);return B(a[1],c)}function
-hS(a){var
-b=o(b6,a[1]);return[0,a[2],b]}function
-cO(a){return hQ(hS(a))}function
-hT(a){var
-b=M(u,cO(a));if(b){var
-c=hS(a),d=cO(a);return D(function(a){return hR(d,a)},c)}return b}function
-hU(a){var
-b=cO(a),c=d2(b,a[2]),d=a[1];return[0,o(function(a){var
-c=d2(b,a[2]);return[0,a[1],c]},d),c]}function
-hV(a){var
+ia(a){return as(function(b,a){return fB(b[2],a)},t,a)}function
+ib(b,a){return w(hN(b,a[2]),v)}function
+d$(b,a){var
+c=by(b,a[2]);return B(a[1],c)}function
+ic(a){var
+b=q(b_,a[1]);return[0,a[2],b]}function
+cV(a){return ia(ic(a))}function
+id(a){var
+b=Q(v,cV(a));if(b){var
+c=ic(a),d=cV(a);return E(function(a){return ib(d,a)},c)}return b}function
+ie(a){var
+b=cV(a),c=d$(b,a[2]),d=a[1];return[0,q(function(a){var
+c=d$(b,a[2]);return[0,a[1],c]},d),c]}function
+ig(a){var
 b=a[11];if(b){var
-c=b[1];return w(c[1],c[2])}return[0,a[3],[0,a[2],0]]}function
-fp(a){return hQ(hV(a))}function
-hW(g,a,f){var
+c=b[1];return x(c[1],c[2])}return[0,a[3],[0,a[2],0]]}function
+fH(a){return ia(ig(a))}function
+ih(g,a,f){var
 c=g,b=f;for(;;){if(b){if(a){var
-d=a[1],e=b[2],h=d[2],i=b[1];if(x(d[1],c)){var
-j=hW(L(c,v),a[2],e);return av(function(a){return[0,[0,h,i],a]},j)}var
-c=L(c,v),b=e;continue}return oo}return a?0:op}}function
-hX(a){var
+d=a[1],e=b[2],h=d[2],i=b[1];if(w(d[1],c)){var
+j=ih(M(c,t),a[2],e);return aA(function(a){return[0,[0,h,i],a]},j)}var
+c=M(c,t),b=e;continue}return o9}return a?0:o_}}function
+ii(a){var
 b=a[4];if(b){var
-c=b[1];return O(c,a[3])?a[3]:c}return a[3]}function
-oq(a){var
-b=a[3];return o(function(b){var
-c=b[2],d=T(aR(df(a)),c);return[0,b[1],d]},b)}function
-hY(b,a){return aO(fo(b,a))}function
-hZ(a){if(2<=a[3]){var
-c=aD(aq(a[2])),d=B(aD(aq(a[1])),c),b=x(aD(aq(a[4])),d);if(b){var
-e=a[2];return aE(function(b){return hY(a,b)},e)}return b}var
-f=a[2];return aE(function(b){return hY(a,b)},f)}function
-or(a){var
-e=a[3],b=D(function(a){return bj(a[2])},e);if(b){var
-c=aO(df(a));if(c)return bj(a[4]);var
+c=b[1];return I(c,a[3])?a[3]:c}return a[3]}function
+o$(a){var
+b=a[3];return q(function(b){var
+c=b[2],d=R(aU(dm(a)),c);return[0,b[1],d]},b)}function
+ij(b,a){return ah(fG(b,a))}function
+ik(a){if(2<=a[3]){var
+c=aD(ar(a[2])),d=B(aD(ar(a[1])),c),b=w(aD(ar(a[4])),d);if(b){var
+e=a[2];return aw(function(b){return ij(a,b)},e)}return b}var
+f=a[2];return aw(function(b){return ij(a,b)},f)}function
+pa(a){var
+e=a[3],b=E(function(a){return a0(a[2])},e);if(b){var
+c=ah(dm(a));if(c)return a0(a[4]);var
 d=c}else
 var
 d=b;return d}function
-h0(a){var
-b=a[3],c=ax(o(function(a){return T(a[2],a[4])},b));return T(aR(df(a)),c)}function
-h1(b,a){if(b[1]){var
-c=a[1];return o(function(b){var
-c=a[4];return o(h0,aE(function(a){return x(a[1],b)},c))},c)}var
-d=0,e=hZ(a);return[0,o(function(b){var
-c=fn(a,b),d=ax(o(function(b){var
-c=h0(b);return T(fm(a,b),c)},c));return T(aR(fo(a,b)),d)},e),d]}function
-h2(g){function
+il(a){var
+b=a[3],c=aE(q(function(a){return R(a[2],a[4])},b));return R(aU(dm(a)),c)}function
+im(b,a){if(b[1]){var
+c=a[1];return q(function(b){var
+c=a[4];return q(il,aw(function(a){return w(a[1],b)},c))},c)}var
+d=0,e=ik(a);return[0,q(function(b){var
+c=fF(a,b),d=aE(q(function(b){var
+c=il(b);return R(fE(a,b),c)},c));return R(aU(fG(a,b)),d)},e),d]}function
+io(g){function
 b(c,a){function
 d(a){if(c){if(a){var
-e=a[1],f=c[1];return ar(g[1],f,e)?[0,f,b(c[2],a)]:[0,e,d(a[2])]}return c}return a}return d(a)}function
+e=a[1],f=c[1];return ax(g[1],f,e)?[0,f,b(c[2],a)]:[0,e,d(a[2])]}return c}return a}return d(a)}function
 c(d,a){if(d){var
 e=d[2],f=d[1];return f?[0,0,c(e,b(f[1],a))]:[0,[0,a],e]}return[0,[0,a],0]}function
 d(f){var
@@ -2151,40 +2151,40 @@ h(b){return a(f,b)}function
 e(d){var
 a=d;for(;;){if(a){var
 b=a[2],c=a[1];if(c){var
-f=e(b);return w(c[1],f)}var
+f=e(b);return x(c[1],f)}var
 a=b;continue}return a}}return[0,b,c,d,a,h,e]}function
-G(f,e){var
+H(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=dL(b[1],a[1]);if(c){var
+c=dU(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return a?0:1}}var
-dg=34;function
-dh(a){var
+dn=34;function
+dp(a){var
 b=32===a?1:0,c=b||(9===a?1:0),d=c||(10===a?1:0),e=d||(13===a?1:0);return e}function
-fq(a){if(48===a)return[0,u];if(49===a)return[0,v];if(50===a)return[0,f(2,v)];if(51===a)return[0,C(f(2,v))];if(52===a)return[0,f(2,f(2,v))];if(53===a)return[0,C(f(2,f(2,v)))];if(54===a)return[0,f(2,C(f(2,v)))];if(55===a)return[0,C(f(2,C(f(2,v))))];if(56===a)return[0,f(2,f(2,f(2,v)))];var
-b=57===a?1:0,c=b?[0,C(f(2,f(2,f(2,v))))]:b;return c}function
-d3(b){var
-a=fq(b),c=a?1:a;return c}function
-h3(e,d){var
+fI(a){if(48===a)return[0,v];if(49===a)return[0,t];if(50===a)return[0,g(2,t)];if(51===a)return[0,F(g(2,t))];if(52===a)return[0,g(2,g(2,t))];if(53===a)return[0,F(g(2,g(2,t)))];if(54===a)return[0,g(2,F(g(2,t)))];if(55===a)return[0,F(g(2,F(g(2,t))))];if(56===a)return[0,g(2,g(2,g(2,t)))];var
+b=57===a?1:0,c=b?[0,F(g(2,g(2,g(2,t))))]:b;return c}function
+ea(b){var
+a=fI(b),c=a?1:a;return c}function
+ip(e,d){var
 b=e,a=d;for(;;){if(a){var
-c=fq(a[1]);if(c){var
-g=a[2],h=c[1],b=L(B(f(2,C(f(2,f(2,v)))),b),h),a=g;continue}return c}return[0,b]}}function
-h4(d,c){var
+c=fI(a[1]);if(c){var
+f=a[2],h=c[1],b=M(B(g(2,F(g(2,g(2,t)))),b),h),a=f;continue}return c}return[0,b]}}function
+iq(d,c){var
 a=d,b=c;for(;;){if(b){if(a){var
 a=a[1],b=b[2];continue}return a}return 1}}function
-h5(a){var
-b=h4(os,a);return b?a?a[2]?48===a[1]?0:h3(u,a):h3(u,a):a:b}function
-cP(d,c){var
+ir(a){var
+b=iq(pb,a);return b?a?a[2]?48===a[1]?0:ip(v,a):ip(v,a):a:b}function
+cW(d,c){var
 a=c;for(;;){if(a){var
-b=a[1];if(dL(d,b[1]))return[0,b[2]];var
+b=a[1];if(dU(d,b[1]))return[0,b[2]];var
 a=a[2];continue}return a}}function
-fr(k,j,i,h){var
-a=cP(k,di);if(a){var
-b=cP(j,di);if(b){var
-c=cP(i,di);if(c)var
-d=cP(h,di),l=d?[0,[0,[0,[0,a[1],b[1]],c[1]],d[1]]]:d,e=l;else
+fJ(k,j,i,h){var
+a=cW(k,dq);if(a){var
+b=cW(j,dq);if(b){var
+c=cW(i,dq);if(c)var
+d=cW(h,dq),l=d?[0,[0,[0,[0,a[1],b[1]],c[1]],d[1]]]:d,e=l;else
 var
 e=c;var
 f=e}else
@@ -2193,40 +2193,40 @@ f=b;var
 g=f}else
 var
 g=a;return g}function
-bv(i,h,g,f,e,d,c,b){function
+bC(i,h,g,f,e,d,c,b){function
 a(a,b){var
 c=a?1<<b:a;return c}var
-j=a(i,7),k=a(h,6),l=a(g,5),m=a(f,4),n=a(e,3),o=a(d,2),p=a(c,1);return e_(((((((a(b,0)+p|0)+o|0)+n|0)+m|0)+l|0)+k|0)+j|0)}function
-cQ(b){function
+j=a(i,7),k=a(h,6),l=a(g,5),m=a(f,4),n=a(e,3),o=a(d,2),p=a(c,1);return fq(((((((a(b,0)+p|0)+o|0)+n|0)+m|0)+l|0)+k|0)+j|0)}function
+cX(b){function
 a(a){return 0!==(b&1<<a)?1:0}var
 c=a(7);return a(6)?0:c}function
-h6(a){function
+is(a){function
 b(b){return 0!==(a&1<<b)?1:0}var
 f=b(7),g=b(6);if(b(5)){if(f)return 0;var
-c=F(a===34?1:0);return c?F(92===a?1:0):c}if(g){if(f)return 0;var
-d=F(a===34?1:0);if(d)return F(92===a?1:0);var
+c=G(a===34?1:0);return c?G(92===a?1:0):c}if(g){if(f)return 0;var
+d=G(a===34?1:0);if(d)return G(92===a?1:0);var
 e=d}else
 var
 e=g;return e}var
-ou=[0,[0,dg,dg],ot];function
-ov(cK,cJ){var
-d=cK,h=cJ;for(;;){if(h){var
-w=h[2],j=h[1];if(h6(j)){var
+pd=[0,[0,dn,dn],pc];function
+pe(cJ,cI){var
+d=cJ,h=cI;for(;;){if(h){var
+w=h[2],j=h[1];if(is(j)){var
 d=[0,j,d],h=w;continue}if(w){var
-i=w[2],e=w[1];if(F(92===j?1:0)){var
-by=cQ(e);if(by){var
-s=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),bz=s(7),bA=s(6),co=s(5),cp=s(4),cq=s(3),cr=s(2),cs=s(1);if(co)var
-ao=0;else{if(bA)if(bz)var
+i=w[2],e=w[1];if(G(92===j?1:0)){var
+bx=cX(e);if(bx){var
+s=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),by=s(7),bz=s(6),co=s(5),cp=s(4),cq=s(3),cr=s(2),cs=s(1);if(co)var
+ao=0;else{if(bz)if(by)var
 cm=cs||cr,cn=cm||cq,ah=cn||cp;else
 var
-ah=bz;else
+ah=by;else
 var
-ah=bA;var
+ah=bz;var
 ao=ah}}else
 var
-ao=by;if(ao){var
+ao=bx;if(ao){var
 d=[0,e,[0,j,d]],h=i;continue}if(i){var
-x=i[2],M=i[1],bB=cQ(e),bC=bB?cQ(M):bB;if(bC){var
+x=i[2],M=i[1],bA=cX(e),bB=bA?cX(M):bA;if(bB){var
 k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),g=k(7),b=k(6),c=k(5),m=k(4),bD=k(3),bE=k(2),bF=k(1);if(k(0))if(bF)if(m)var
 a=0;else
 var
@@ -2234,7 +2234,7 @@ ct=c?b?g:b:c,a=ct;else
 if(bE)if(bD)if(m)var
 a=0;else{var
 U=0;if(c)if(b)if(g)var
-a=F(0!==(e&32)?1:0);else{var
+a=G(0!==(e&32)?1:0);else{var
 ai=g;U=1}else{var
 ai=b;U=1}else{var
 ai=c;U=1}if(U)var
@@ -2268,9 +2268,9 @@ aj=b;V=1}else{var
 aj=c;V=1}if(V)var
 a=aj}}else
 var
-a=bC;if(a){var
+a=bB;if(a){var
 d=[0,M,[0,e,[0,j,d]]],h=x;continue}if(x){var
-bS=x[1],bG=cQ(e),bH=bG?cQ(M):bG,bI=bH?cQ(bS):bH;if(bI){var
+bS=x[1],bG=cX(e),bH=bG?cX(M):bG,bI=bH?cX(bS):bH;if(bI){var
 n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),t=n(7),o=n(6),p=n(5),q=n(4),H=n(3),ak=n(2),cH=n(1);if(n(0))if(ak||H)var
 f=0;else
 var
@@ -2282,7 +2282,7 @@ cA=q?p?o?t:o:p:q,f=cA;else
 if(ak)if(H)var
 f=0;else{var
 z=0;if(q)if(p)if(o)if(t)var
-bJ=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(e),cC=bJ(5),cD=bJ(4),cB=cD||cC,f=F(cB);else{var
+bJ=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(e),cC=bJ(5),cD=bJ(4),cB=cD||cC,f=G(cB);else{var
 E=t;z=1}else{var
 E=o;z=1}else{var
 E=p;z=1}else{var
@@ -2292,11 +2292,11 @@ if(H)var
 f=0;else{var
 A=0;if(q)if(p)if(o)if(t)var
 bK=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(e),cF=bK(5),cG=bK(4),cE=cG||cF,f=cE;else{var
-G=t;A=1}else{var
-G=o;A=1}else{var
-G=p;A=1}else{var
-G=q;A=1}if(A)var
-f=G}}else
+F=t;A=1}else{var
+F=o;A=1}else{var
+F=p;A=1}else{var
+F=q;A=1}if(A)var
+f=F}}else
 var
 f=bI;if(f){var
 d=[0,bS,[0,M,[0,e,[0,j,d]]]],h=x[2];continue}var
@@ -2309,7 +2309,7 @@ bU=i;return bU}if(l===e){if(i){var
 N=i[2];if(N){var
 O=N[2];if(O){var
 P=O[2];if(P){var
-r=P[2],ap=fr(i[1],N[1],O[1],P[1]);if(ap){var
+r=P[2],ap=fJ(i[1],N[1],O[1],P[1]);if(ap){var
 y=ap[1],aE=y[1][1],aF=aE[1],aG=aF[1],aH=aG[1],aI=aH[1],aw=0;if(aI){var
 aJ=aH[2];if(aJ)if(aG[2]){var
 aq=0;aw=1}else{var
@@ -2335,7 +2335,7 @@ K=J[2],aA=0;if(K){var
 L=K[2],aB=0;if(L){var
 al=L[2],aC=0;if(al){var
 bL=92===r[1]?1:0,bM=bL?l===I[1]?1:0:bL;if(bM){var
-am=fr(J[1],K[1],L[1],al[1]);if(am){var
+am=fJ(J[1],K[1],L[1],al[1]);if(am){var
 aO=am[1][1][1],aP=aO[1],aQ=aP[1],aR=aQ[1],aS=aR[1],b8=0;if(aS){var
 aT=aR[2];if(aT)if(aQ[2]){var
 ar=0;ay=1;az=1;aA=1;aB=1;aC=1;b8=1}else{var
@@ -2374,8 +2374,8 @@ Q=as[2];if(Q){var
 R=Q[2];if(R){var
 S=R[2];if(S){var
 T=S[2];if(T){var
-at=fr(Q[1],R[1],S[1],T[1]);if(at){var
-bV=at[1],be=bV[2],bf=be[1],bg=bf[1],bh=bV[1],bi=bh[2],bj=bi[1],bk=bj[1],bl=bh[1][2],bm=y[2],bn=bm[1],bo=bn[1],bp=y[1],bq=bp[2],br=bq[1],bs=br[1],u=bs[2],v=bs[1],bt=bp[1][2],ag=bt[1][2],D=bt[2],cL=T[2],cc=F(u),cd=cI(v,u),ce=v?u:v,cf=cI(D,ce),bu=D?v:D,cg=bu?u:bu,ch=cI(ag,cg),bw=ag?D:ag,bx=bw?v:bw,ci=bx?u:bx,cj=[0,bv(1,0,bj[2],bi[2],bg[1],bg[2],bf[2],be[2]),0],ck=[0,bv(1,0,bn[2],bm[2],bl[1][2],bl[2],bk[1],bk[2]),cj],cl=[0,bv(1,0,cd,cc,br[2],bq[2],bo[1],bo[2]),ck],d=W([0,bv(1,1,1,1,0,ci,ch,cf),cl],d),h=cL;continue}var
+at=fJ(Q[1],R[1],S[1],T[1]);if(at){var
+bV=at[1],be=bV[2],bf=be[1],bg=bf[1],bh=bV[1],bi=bh[2],bj=bi[1],bk=bj[1],bl=bh[1][2],bm=y[2],bn=bm[1],bo=bn[1],bp=y[1],bq=bp[2],br=bq[1],bs=br[1],u=bs[2],v=bs[1],bt=bp[1][2],ag=bt[1][2],D=bt[2],cK=T[2],cc=G(u),cd=cQ(v,u),ce=v?u:v,cf=cQ(D,ce),bu=D?v:D,cg=bu?u:bu,ch=cQ(ag,cg),bv=ag?D:ag,bw=bv?v:bv,ci=bw?u:bw,cj=[0,bC(1,0,bj[2],bi[2],bg[1],bg[2],bf[2],be[2]),0],ck=[0,bC(1,0,bn[2],bm[2],bl[1][2],bl[2],bk[1],bk[2]),cj],cl=[0,bC(1,0,cd,cc,br[2],bq[2],bo[1],bo[2]),ck],d=Y([0,bC(1,1,1,1,0,ci,ch,cf),cl],d),h=cK;continue}var
 bW=at}else
 var
 bW=T;var
@@ -2394,12 +2394,12 @@ b0=as;var
 b1=b0}else
 var
 b1=r;return b1}}var
-aX=y[2],aY=aX[1],aZ=aY[1],X=aZ[2],Y=aZ[1],Z=aY[2],_=aX[2],a0=y[1],a1=a0[2],a2=a1[1],a3=a2[1],$=a3[2],aa=a3[1],ab=a2[2],ac=a1[2],a4=a0[1],a5=a4[2],a6=a5[1],a7=a6[1],ad=a7[2],a8=a7[1],ae=a6[2],af=a5[2],a9=a4[1],a_=a9[1],a$=a_[1],ba=a$[2],bb=a$[1],bc=a_[2],bd=a9[2],aD=0;if(!bb&&!ba&&!bc&&!bd&&!a8){var
+aX=y[2],aY=aX[1],aZ=aY[1],W=aZ[2],X=aZ[1],Z=aY[2],_=aX[2],a0=y[1],a1=a0[2],a2=a1[1],a3=a2[1],$=a3[2],aa=a3[1],ab=a2[2],ac=a1[2],a4=a0[1],a5=a4[2],a6=a5[1],a7=a6[1],ad=a7[2],a8=a7[1],ae=a6[2],af=a5[2],a9=a4[1],a_=a9[1],a$=a_[1],ba=a$[2],bb=a$[1],bc=a_[2],bd=a9[2],aD=0;if(!bb&&!ba&&!bc&&!bd&&!a8){var
 b9=0;if(!ad&&!ae&&!af&&!aa){var
-au=[0,bv(0,$,ab,ac,Y,X,Z,_),0];aD=1;b9=1}if(!b9){var
-cb=[0,bv(1,0,ab,ac,Y,X,Z,_),0],au=[0,bv(1,1,0,ad,ae,af,aa,$),cb];aD=1}}if(!aD)var
-b$=[0,bv(1,0,ab,ac,Y,X,Z,_),0],ca=[0,bv(1,0,a8,ad,ae,af,aa,$),b$],au=[0,bv(1,1,1,0,bb,ba,bc,bd),ca];var
-d=W(au,d),h=r;continue}var
+au=[0,bC(0,$,ab,ac,X,W,Z,_),0];aD=1;b9=1}if(!b9){var
+cb=[0,bC(1,0,ab,ac,X,W,Z,_),0],au=[0,bC(1,1,0,ad,ae,af,aa,$),cb];aD=1}}if(!aD)var
+b$=[0,bC(1,0,ab,ac,X,W,Z,_),0],ca=[0,bC(1,0,a8,ad,ae,af,aa,$),b$],au=[0,bC(1,1,1,0,bb,ba,bc,bd),ca];var
+d=Y(au,d),h=r;continue}var
 b2=ap}else
 var
 b2=P;var
@@ -2412,214 +2412,214 @@ b4=N;var
 b5=b4}else
 var
 b5=i;return b5}var
-av=cP(e,ou);if(av){var
+av=cW(e,pd);if(av){var
 d=[0,av[1],d],h=i;continue}var
 b6=av}else
 var
-b6=w;return b6}return[0,W(d,0)]}}function
-h7(d,c){var
-b=d,a=c;for(;;){if(b){if(a)switch(hx(b[1],a[1])){case
+b6=w;return b6}return[0,Y(d,0)]}}function
+it(d,c){var
+b=d,a=c;for(;;){if(b){if(a)switch(hT(b[1],a[1])){case
 0:var
 b=b[2],a=a[2];continue;case
 1:return 1;default:return 0}return a}return 1}}var
-h8=h2([0,h7]);function
-cR(d){var
-a=y(h8[5],d);for(;;){if(a){var
+iu=io([0,it]);function
+cu(d){var
+a=z(iu[5],d);for(;;){if(a){var
 b=a[2];if(b){var
-c=F(G(a[1],b[1]));if(c){var
+c=G(H(a[1],b[1]));if(c){var
 a=b;continue}return c}return 1}return 1}}function
-h9(c,b,a){if(dh(c))return[0,[0,[6,b],a]];if(a){var
+iv(c,b,a){if(dp(c))return[0,[0,[6,b],a]];if(a){var
 d=a[2],e=a[1];if(0===e[0]){var
-f=e[1];if(44===c)return[0,[0,ow,[0,[0,[0,b,f]],d]]];var
-g=93===c?1:0,n=g?[0,[0,[6,[3,W(f,[0,b,0])]],d]]:g;return n}var
+f=e[1];if(44===c)return[0,[0,pf,[0,[0,[0,b,f]],d]]];var
+g=93===c?1:0,n=g?[0,[0,[6,[3,Y(f,[0,b,0])]],d]]:g;return n}var
 h=e[2],i=e[1];if(44===c)return[0,[0,[1,[0,[0,h,b],i],0],d]];var
-j=dI===c?1:0;if(j)var
-k=W(i,[0,[0,h,b],0]),l=cR(o(bK,k)),p=l?[0,[0,[6,[4,k]],d]]:l,m=p;else
+j=dR===c?1:0;if(j)var
+k=Y(i,[0,[0,h,b],0]),l=cu(q(bQ,k)),o=l?[0,[0,[6,[4,k]],d]]:l,m=o;else
 var
 m=j;return m}return a}function
-oJ(Q,P,O){var
+ps(Q,P,O){var
 e=Q,a=P,i=O;for(;;){if(i){var
 d=i[1];switch(e[0]){case
 0:var
-u=e[1];if(dh(d))var
+u=e[1];if(dp(d))var
 c=[0,[0,[0,u],a]];else
 if(d===34)var
-c=[0,[0,ox,a]];else
-if(d3(d))var
+c=[0,[0,pg,a]];else
+if(ea(d))var
 c=[0,[0,[4,[0,d,0]],a]];else
 if(91===d)var
-c=[0,[0,oz,[0,oy,a]]];else
-if(gO===d)var
-c=[0,[0,oA,a]];else
-if(h===d)var
-c=[0,[0,[5,k(oB),0],a]];else
+c=[0,[0,pi,[0,ph,a]]];else
+if(g9===d)var
+c=[0,[0,pj,a]];else
+if(f===d)var
+c=[0,[0,[5,k(pk),0],a]];else
 if(b===d)var
-c=[0,[0,[5,k(oD),oC],a]];else
-if(z===d)var
-c=[0,[0,[5,k(oF),oE],a]];else{var
+c=[0,[0,[5,k(pm),pl],a]];else
+if(y===d)var
+c=[0,[0,[5,k(po),pn],a]];else{var
 q=93===d?1:0,r=q?u:q,o=0;if(r)if(a)var
-s=a[1],c=0===s[0]?s[1]?0:[0,[0,oG,a[2]]]:0;else{var
+s=a[1],c=0===s[0]?s[1]?0:[0,[0,pp,a[2]]]:0;else{var
 t=a;o=1}else{var
 t=r;o=1}if(o)var
 c=t}break;case
 1:var
-v=e[2],w=e[1];if(dh(d))var
+v=e[2],w=e[1];if(dp(d))var
 c=[0,[0,[1,w,v],a]];else
 if(d===34)var
 c=[0,[0,[3,[0,w],0,0],a]];else
 var
-x=dI===d?1:0,y=x?v:x,K=y?[0,[0,oH,a]]:y,c=K;break;case
+x=dR===d?1:0,z=x?v:x,K=z?[0,[0,pq,a]]:z,c=K;break;case
 2:var
-A=e[2],B=e[1];if(dh(d))var
+A=e[2],B=e[1];if(dp(d))var
 c=[0,[0,[2,B,A],a]];else
 var
-C=58===d?1:0,L=C?[0,[0,oI,[0,[1,B,A],a]]]:C,c=L;break;case
+C=58===d?1:0,L=C?[0,[0,pr,[0,[1,B,A],a]]]:C,c=L;break;case
 3:var
-j=e[3],f=e[1];if(e[2])var
-c=[0,[0,[3,f,0,[0,d,j]],a]];else
+j=e[3],g=e[1];if(e[2])var
+c=[0,[0,[3,g,0,[0,d,j]],a]];else
 if(d===34){var
-l=ov(0,W(j,0)),p=0;if(l){var
-D=l[1];if(f)var
-c=[0,[0,[2,f[1],D],a]];else{var
+l=pe(0,Y(j,0)),p=0;if(l){var
+D=l[1];if(g)var
+c=[0,[0,[2,g[1],D],a]];else{var
 E=[0,[0,[6,[2,D]],a]];p=1}}else{var
 E=l;p=1}if(p)var
 c=E}else
 var
-c=[0,[0,[3,f,92===d?1:0,[0,d,j]],a]];break;case
+c=[0,[0,[3,g,92===d?1:0,[0,d,j]],a]];break;case
 4:var
-F=e[1];if(d3(d))var
+F=e[1];if(ea(d))var
 c=[0,[0,[4,[0,d,F]],a]];else
 var
-m=h5(W(F,0)),c=m?h9(d,[1,m[1]],a):m;break;case
+m=ir(Y(F,0)),c=m?iv(d,[1,m[1]],a):m;break;case
 5:var
-g=e[1];if(g){var
-G=d===g[1]?1:0;if(G)var
-H=g[2],I=e[2],M=H?[5,H,I]:[6,I],n=[0,[0,M,a]];else
+h=e[1];if(h){var
+G=d===h[1]?1:0;if(G)var
+H=h[2],I=e[2],M=H?[5,H,I]:[6,I],n=[0,[0,M,a]];else
 var
 n=G}else
 var
-n=g;var
+n=h;var
 c=n;break;default:var
-c=h9(d,e[1],a)}if(c){var
+c=iv(d,e[1],a)}if(c){var
 J=c[1],e=J[1],a=J[2],i=i[2];continue}return c}switch(e[0]){case
 4:if(a)return 0;var
-N=h5(W(e[1],0));return av(function(a){return[1,a]},N);case
+N=ir(Y(e[1],0));return aA(function(a){return[1,a]},N);case
 6:return a?0:[0,e[1]];default:return 0}}}function
-d4(d){var
-e=d[1],f=e[1],g=f[2],c=e[2],b=d[2],h=g?c?b?55:54:b?53:52:c?b?51:50:b?49:48;return f[1]?g?c?b?z:a:b?q:99:c?b?98:97:b?57:56:h}function
-dj(a){var
-b=a[1],c=b[1],d=[0,d4(a[2]),0],e=[0,d4(b[2]),d],f=[0,d4(c[2]),e];return[0,92,[0,l,[0,d4(c[1]),f]]]}function
-oW(aY,aX){var
+eb(d){var
+e=d[1],f=e[1],g=f[2],c=e[2],b=d[2],h=g?c?b?55:54:b?53:52:c?b?51:50:b?49:48;return f[1]?g?c?b?y:a:b?o:99:c?b?98:97:b?57:56:h}function
+dr(a){var
+b=a[1],c=b[1],d=[0,eb(a[2]),0],e=[0,eb(b[2]),d],f=[0,eb(c[2]),e];return[0,92,[0,l,[0,eb(c[1]),f]]]}function
+pF(aY,aX){var
 b=aY,f=aX;for(;;){if(f){var
 c=f[2],a=f[1],u=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aS=u(7),D=u(6);if(u(5))var
 K=0;else
 var
 aR=D?aS:D,K=aR;if(K){if(c){var
-aZ=c[2],a0=c[1],n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),$=n(4),aa=n(3),ab=n(2),ac=n(1),ad=n(0),g=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a0),V=g(5),X=g(4),Y=g(3),Z=g(2),_=g(1),b=W(dj([0,[0,[0,fs,[0,[0,[0,0,$],aa],ab]],[0,[0,[0,ac,ad],V],X]],[0,[0,[0,Y,Z],_],g(0)]]),b),f=aZ;continue}return b}var
-q=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aU=q(7),E=q(6),G=q(5);if(q(4))var
+aZ=c[2],a0=c[1],n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),$=n(4),aa=n(3),ab=n(2),ac=n(1),ad=n(0),g=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a0),V=g(5),W=g(4),X=g(3),Z=g(2),_=g(1),b=Y(dr([0,[0,[0,fK,[0,[0,[0,0,$],aa],ab]],[0,[0,[0,ac,ad],V],W]],[0,[0,[0,X,Z],_],g(0)]]),b),f=aZ;continue}return b}var
+q=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aU=q(7),E=q(6),F=q(5);if(q(4))var
 L=0;else
 var
-aT=G?E?aU:E:G,L=aT;if(L){if(c){var
+aT=F?E?aU:E:F,L=aT;if(L){if(c){var
 v=c[2];if(v){var
-a1=v[2],a2=v[1],a3=c[1],p=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),ap=p(3),aq=p(2),ar=p(1),as=p(0),i=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a3),aj=i(5),ak=i(4),al=i(3),am=i(2),an=i(1),ao=i(0),h=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a2),ae=h(5),af=h(4),ag=h(3),ah=h(2),ai=h(1),b=W(dj([0,[0,[0,[0,[0,[0,ap,aq],ar],as],[0,[0,[0,aj,ak],al],am]],[0,[0,[0,an,ao],ae],af]],[0,[0,[0,ag,ah],ai],h(0)]]),b),f=a1;continue}return b}return b}var
+a1=v[2],a2=v[1],a3=c[1],p=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),ap=p(3),aq=p(2),ar=p(1),as=p(0),i=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a3),aj=i(5),ak=i(4),al=i(3),am=i(2),an=i(1),ao=i(0),h=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a2),ae=h(5),af=h(4),ag=h(3),ah=h(2),ai=h(1),b=Y(dr([0,[0,[0,[0,[0,[0,ap,aq],ar],as],[0,[0,[0,aj,ak],al],am]],[0,[0,[0,an,ao],ae],af]],[0,[0,[0,ag,ah],ai],h(0)]]),b),f=a1;continue}return b}return b}var
 o=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aW=o(7),H=o(6),I=o(5),J=o(4);if(o(3))var
 M=0;else
 var
 aV=J?I?H?aW:H:I:J,M=aV;if(M){if(c){var
-x=c[2];if(x){var
-y=x[2];if(y){var
-a4=y[2],a5=y[1],a6=x[1],a7=c[1],t=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aP=t(2),aQ=t(1),C=t(0),m=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a7),s=m(5),aK=m(4),aL=m(3),aM=m(2),aN=m(1),aO=m(0),l=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a6),aE=l(5),aF=l(4),aG=l(3),aH=l(2),aI=l(1),aJ=l(0),k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a5),ay=k(5),az=k(4),aA=k(3),aB=k(2),aC=k(1),aD=k(0);if(aP)var
-z=1,r=oR;else
+w=c[2];if(w){var
+y=w[2];if(y){var
+a4=y[2],a5=y[1],a6=w[1],a7=c[1],t=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aP=t(2),aQ=t(1),C=t(0),m=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a7),s=m(5),aK=m(4),aL=m(3),aM=m(2),aN=m(1),aO=m(0),l=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a6),aE=l(5),aF=l(4),aG=l(3),aH=l(2),aI=l(1),aJ=l(0),k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a5),ay=k(5),az=k(4),aA=k(3),aB=k(2),aC=k(1),aD=k(0);if(aP)var
+z=1,r=pA;else
 var
-j=F(aK),au=cI(s,j),av=j?F(s):j,aw=cI(C,av),B=j?F(s):j,ax=B?F(C):B,z=j,r=[0,[0,cI(aQ,ax),aw],au];var
-A=r[1],at=dj([0,[0,[0,oT,[0,[0,oS,aG],aH]],[0,[0,[0,aI,aJ],ay],az]],[0,[0,[0,aA,aB],aC],aD]]),b=W(w(dj([0,[0,[0,oV,[0,[0,oU,A[1]],A[2]]],[0,[0,[0,r[2],z],aL],aM]],[0,[0,[0,aN,aO],aE],aF]]),at),b),f=a4;continue}return b}return b}return b}if(a===34)var
-d=[0,92,[0,dg,0]];else
+j=G(aK),au=cQ(s,j),av=j?G(s):j,aw=cQ(C,av),B=j?G(s):j,ax=B?G(C):B,z=j,r=[0,[0,cQ(aQ,ax),aw],au];var
+A=r[1],at=dr([0,[0,[0,pC,[0,[0,pB,aG],aH]],[0,[0,[0,aI,aJ],ay],az]],[0,[0,[0,aA,aB],aC],aD]]),b=Y(x(dr([0,[0,[0,pE,[0,[0,pD,A[1]],A[2]]],[0,[0,[0,r[2],z],aL],aM]],[0,[0,[0,aN,aO],aE],aF]]),at),b),f=a4;continue}return b}return b}return b}if(a===34)var
+d=[0,92,[0,dn,0]];else
 if(92===a)var
-d=oL;else
+d=pu;else
 if(8===a)var
-d=oM;else
+d=pv;else
 if(12===a)var
-d=oN;else
+d=pw;else
 if(10===a)var
-d=oO;else
+d=px;else
 if(13===a)var
-d=oP;else
+d=py;else
 if(9===a)var
-d=oQ;else{var
-N=0;if(h6(a)&&F(eY===a?1:0))var
+d=pz;else{var
+N=0;if(is(a)&&G(fe===a?1:0))var
 d=[0,a,0];else
 N=1;if(N)var
-e=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),O=e(7),P=e(6),Q=e(5),R=e(4),S=e(3),T=e(2),U=e(1),d=dj([0,[0,[0,fs,fs],[0,[0,[0,O,P],Q],R]],[0,[0,[0,S,T],U],e(0)]])}var
-b=W(d,b),f=c;continue}return b}}function
-h_(b,a){return[0,dg,oW([0,dg,b],a)]}function
-h$(p){var
-e=oX,b=p,a=0;for(;;){if(e){var
-c=f(2,C(f(2,f(2,v)))),g=aV(c);if(0===g)var
-d=[0,u,b];else
-if(1===g)var
-d=br(b,c);else
+e=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),O=e(7),P=e(6),Q=e(5),R=e(4),S=e(3),T=e(2),U=e(1),d=dr([0,[0,[0,fK,fK],[0,[0,[0,O,P],Q],R]],[0,[0,[0,S,T],U],e(0)]])}var
+b=Y(d,b),f=c;continue}return b}}function
+iw(b,a){return[0,dn,pF([0,dn,b],a)]}function
+ix(p){var
+e=pG,b=p,a=0;for(;;){if(e){var
+c=g(2,F(g(2,g(2,t)))),f=aT(c);if(0===f)var
+d=[0,v,b];else
+if(1===f)var
+d=bg(b,c);else
 var
-h=br(cn(-1,b),c),m=h[2],n=L(cn(1,c),m),d=[0,cn(-1,h[1]),n];var
-i=d[1],j=d[2],o=0<=aV(j)?j:u,k=L(f(2,f(2,f(2,f(2,C(f(2,v)))))),o),l=0<aV(k)?fk(om,k):hu;if(x(i,u))return[0,l,a];var
+h=bg(cs(-1,b),c),m=h[2],n=M(cs(1,c),m),d=[0,cs(-1,h[1]),n];var
+i=d[1],j=d[2],o=0<=aT(j)?j:v,k=M(g(2,g(2,g(2,g(2,F(g(2,t)))))),o),l=0<aT(k)?fC(o7,k):hQ;if(w(i,v))return[0,l,a];var
 e=e[1],b=i,a=[0,l,a];continue}return a}}var
-oY=h2([0,function(b,a){return h7(b[1],a[1])}]);function
-d5(a,b){if(typeof
-b==="number")return W(k(oZ),a);else
+pH=io([0,function(b,a){return it(b[1],a[1])}]);function
+ec(a,b){if(typeof
+b==="number")return Y(k(pI),a);else
 switch(b[0]){case
-0:return b[1]?W(k(o0),a):W(k(o1),a);case
-1:return W(h$(b[1]),a);case
-2:return h_(a,b[1]);case
+0:return b[1]?Y(k(pJ),a):Y(k(pK),a);case
+1:return Y(ix(b[1]),a);case
+2:return iw(a,b[1]);case
 3:var
 i=b[1];if(i){var
 f=a,j=91,c=i;for(;;){if(c){var
-n=c[2],f=d5([0,j,f],c[1]),j=44,c=n;continue}return[0,93,f]}}return[0,93,[0,91,a]];default:var
+n=c[2],f=ec([0,j,f],c[1]),j=44,c=n;continue}return[0,93,f]}}return[0,93,[0,91,a]];default:var
 l=function(a){if(a)var
-b=a[1],c=b[1],e=l(a[2]),f=b[2],d=[0,[0,c,[2,d5([0,58,h_(0,c)],f)]],e];else
+b=a[1],c=b[1],e=l(a[2]),f=b[2],d=[0,[0,c,[2,ec([0,58,iw(0,c)],f)]],e];else
 var
-d=a;return d},p=l(b[1]),h=y(oY[5],p);if(h){var
-e=a,m=gO,d=[0,h[1],h[2]];for(;;){if(d){var
+d=a;return d},p=l(b[1]),h=z(pH[5],p);if(h){var
+e=a,m=g9,d=[0,h[1],h[2]];for(;;){if(d){var
 g=d[1][2];if(typeof
 g!=="number"&&2===g[0]){var
-o=d[2],e=W(W(g[1],0),[0,m,e]),m=44,d=o;continue}return[0,dI,e]}return[0,dI,e]}}return[0,dI,[0,gO,a]]}}function
-ft(a){return W(d5(0,a),0)}function
-d6(d){var
+o=d[2],e=Y(Y(g[1],0),[0,m,e]),m=44,d=o;continue}return[0,dR,e]}return[0,dR,e]}}return[0,dR,[0,g9,a]]}}function
+fL(a){return Y(ec(0,a),0)}function
+ed(d){var
 b=0,a=d,e=0;for(;;){if(a){var
-c=a[2],b=[0,10,d5(b,a[1])],a=c;continue}return W(b,e)}}function
-g(a,b){return 0===a[0]?y(b,a[1]):[1,a[1]]}function
-U(a){return[1,k(a)]}function
-I(c,b,a){return c?a:U(b)}function
-aP(b,a){return 0===a[0]?[0,a[1]]:[1,w(b,[0,32,a[1]])]}function
-aW(e,d){var
+c=a[2],b=[0,10,ec(b,a[1])],a=c;continue}return Y(b,e)}}function
+i(a,b){return 0===a[0]?z(b,a[1]):[1,a[1]]}function
+L(a){return[1,k(a)]}function
+J(c,b,a){return c?a:L(b)}function
+aV(b,a){return 0===a[0]?[0,a[1]]:[1,x(b,[0,32,a[1]])]}function
+a1(e,d){var
 b=0,a=d;for(;;){if(a){var
-c=y(e,a[1]);if(0===c[0]){var
-b=[0,c[1],b],a=a[2];continue}return[1,c[1]]}return[0,W(b,0)]}}function
-bk(b,a){if(typeof
-a==="number")return o2;function
-c(a){return[0,[0,a]]}return g(y(b,a),c)}function
-a8(a){if(typeof
-a!=="number"&&4===a[0])return[0,a[1]];return U(o3)}function
-bb(a){if(typeof
-a!=="number"&&3===a[0])return[0,a[1]];return U(o4)}function
-as(d,c){var
+c=z(e,a[1]);if(0===c[0]){var
+b=[0,c[1],b],a=a[2];continue}return[1,c[1]]}return[0,Y(b,0)]}}function
+br(b,a){if(typeof
+a==="number")return pL;function
+c(a){return[0,[0,a]]}return i(z(b,a),c)}function
+a7(a){if(typeof
+a!=="number"&&4===a[0])return[0,a[1]];return L(pM)}function
+bi(a){if(typeof
+a!=="number"&&3===a[0])return[0,a[1]];return L(pN)}function
+af(d,c){var
 a=c;for(;;){if(a){var
-b=a[1];if(G(d,b[1]))return[0,b[2]];var
+b=a[1];if(H(d,b[1]))return[0,b[2]];var
 a=a[2];continue}return a}}function
-X(c,b){var
-a=as(c,b),d=a?1:a;return d}function
-d7(b,a){return ae(function(b){return G(a,b)},b)}function
-P(b,d,a){function
+V(c,b){var
+a=af(c,b),d=a?1:a;return d}function
+cv(b,a){return ad(function(b){return H(a,b)},b)}function
+S(b,d,a){function
 c(a){var
-c=[0,a],e=I(D(function(a){var
-c=d7(b,a[1]);return c?c:d7(d,a[1])},a),o5,c);return I(D(function(b){return X(b,a)},b),o6,e)}return g(a8(a),c)}function
+c=[0,a],e=J(E(function(a){var
+c=cv(b,a[1]);return c?c:cv(d,a[1])},a),pO,c);return J(E(function(b){return V(b,a)},b),pP,e)}return i(a7(a),c)}function
 r(d,a,c){var
-b=as(a,c);return b?aP(a,y(d,b[1])):U(o7)}function
-ag(b,a){function
-c(a){return aW(b,a)}return g(bb(a),c)}function
-ia(b,a){return x(aD(aq(a)),b)}function
-ay(c,b,a){function
+b=af(a,c);return b?aV(a,z(d,b[1])):L(pQ)}function
+ai(b,a){function
+c(a){return a1(b,a)}return i(bi(a),c)}function
+iy(b,a){return w(aD(ar(a)),b)}function
+al(c,b,a){function
 d(a){var
-d=aW(b,a);return I(ia(c,a),o8,d)}return g(bb(a),d)}function
-$(c){if(typeof
+d=a1(b,a);return J(iy(c,a),pR,d)}return i(bi(a),d)}function
+_(c){if(typeof
 c!=="number"&&2===c[0]){var
 h=c[1],a=h,j=[0,h];for(;;){if(a){var
 b=a[2];if(b){var
@@ -2630,154 +2630,154 @@ var
 f=b;var
 g=f}else
 var
-g=a;return I(F(g),o_,j)}}return U(o9)}function
-a3(a){if(typeof
-a!=="number"&&1===a[0])return[0,a[1]];return U(o$)}function
-d8(b,a){function
-c(a){return I(M(a,b),pa,[0,a])}return g(a3(a),c)}function
-ib(a){if(typeof
-a!=="number"&&0===a[0])return[0,a[1]];return U(pb)}function
-dk(d,c){var
+g=a;return J(G(g),pT,j)}}return L(pS)}function
+aJ(a){if(typeof
+a!=="number"&&1===a[0])return[0,a[1]];return L(pU)}function
+ee(b,a){function
+c(a){return J(Q(a,b),pV,[0,a])}return i(aJ(a),c)}function
+fM(a){if(typeof
+a!=="number"&&0===a[0])return[0,a[1]];return L(pW)}function
+ds(d,c){var
 a=d;for(;;){if(a){var
-b=a[1];if(G(b[1],c))return[0,b[2]];var
-a=a[2];continue}return U(pc)}}function
-bw(b,a){function
-c(a){return dk(b,a)}return g($(a),c)}function
-ic(a){return _(function(a){return w(_(function(a){return 44===a?pe:[0,a,0]},a),pd)},a)}function
-d9(a){function
+b=a[1];if(H(b[1],c))return[0,b[2]];var
+a=a[2];continue}return L(pX)}}function
+ba(b,a){function
+c(a){return ds(b,a)}return i(_(a),c)}function
+iz(a){return $(function(a){return x($(function(a){return 44===a?pZ:[0,a,0]},a),pY)},a)}function
+ef(a){function
 b(a){var
-b=I(cR(a),pf,[0,a]),c=a?1:a;return I(c,pg,b)}return g(ag($,a),b)}function
-d_(b,a){function
+b=J(cu(a),p0,[0,a]),c=a?1:a;return J(c,p1,b)}return i(ai(_,a),b)}function
+eg(b,a){function
 c(a){var
-b=I(cR(o(ic,a)),ph,[0,a]),c=a?1:a;return I(c,pi,b)}return g(ag(function(a){return ay(b,$,a)},a),c)}function
-id(c,b,a){function
+b=J(cu(q(iz,a)),p2,[0,a]),c=a?1:a;return J(c,p3,b)}return i(ai(function(a){return al(b,_,a)},a),c)}function
+iA(c,b,a){function
 d(a){function
 f(a){var
-c=cP(a,di);if(c){if(!b)return 0!==(a&32)?1:0;var
+c=cW(a,dq);if(c){if(!b)return 0!==(a&32)?1:0;var
 d=b}else
 var
 d=c;return d}var
-d=h4(c,a),g=[0,a],e=d?ia(aD(c),a):d,h=e?D(f,a):e;return I(h,pj,g)}return g($(a),d)}var
-pk=0;function
-d$(a){return id(pl,pk,a)}function
-ie(b,a){return[0,L(B(b[1],a[2]),a[1]),B(b[2],a[2])]}function
-fu(b,a){if(a){var
-c=a[2],d=a[1];return d?[0,0,fu(ie(d[1],b),c)]:[0,[0,b],c]}return[0,[0,b],0]}function
-ig(d){var
+d=iq(c,a),g=[0,a],e=d?iy(aD(c),a):d,h=e?E(f,a):e;return J(h,p4,g)}return i(_(a),d)}var
+p5=0;function
+eh(a){return iA(p6,p5,a)}function
+iB(b,a){return[0,M(B(b[1],a[2]),a[1]),B(b[2],a[2])]}function
+fN(b,a){if(a){var
+c=a[2],d=a[1];return d?[0,0,fN(iB(d[1],b),c)]:[0,[0,b],c]}return[0,[0,b],0]}function
+iC(d){var
 a=d;for(;;){if(a){var
 b=a[2],c=a[1];if(c){var
-e=c[1];return ie(ig(b),e)}var
-a=b;continue}return[0,u,v]}}function
-ih(l,k,j,i){var
+e=c[1];return iB(iC(b),e)}var
+a=b;continue}return[0,v,t]}}function
+iD(l,k,j,i){var
 d=l,a=k,c=j,b=i;for(;;){if(b){var
-g=b[2],e=fq(b[1]);if(e){var
+f=b[2],e=fI(b[1]);if(e){var
 h=e[1];if(c){var
-m=c[1],n=a[2],o=B(f(2,C(f(2,f(2,v)))),n),p=a[1],a=[0,L(B(f(2,C(f(2,f(2,v)))),p),h),o],c=m,b=g;continue}var
-q=[0,h,f(2,C(f(2,f(2,v))))],d=fu(a,d),a=q,c=pm,b=g;continue}return e}return[0,ig(fu(a,d))[1]]}}function
-fv(a){return a?a[2]?48===a[1]?0:ih(0,[0,u,v],pn,a):ih(0,[0,u,v],po,a):a}function
-fw(d){var
-b=f(2,f(2,f(2,f(2,f(2,C(f(2,f(2,C(f(2,f(2,C(f(2,C(f(2,f(2,f(2,f(2,f(2,C(f(2,v))))))))))))))))))))),a=d;for(;;){if(a){if(!V(b,u)){var
-b=ba(b,v),a=a[2];continue}var
+m=c[1],n=a[2],o=B(g(2,F(g(2,g(2,t)))),n),p=a[1],a=[0,M(B(g(2,F(g(2,g(2,t)))),p),h),o],c=m,b=f;continue}var
+q=[0,h,g(2,F(g(2,g(2,t))))],d=fN(a,d),a=q,c=p7,b=f;continue}return e}return[0,iC(fN(a,d))[1]]}}function
+fO(a){return a?a[2]?48===a[1]?0:iD(0,[0,v,t],p8,a):iD(0,[0,v,t],p9,a):a}function
+fP(d){var
+b=g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,g(2,g(2,g(2,g(2,F(g(2,t))))))))))))))))))))),a=d;for(;;){if(a){if(!N(b,v)){var
+b=ap(b,t),a=a[2];continue}var
 c=0}else
 var
-c=1;return c?fv(d):c}}function
-ii(g,f,e){var
+c=1;return c?fO(d):c}}function
+iE(g,f,e){var
 b=f,a=e;for(;;){if(a){var
-c=a[2],d=a[1];if(dL(d,g))return[0,W(b,0),[0,c]];var
-b=[0,d,b],a=c;continue}return[0,W(b,0),0]}}function
-ij(m){var
-e=ii(47,0,m),f=e[2],g=e[1];if(f){var
-b=fw(g);if(b){var
-h=b[1],c=fw(f[1]);if(c){var
-a=c[1],k=aV(a);if(0===k)return 0;if(0<k){var
-i=F(fi(a,v)),j=i?x(fe(h,a),v):i,n=j?[0,[0,h,a]]:j;return n}return 0}var
+c=a[2],d=a[1];if(dU(d,g))return[0,Y(b,0),[0,c]];var
+b=[0,d,b],a=c;continue}return[0,Y(b,0),0]}}function
+iF(m){var
+e=iE(47,0,m),f=e[2],g=e[1];if(f){var
+b=fP(g);if(b){var
+h=b[1],c=fP(f[1]);if(c){var
+a=c[1],k=aT(a);if(0===k)return 0;if(0<k){var
+i=G(fA(a,t)),j=i?w(fw(h,a),t):i,n=j?[0,[0,h,a]]:j;return n}return 0}var
 l=c}else
 var
 l=b;return l}var
-d=fw(g),o=d?[0,[0,d[1],v]]:d;return o}function
+d=fP(g),o=d?[0,[0,d[1],t]]:d;return o}function
 am(e){if(typeof
 e!=="number"&&2===e[0]){var
 a=e[1];if(a)if(45===a[1]){var
-c=ij(a[2]),f=0;if(c){var
-d=c[1];if(x(d[1],u))var
+c=iF(a[2]),f=0;if(c){var
+d=c[1];if(w(d[1],v))var
 b=0;else{var
-g=[0,[0,a$(d[1]),d[2]]];f=1}}else{var
+g=[0,[0,aS(d[1]),d[2]]];f=1}}else{var
 g=c;f=1}if(f)var
 b=g}else
 var
-b=ij(a);else
+b=iF(a);else
 var
-b=a;return b?[0,b[1]]:U(pq)}return U(pp)}function
-aX(a){function
-b(a){return I(V(u,a[1]),pr,[0,a])}return g(am(a),b)}var
-ik=k(ps);function
-cq(a){if(typeof
-a!=="number"&&2===a[0]){if(G(a[1],ik))return pu;var
-b=function(a){return[0,[0,a]]};return g(am(a),b)}return U(pt)}function
-ea(f,e){var
+b=a;return b?[0,b[1]]:L(p$)}return L(p_)}function
+aQ(a){function
+b(a){return J(N(v,a[1]),qa,[0,a])}return i(am(a),b)}var
+iG=k(qb);function
+bT(a){if(typeof
+a!=="number"&&2===a[0]){if(H(a[1],iG))return qd;var
+b=function(a){return[0,[0,a]]};return i(am(a),b)}return L(qc)}function
+ei(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=G(b[1],a[1]);if(c){var
+c=H(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return a?0:1}}var
-fx=a$(f(2,v));function
-dl(c){return function(d){var
-b=u,a=d;for(;;){if(a){if(y(c,a[1]))return b;var
-b=L(b,v),a=a[2];continue}return fx}}}function
-eb(a){return o(aD,bu(0,bi(a)))}function
-fy(a){var
+fQ=aS(g(2,t));function
+dt(c){return function(d){var
+b=v,a=d;for(;;){if(a){if(z(c,a[1]))return b;var
+b=M(b,t),a=a[2];continue}return fQ}}}function
+du(a){return q(aD,bB(0,bh(a)))}function
+fR(a){var
 b=a[5];if(b)return b[1];var
-c=a[7];return _(function(a){var
-b=a[4];return _(function(a){var
+c=a[7];return $(function(a){var
+b=a[4];return $(function(a){var
 b=a?[0,a[1],0]:a;return b},b)},c)}function
-fz(a){var
-b=fy(a);return ae(function(a){return M(a[1],u)},b)}function
-bl(b,a){return x(aD(aq(a)),b)}function
-ec(c,a){var
-b=V(u,a);return b?M(a,c):b}function
-il(a){return x(a[1],a[2])}function
-im(a){var
-q=M(u,a[1]);if(q){var
-r=M(u,a[2]);if(r){var
-s=M(u,a[3]);if(s){var
+fS(a){var
+b=fR(a);return ad(function(a){return Q(a[1],v)},b)}function
+bs(b,a){return w(aD(ar(a)),b)}function
+ej(c,a){var
+b=N(v,a);return b?Q(a,c):b}function
+iH(a){return w(a[1],a[2])}function
+iI(a){var
+p=Q(v,a[1]);if(p){var
+r=Q(v,a[2]);if(r){var
+s=Q(v,a[3]);if(s){var
 t=a[5];if(t)var
-h=bl(a[3],t[1]);else
+h=bs(a[3],t[1]);else
 var
 A=a[7],H=A?1:A,h=H;if(h){if(1===a[4])var
-C=a[7],i=il(ax(o(function(a){return a[5]},C)));else
+C=a[7],i=iH(aE(q(function(a){return a[5]},C)));else
 var
 i=1;if(i){var
-v=a[6];if(v){var
-j=v[1],w=a[4]?0:1;if(w){var
-y=ec(j[3],j[2]);if(y)var
-E=j[1],F=a[3],k=D(function(a){return ec(F,a)},E);else
+u=a[6];if(u){var
+j=u[1],x=a[4]?0:1;if(x){var
+y=ej(j[3],j[2]);if(y)var
+D=j[1],F=a[3],k=E(function(a){return ej(F,a)},D);else
 var
 k=y}else
 var
-k=w;var
+k=x;var
 l=k}else
 var
 l=1;if(l){var
-G=a[7],z=D(function(b){var
-k=ec(a[1],b[1]);if(k){var
-l=ec(a[2],b[2]);if(l){var
-m=bl(a[3],b[3]);if(m){var
-n=D(bj,b[3]);if(n){var
-p=a[4]?il(ax(b[3])):aO(ax(b[3]));if(p){var
-q=1===a[4]?bj(b[5]):1;if(q){if(a[5])var
+G=a[7],z=E(function(b){var
+k=ej(a[1],b[1]);if(k){var
+l=ej(a[2],b[2]);if(l){var
+m=bs(a[3],b[3]);if(m){var
+n=E(a0,b[3]);if(n){var
+o=a[4]?iH(aE(b[3])):ah(aE(b[3]));if(o){var
+p=1===a[4]?a0(b[5]):1;if(p){if(a[5])var
 d=1;else{var
-f=bl(a[3],b[4]);if(f)var
-r=aw(b[3],b[4]),d=D(function(a){var
-b=a[1];return a[2]?1:x(b[1],u)},r);else
+f=bs(a[3],b[4]);if(f)var
+r=ay(b[3],b[4]),d=E(function(a){var
+b=a[1];return a[2]?1:w(b[1],v)},r);else
 var
 d=f}if(d){var
 g=a[6];if(g){var
-h=bl(g[1][3],b[6]);if(h){var
-s=b[6],t=a[3],i=D(function(a){return bl(t,a)},s);if(i){var
-v=b[6],j=D(function(a){return D(bj,a)},v);if(j){var
-w=b[3],y=aw(bu(0,aq(b[3])),w);return D(function(a){var
-c=cK(a[2]),d=a[1],e=b[6];return cM(ax(o(function(a){return bt(d,a,N)},e)),c)},y)}var
+h=bs(g[1][3],b[6]);if(h){var
+s=b[6],t=a[3],i=E(function(a){return bs(t,a)},s);if(i){var
+u=b[6],j=E(function(a){return E(a0,a)},u);if(j){var
+x=b[3],y=ay(bB(0,ar(b[3])),x);return E(function(a){var
+c=cS(a[2]),d=a[1],e=b[6];return cT(aE(q(function(a){return bz(d,a,O)},e)),c)},y)}var
 e=j}else
 var
 e=i}else
@@ -2785,9 +2785,9 @@ var
 e=h;return e}return 1}var
 c=d}else
 var
-c=q}else
-var
 c=p}else
+var
+c=o}else
 var
 c=n}else
 var
@@ -2798,12 +2798,12 @@ var
 c=k;return c},G);if(z){var
 c=a[7];for(;;){if(c){var
 d=c[2];if(d){var
-e=d[1],f=c[1],m=M(f[1],e[1]),B=0;if(m)var
+e=d[1],f=c[1],m=Q(f[1],e[1]),B=0;if(m)var
 n=m;else{var
-p=x(f[1],e[1]);if(p){var
-g=M(f[2],e[2]);B=1}else
+o=w(f[1],e[1]);if(o){var
+g=Q(f[2],e[2]);B=1}else
 var
-n=p}if(!B)var
+n=o}if(!B)var
 g=n;if(g){var
 c=d;continue}return g}return 1}return 1}}var
 b=z}else
@@ -2818,133 +2818,133 @@ b=s}else
 var
 b=r}else
 var
-b=q;return b}var
-aY=a$(v);function
-io(a){if(a){var
+b=p;return b}var
+a2=aS(t);function
+iJ(a){if(a){var
 b=a[2];if(b){var
-c=io(b[2]);return[0,aN(a[1],b[1]),c]}return a}return a}function
-cr(d){var
-b=pv,a=d;for(;;){if(b&&a&&a[2]){var
-c=io(a),b=b[1],a=c;continue}return ax(a)}}function
-dm(c,b){if(b){var
-a=b[1],d=dm(c,b[2]);if(d){var
-f=d[1],g=f[2],e=f[1],h=d[2];return x(e,y(c,a))?[0,[0,e,[0,a,g]],h]:[0,[0,y(c,a),[0,a,0]],[0,[0,e,g],h]]}var
-i=[0,[0,y(c,a),[0,a,0]],0]}else
+c=iJ(b[2]);return[0,ak(a[1],b[1]),c]}return a}return a}function
+cw(d){var
+b=qe,a=d;for(;;){if(b&&a&&a[2]){var
+c=iJ(a),b=b[1],a=c;continue}return aE(a)}}function
+dv(c,b){if(b){var
+a=b[1],d=dv(c,b[2]);if(d){var
+f=d[1],g=f[2],e=f[1],h=d[2];return w(e,z(c,a))?[0,[0,e,[0,a,g]],h]:[0,[0,z(c,a),[0,a,0]],[0,[0,e,g],h]]}var
+i=[0,[0,z(c,a),[0,a,0]],0]}else
 var
 i=b;return i}function
-ip(a,b){return dm(a,y(hC(function(c,d){var
-b=y(a,d);return V(y(a,c),b)}),b))}function
-iq(a,b){if(a)var
-d=o(bN,b),e=iq(a[1],d),c=[0,cr(o(function(a){return b7(N,a)},b)),e];else
+iK(a,b){return dv(a,z(hY(function(c,d){var
+b=z(a,d);return N(z(a,c),b)}),b))}function
+iL(a,b){if(a)var
+d=q(bR,b),e=iL(a[1],d),c=[0,cw(q(function(a){return b$(O,a)},b)),e];else
 var
 c=a;return c}function
-ir(a){var
-b=B(a[1],a[2]);return x(aD(aq(a[7])),b)}function
-is(a){return 2<=a[4]?ir(a):1}function
-it(b,f,a){var
-c=a[6],e=aw(o(aD,bu(0,aq(c))),c),d=o(b6,aE(function(a){return bL(x(a[1],b[2]),x(f,u))},e)),g=ax(o(function(a){var
-c=b[1];return ax(o(function(b){return bt(bi(b),a,N)},c))},d)),h=[0,ax(o(ax,d)),g];return[0,a[2],h]}function
-pw(a){var
-b=aR(a[2][1]),c=T(a[2][2],b);return[0,a[1],c]}function
-px(a){return aO(a[2][1])}function
-fA(b,a){return[0,[0,[0,aY,b],aY],o(function(a){return[0,a[1],a[3]]},a)]}function
-fB(a,d,c,b){if(a)var
-f=o(function(a){var
-b=bN(a[2]);return[0,a[1],b]},b),g=fB(a[1],d,L(c,v),f),e=[0,[0,[0,[0,aY,d],c],o(function(a){var
-b=b7(N,a[2]);return[0,a[1],b]},b)],g];else
+iM(a){var
+b=B(a[1],a[2]);return w(aD(ar(a[7])),b)}function
+iN(a){return 2<=a[4]?iM(a):1}function
+iO(b,f,a){var
+c=a[6],e=ay(q(aD,bB(0,ar(c))),c),d=q(b_,aw(function(a){return bx(w(a[1],b[2]),w(f,v))},e)),g=aE(q(function(a){var
+c=b[1];return aE(q(function(b){return bz(bh(b),a,O)},c))},d)),h=[0,aE(q(aE,d)),g];return[0,a[2],h]}function
+qf(a){var
+b=aU(a[2][1]),c=R(a[2][2],b);return[0,a[1],c]}function
+qg(a){return ah(a[2][1])}function
+fT(b,a){return[0,[0,[0,a2,b],a2],q(function(a){return[0,a[1],a[3]]},a)]}function
+fU(a,d,c,b){if(a)var
+f=q(function(a){var
+b=bR(a[2]);return[0,a[1],b]},b),g=fU(a[1],d,M(c,t),f),e=[0,[0,[0,[0,a2,d],c],q(function(a){var
+b=b$(O,a[2]);return[0,a[1],b]},b)],g];else
 var
 e=a;return e}function
-iu(a){return o(function(a){return[0,a[1],a[2]]},a)}function
-py(a,b,d){if(x(b[2][1],u)){var
-c=cJ(function(a){return aO(a[2])},d),e=c?c[1]:a;return[0,0,e]}var
-f=aR(b[2]);return[0,[0,T(a[2],f)],a]}function
-pz(a,b,d){var
-c=cL(b[2]);return[0,[0,aN(a[2],c)],a]}function
-iv(q,p,e){var
+iP(a){return q(function(a){return[0,a[1],a[2]]},a)}function
+qh(a,b,d){if(w(b[2][1],v)){var
+c=cR(function(a){return ah(a[2])},d),e=c?c[1]:a;return[0,0,e]}var
+f=aU(b[2]);return[0,[0,R(a[2],f)],a]}function
+qi(a,b,d){var
+c=ca(b[2]);return[0,[0,ak(a[2],c)],a]}function
+iQ(q,p,e){var
 f=e[2];if(f){var
 g=f[2];if(g){var
 i=g[1],h=f[1],b=h,a=h,c=[0,i,g[2]];for(;;){if(c){var
-d=c[1],m=c[2],n=O(a[2],d[2])?a:d,o=O(d[2],b[2])?b:d,b=o,a=n,c=m;continue}if(O(b[2],a[2]))return[0,[0,[0,q],e[1],h,i]];var
-j=xV(p,b,a,e[2]),k=[0,[0,j[1],e[1],j[2],a]];break}}else
+d=c[1],m=c[2],n=I(a[2],d[2])?a:d,o=I(d[2],b[2])?b:d,b=o,a=n,c=m;continue}if(I(b[2],a[2]))return[0,[0,[0,q],e[1],h,i]];var
+j=zP(p,b,a,e[2]),k=[0,[0,j[1],e[1],j[2],a]];break}}else
 var
 k=g;var
 l=k}else
 var
 l=f;return l}function
-pA(a){return iv(Z,py,a)}function
-iw(a){return iv(N,pz,a)}function
-fC(b,a){return b?a?O(b[1],a[1]):1:a?0:1}function
-fD(c,a){var
-b=0;return co(function(a,d){var
-b=y(c,d);return a?b?fC(b[1][1],a[1][1])?a:b:a:b},a,b)}function
-ed(a){var
+qj(a){return iQ(T,qh,a)}function
+iR(a){return iQ(O,qi,a)}function
+fV(b,a){return b?a?I(b[1],a[1]):1:a?0:1}function
+fW(c,a){var
+b=0;return bA(function(a,d){var
+b=z(c,d);return a?b?fV(b[1][1],a[1][1])?a:b:a:b},a,b)}function
+ek(a){var
 c=a[2],b=c[1];return[0,a[1],[0,b[1],b[2],c[2],a[3][1],a[4][1]],[0,[0,a[3][2],a[4][2]]],0]}var
-ix=f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,v))))))))))))))))))))))))))));function
-pB(a){return bM(B(a[1],ix),a[2])}function
-iy(a){var
-b=o(pB,a[2]);return[0,a[1],a[2],b]}function
-iz(h,g){var
+iS=g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t))))))))))))))))))))))))))));function
+qk(a){return by(B(a[1],iS),a[2])}function
+iT(a){var
+b=q(qk,a[2]);return[0,a[1],a[2],b]}function
+iU(h,g){var
 b=h,a=g;for(;;){if(b){if(a){var
-c=a[2],d=a[1],e=b[2],f=b[1];if(O(f,d)){var
+c=a[2],d=a[1],e=b[2],f=b[1];if(I(f,d)){var
 b=e,a=c;continue}var
-i=iz(e,c);return aN(aN(f,cL(d)),i)}return N}return N}}function
-iA(b,a){if(b){if(a){var
-c=a[1],d=b[1],e=iA(b[2],a[2]),f=M(d,c)?u:L(ba(d,c),v);return L(f,e)}return u}return u}function
-iB(e,d,c,a){var
-b=[0,iz(d[2],c[2]),e,d,c];return a?O(b[1],a[1][1])?a:[0,b]:[0,b]}function
-iC(a){var
-b=0;return co(function(g,d){var
+i=iU(e,c);return ak(ak(f,ca(d)),i)}return O}return O}}function
+iV(b,a){if(b){if(a){var
+c=a[1],d=b[1],e=iV(b[2],a[2]),f=Q(d,c)?v:M(ap(d,c),t);return M(f,e)}return v}return v}function
+iW(e,d,c,a){var
+b=[0,iU(d[2],c[2]),e,d,c];return a?I(b[1],a[1][1])?a:[0,b]:[0,b]}function
+iX(a){var
+b=0;return bA(function(g,d){var
 e=d[1],a=d[2],b=g;for(;;){if(a){var
-c=a[2],f=a[1],a=c,b=co(function(c){return function(a,b){if(a){var
-d=a[1],f=B(d[1][1],ix),g=d[1][2];return V(B(iA(c[3],b[3]),g),f)?a:iB(e,c,b,a)}return iB(e,c,b,0)}}(f),c,b);continue}return b}},a,b)}function
-iD(i,h,g){var
+c=a[2],f=a[1],a=c,b=bA(function(c){return function(a,b){if(a){var
+d=a[1],f=B(d[1][1],iS),g=d[1][2];return N(B(iV(c[3],b[3]),g),f)?a:iW(e,c,b,a)}return iW(e,c,b,0)}}(f),c,b);continue}return b}},a,b)}function
+iY(i,h,g){var
 c=i,b=h,a=g;for(;;){if(b)if(a){var
-e=a[2],f=b[2];if(O(b[1],a[1])){var
-c=L(c,v),b=f,a=e;continue}var
-d=[0,c,iD(L(c,v),f,e)]}else
+e=a[2],f=b[2];if(I(b[1],a[1])){var
+c=M(c,t),b=f,a=e;continue}var
+d=[0,c,iY(M(c,t),f,e)]}else
 var
 d=a;else
 var
 d=b;return d}}function
-iE(a){var
-b=iD(u,a[3][2],a[4][2]);return[0,[0,a[1]],[0,aY,a[2],aY,a[3][1],a[4][1]],0,b]}function
-ee(b,a){if(b){var
+iZ(a){var
+b=iY(v,a[3][2],a[4][2]);return[0,[0,a[1]],[0,a2,a[2],a2,a[3][1],a[4][1]],0,b]}function
+el(b,a){if(b){var
 d=b[2],c=b[1];if(a){var
-e=a[1];if(x(e[1],c)){var
-g=ee(d,a[2]),h=e[2];return[0,[0,c,o(function(a){return a[1]},h)],g]}return[0,[0,c,0],ee(d,a)]}var
-f=[0,[0,c,0],ee(d,0)]}else
+e=a[1];if(w(e[1],c)){var
+g=el(d,a[2]),h=e[2];return[0,[0,c,q(function(a){return a[1]},h)],g]}return[0,[0,c,0],el(d,a)]}var
+f=[0,[0,c,0],el(d,0)]}else
 var
 f=b;return f}function
-pC(a){if(typeof
+ql(a){if(typeof
 a!=="number"&&0===a[0])return a[2]?0:1;return 0}function
-fE(a,b){var
+fX(a,b){var
 c=a?[0,b,0]:a;return c}function
-iF(a){if(a)var
+i0(a){if(a)var
 b=a[2],c=b?1:b;else
 var
 c=a;return c}function
-pE(t,ab,K,J){var
-L=ee(eb(t[1]),ab);if(ae(pC,J))return 0;var
-j=L,e=J,ac=eb(t[2]);b:for(;;){if(j){var
+qn(t,ab,K,J){var
+L=el(du(t[1]),ab);if(ad(ql,J))return 0;var
+j=L,e=J,ac=du(t[2]);b:for(;;){if(j){var
 A=j[1],V=A[1];if(e){var
 i=e[1],M=0;if(typeof
 i==="number"||!(0===i[0]))M=1;else
 var
-k=x(i[1],V)?[0,i[2],e[2]]:[0,0,e];if(M)var
+k=w(i[1],V)?[0,i[2],e[2]]:[0,0,e];if(M)var
 k=[0,0,e]}else
 var
 k=[0,0,e];var
 f=ac,h=A[2],d=k[1];for(;;){if(f){var
-p=f[2],q=f[1];if(h){if(x(h[1],q)){var
-f=p,h=h[2];continue}if(d){var
-u=x(d[1],q);if(u){var
-f=p,d=d[2];continue}var
+o=f[2],p=f[1];if(h){if(w(h[1],p)){var
+f=o,h=h[2];continue}if(d){var
+u=w(d[1],p);if(u){var
+f=o,d=d[2];continue}var
 v=u}else
 var
 v=d;var
 l=v}else{if(d){var
-y=x(d[1],q);if(y){var
-f=p,h=0,d=d[2];continue}var
+y=w(d[1],p);if(y){var
+f=o,h=0,d=d[2];continue}var
 z=y}else
 var
 z=d;var
@@ -2954,15 +2954,15 @@ l=d?0:1;if(l){var
 j=j[2],e=k[2];continue b}var
 n=l;break}}else
 var
-n=[0,e];if(n){if(is(t))var
-X=1,B=fE(F(iF(aE(function(a){return aO(a[4])},K))),X);else
+n=[0,e];if(n){if(iN(t))var
+X=1,B=fX(G(i0(aw(function(a){return ah(a[4])},K))),X);else
 var
-B=pD;var
-Y=aE(function(a){return F(aO(a[4]))},K),r=o(function(a){return a[1]},Y),Z=[2,r],W=r?1:r,$=w(fE(W,Z),B),aa=w(_(function(a){var
-b=[1,a[1]];return fE(F(iF(a[2])),b)},L),$),m=n[1],g=aa;for(;;){if(m){if(g){var
+B=qm;var
+Y=aw(function(a){return G(ah(a[4]))},K),r=q(function(a){return a[1]},Y),Z=[2,r],W=r?1:r,_=x(fX(W,Z),B),aa=x($(function(a){var
+b=[1,a[1]];return fX(G(i0(a[2])),b)},L),_),m=n[1],g=aa;for(;;){if(m){if(g){var
 a=g[1],c=m[1],s=function(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=x(b[1],a[1]);if(c){var
+c=w(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
@@ -2983,13 +2983,13 @@ switch(c[0]){case
 P=0;if(typeof
 a==="number"||!(0===a[0]))P=1;else
 var
-C=x(c[1],a[1]),b=C?s(c[2],a[2]):C;if(P)var
+C=w(c[1],a[1]),b=C?s(c[2],a[2]):C;if(P)var
 b=0;break;case
 1:var
 Q=0;if(typeof
 a==="number"||!(1===a[0]))Q=1;else
 var
-b=x(c[1],a[1]);if(Q)var
+b=w(c[1],a[1]);if(Q)var
 b=0;break;case
 2:var
 R=0;if(typeof
@@ -3000,33 +3000,33 @@ b=0;break;case
 3:var
 S=0;if(typeof
 a==="number"||!(3===a[0]))S=1;else{var
-D=x(c[1],a[1]),T=0;if(D){var
-E=x(c[2],a[2]);if(E){var
+D=w(c[1],a[1]),T=0;if(D){var
+E=w(c[2],a[2]);if(E){var
 b=s(c[3],a[3]);T=1}else
 var
-G=E}else
+F=E}else
 var
-G=D;if(!T)var
-b=G}if(S)var
+F=D;if(!T)var
+b=F}if(S)var
 b=0;break;default:var
 U=0;if(typeof
 a==="number"||!(4===a[0]))U=1;else
 var
-H=x(c[1],a[1]),b=H?x(c[2],a[2]):H;if(U)var
+H=w(c[1],a[1]),b=H?w(c[2],a[2]):H;if(U)var
 b=0}if(b){var
 m=m[2],g=g[2];continue}var
 I=b}else
 var
 I=g;return I}return g?0:1}}return n}}function
-bm(b,a){return x(B(b[1],a[2]),B(a[1],b[2]))}function
-b9(c,b,a){return b?a?ar(c,b[1],a[1]):a:a?0:1}function
-pF(g,f){var
-p=b9(bm,g[1],f[1]);if(p){var
-b=f[2],c=g[2],l=x(c[1],b[1]),r=0;if(l){var
-m=x(c[2],b[2]);if(m){var
-n=x(c[3],b[3]);if(n){var
-o=x(c[4],b[4]);if(o){var
-h=x(c[5],b[5]);r=1}else
+bt(b,a){return w(B(b[1],a[2]),B(a[1],b[2]))}function
+cc(c,b,a){return b?a?ax(c,b[1],a[1]):a:a?0:1}function
+qo(g,f){var
+p=cc(bt,g[1],f[1]);if(p){var
+b=f[2],c=g[2],l=w(c[1],b[1]),r=0;if(l){var
+m=w(c[2],b[2]);if(m){var
+n=w(c[3],b[3]);if(n){var
+o=w(c[4],b[4]);if(o){var
+h=w(c[5],b[5]);r=1}else
 var
 e=o}else
 var
@@ -3036,10 +3036,10 @@ e=m}else
 var
 e=l;if(!r)var
 h=e;if(h){var
-s=f[3],t=g[3],q=b9(function(b,a){var
-c=bm(b[1],a[1]);return c?bm(b[2],a[2]):c},t,s);if(q){var
+s=f[3],t=g[3],q=cc(function(b,a){var
+c=bt(b[1],a[1]);return c?bt(b[2],a[2]):c},t,s);if(q){var
 d=g[4],a=f[4];for(;;){if(d){if(a){var
-j=x(d[1],a[1]);if(j){var
+j=w(d[1],a[1]);if(j){var
 d=d[2],a=a[2];continue}var
 k=j}else
 var
@@ -3049,7 +3049,7 @@ var
 i=h}else
 var
 i=p;return i}function
-iG(b,a){if(typeof
+i1(b,a){if(typeof
 b==="number")switch(b){case
 0:if(typeof
 a==="number"&&!a)return 1;return 0;case
@@ -3066,94 +3066,94 @@ a==="number"&&5===a)return 1;return 0;case
 6:if(typeof
 a==="number"&&6===a)return 1;return 0;default:if(typeof
 a==="number"&&7<=a)return 1;return 0}else{if(0===b[0]){if(typeof
-a!=="number"&&0===a[0])return bL(b[1],a[1]);return 0}if(typeof
-a!=="number"&&1===a[0])return bL(b[1],a[1]);return 0}}function
-dn(c,a){switch(c){case
+a!=="number"&&0===a[0])return bx(b[1],a[1]);return 0}if(typeof
+a!=="number"&&1===a[0])return bx(b[1],a[1]);return 0}}function
+dw(c,a){switch(c){case
 0:return a?0:1;case
 1:return 1===a?1:0;case
 2:return 2===a?1:0;default:var
 b=3<=a?1:0,d=b?1:b;return d}}function
-iH(e,a,c,b){var
-d=bi(e[3]);if(typeof
+i2(e,a,c,b){var
+d=bh(e[3]);if(typeof
 b==="number")switch(b){case
-0:return o(function(a){return fA(a[1],a[2])},a);case
-4:return _(function(a){var
-b=iu(a[2]);return fB(d,a[1],u,b)},a);case
-5:return fB(d,aY,u,iu(c));case
-6:return o(function(a){return fA(a[1],a[2])},a);case
+0:return q(function(a){return fT(a[1],a[2])},a);case
+4:return $(function(a){var
+b=iP(a[2]);return fU(d,a[1],v,b)},a);case
+5:return fU(d,a2,v,iP(c));case
+6:return q(function(a){return fT(a[1],a[2])},a);case
 1:case
-7:return[0,fA(aY,c),0]}return 0}function
-ef(a,d,j){var
+7:return[0,fT(a2,c),0]}return 0}function
+em(a,d,j){var
 b=a[6];if(b){var
-c=b[1];return fD(iw,_(function(b){if(j)var
-g=0,h=a[7],i=ip(bK,o(function(a){return it(c,b,a)},h)),d=[0,[0,aY,o(function(a){var
-b=o(b6,a[2]),d=a[1],c=cr(o(b6,b));return[0,d,[0,cr(o(bK,b)),c]]},i)],g];else
+c=b[1];return fW(iR,$(function(b){if(j)var
+g=0,h=a[7],i=iK(bQ,q(function(a){return iO(c,b,a)},h)),d=[0,[0,a2,q(function(a){var
+b=q(b_,a[2]),d=a[1],c=cw(q(b_,b));return[0,d,[0,cw(q(bQ,b)),c]]},i)],g];else
 var
-e=a[7],f=dm(function(a){return a[1]},e),d=o(function(a){var
-d=a[2],e=o(function(a){return it(c,b,a)},d);return[0,a[1],e]},f);return o(function(a){var
-c=a[1];return[0,[0,[0,b,c],aY],o(pw,aE(px,a[2]))]},d)},d))}return b}function
-iI(a){var
-g=a[7],h=dm(function(a){return a[1]},g),d=o(function(b){var
-c=b[2],d=o(function(b){var
-e=ax(b[3]),i=b[3],j=aR(e),f=o(function(a){return T(j,a)},i);switch(a[4]){case
+e=a[7],f=dv(function(a){return a[1]},e),d=q(function(a){var
+d=a[2],e=q(function(a){return iO(c,b,a)},d);return[0,a[1],e]},f);return q(function(a){var
+c=a[1];return[0,[0,[0,b,c],a2],q(qf,aw(qg,a[2]))]},d)},d))}return b}function
+i3(a){var
+g=a[7],h=dv(function(a){return a[1]},g),d=q(function(b){var
+c=b[2],d=q(function(b){var
+e=aE(b[3]),i=b[3],j=aU(e),f=q(function(a){return R(j,a)},i);switch(a[4]){case
 0:var
 c=e;break;case
 1:var
 c=b[5];break;default:var
-c=Z}var
+c=T}var
 d=a[5];if(d)var
 g=d[1];else
 var
-h=b[4],g=o(function(a){return a?a[1]:N},h);var
-k=aw(f,g),l=ax(o(function(a){return T(a[1],a[2])},k));return[0,b[2],f,l,c]},c);return[0,b[1],d]},h),i=_(b6,d),j=ip(function(a){return a[1]},i),b=o(function(e){var
-b=e[2],h=e[1],i=bi(a[3]),c=cr(o(function(a){return a[4]},b)),d=aR(c),f=T(d,cr(o(function(a){return T(a[4],a[3])},b))),g=iq(i,o(function(a){var
-b=a[2],c=a[4];return o(function(a){return T(c,a)},b)},b));return[0,h,o(function(a){return T(d,a)},g),f,c]},j),e=is(a),f=e?aE(function(a){return aO(a[4])},b):e,c=a[6],k=c?pG:c,l=w(pH,k);return[0,a,d,b,o(function(b){if(typeof
+h=b[4],g=q(function(a){return a?a[1]:O},h);var
+k=ay(f,g),l=aE(q(function(a){return R(a[1],a[2])},k));return[0,b[2],f,l,c]},c);return[0,b[1],d]},h),i=$(b_,d),j=iK(function(a){return a[1]},i),b=q(function(e){var
+b=e[2],h=e[1],i=bh(a[3]),c=cw(q(function(a){return a[4]},b)),d=aU(c),f=R(d,cw(q(function(a){return R(a[4],a[3])},b))),g=iL(i,q(function(a){var
+b=a[2],c=a[4];return q(function(a){return R(c,a)},b)},b));return[0,h,q(function(a){return R(d,a)},g),f,c]},j),e=iN(a),f=e?aw(function(a){return ah(a[4])},b):e,c=a[6],k=c?qp:c,l=x(qq,k);return[0,a,d,b,q(function(b){if(typeof
 b==="number")switch(b){case
 2:var
-c=av(iE,iC(o(function(a){var
-b=o(iy,a[2]);return[0,a[1],b]},d)));break;case
+c=aA(iZ,iX(q(function(a){var
+b=q(iT,a[2]);return[0,a[1],b]},d)));break;case
 3:var
-c=av(iE,iC([0,[0,aY,o(iy,f)],0]));break;case
+c=aA(iZ,iX([0,[0,a2,q(iT,f)],0]));break;case
 6:case
 7:var
-c=av(ed,fD(iw,iH(a,d,f,b)));break;default:var
-c=fz(a)?0:av(ed,fD(pA,iH(a,d,f,b)))}else
+c=aA(ek,fW(iR,i2(a,d,f,b)));break;default:var
+c=fS(a)?0:aA(ek,fW(qj,i2(a,d,f,b)))}else
 if(0===b[0])var
-c=av(ed,ef(a,[0,u,0],b[1]));else{var
-e=b[1],h=ef(a,[0,u,0],e),g=0;if(h){var
-i=ef(a,[0,v,0],e);if(i)var
-c=av(ed,ef(a,[0,u,[0,v,0]],e));else{var
+c=aA(ek,em(a,[0,v,0],b[1]));else{var
+e=b[1],h=em(a,[0,v,0],e),g=0;if(h){var
+i=em(a,[0,t,0],e);if(i)var
+c=aA(ek,em(a,[0,v,[0,t,0]],e));else{var
 j=i;g=1}}else{var
 j=h;g=1}if(g)var
 c=j}return[0,b,c]},l)]}function
-bP(c,b){var
-d=c[4],a=cJ(function(a){return iG(a[1],b)},d);return a?a[1][2]:a}function
-iJ(b,a){return O(b,a)?a:b}function
-pI(b,a){return O(b,a)?b:a}function
-iK(a){var
-b=a?[0,co(iJ,a[2],a[1])]:a;return b}function
-fF(a){var
-b=a?[0,co(pI,a[2],a[1])]:a;return b}function
-iL(a,f){if(a){var
-i=o(bN,f),j=iL(a[1],i),k=0,l=o(function(a){return b7(k,a)},f),c=_(function(a){var
-b=a?[0,a[1],0]:a;return b},l),d=iK(c);if(d){var
-e=fF(c);if(e)var
-h=cL(e[1]),b=aN(d[1],h);else
+bU(c,b){var
+d=c[4],a=cR(function(a){return i1(a[1],b)},d);return a?a[1][2]:a}function
+i4(b,a){return I(b,a)?a:b}function
+qr(b,a){return I(b,a)?b:a}function
+i5(a){var
+b=a?[0,bA(i4,a[2],a[1])]:a;return b}function
+fY(a){var
+b=a?[0,bA(qr,a[2],a[1])]:a;return b}function
+i6(a,f){if(a){var
+i=q(bR,f),j=i6(a[1],i),k=0,l=q(function(a){return b$(k,a)},f),c=$(function(a){var
+b=a?[0,a[1],0]:a;return b},l),d=i5(c);if(d){var
+e=fY(c);if(e)var
+h=ca(e[1]),b=ak(d[1],h);else
 var
-b=N}else
+b=O}else
 var
-b=N;var
+b=O;var
 g=[0,b,j]}else
 var
 g=a;return g}function
-iM(a){if(a[5])return N;var
-b=a[7],c=dm(function(a){return a[1]},b);return co(iJ,_(function(b){var
-c=b[2],d=o(function(a){return a[4]},c);return iL(bi(a[3]),d)},c),N)}function
-iN(a){if(a){var
-b=a[1],c=aR(aN(b,Z));return T(aN(b,cL(Z)),c)}return Z}function
-iO(a,b){return a?fC(a[1][1],b):a}function
-fG(a,b){return a?b9(bm,a[1][1],b):a}function
-iP(b,a){var
+i7(a){if(a[5])return O;var
+b=a[7],c=dv(function(a){return a[1]},b);return bA(i4,$(function(b){var
+c=b[2],d=q(function(a){return a[4]},c);return i6(bh(a[3]),d)},c),O)}function
+i8(a){if(a){var
+b=a[1],c=aU(ak(b,T));return R(ak(b,ca(T)),c)}return T}function
+i9(a,b){return a?fV(a[1][1],b):a}function
+fZ(a,b){return a?cc(bt,a[1][1],b):a}function
+i_(b,a){var
 Y=b[1];switch(a[0]){case
 2:var
 i=0;break;case
@@ -3165,100 +3165,100 @@ z=typeof
 a[1]==="number"?1:0,X=z?1:z,i=X;break;default:var
 i=1}if(i){switch(a[0]){case
 0:var
-K=b[1][3],L=B(aD(aq(b[1][7])),K),c=x(a[1],L);break;case
+K=b[1][3],L=B(aD(ar(b[1][7])),K),c=w(a[1],L);break;case
 1:var
-M=bP(b,a[1]),c=b9(pF,a[2],M);break;case
+M=bU(b,a[1]),c=cc(qo,a[2],M);break;case
 2:var
 c=0;break;case
 3:var
-m=iK(fy(b[1])),c=m?bm(a[1],m[1]):m;break;case
+m=i5(fR(b[1])),c=m?bt(a[1],m[1]):m;break;case
 4:var
-n=fF(fy(b[1])),c=n?bm(a[1],n[1]):n;break;case
+n=fY(fR(b[1])),c=n?bt(a[1],n[1]):n;break;case
 5:var
-A=b[2],N=fF(_(function(b){var
+A=b[2],N=fY($(function(b){var
 a=b[2];if(a){var
 c=a[2];if(c){var
-e=b[2];return o(function(a){return a[3]},e)}var
+e=b[2];return q(function(a){return a[3]},e)}var
 d=c}else
 var
-d=a;return d},A)),c=b9(bm,a[1],N);break;case
+d=a;return d},A)),c=cc(bt,a[1],N);break;case
 6:var
-O=iM(b[1]),c=bm(a[1],O);break;case
+O=i7(b[1]),c=bt(a[1],O);break;case
 7:var
-P=aO(iM(b[1])),c=bL(a[1],P);break;case
+P=ah(i7(b[1])),c=bx(a[1],P);break;case
 8:var
-c=pE(b[1],b[2],b[3],a[1]);break;case
+c=qn(b[1],b[2],b[3],a[1]);break;case
 9:var
-Q=a[2],c=fG(bP(b,a[1]),Q);break;case
+Q=a[2],c=fZ(bU(b,a[1]),Q);break;case
 10:var
-R=a[2],S=a[1]?4:5,c=fG(bP(b,S),R);break;case
+S=a[2],T=a[1]?4:5,c=fZ(bU(b,T),S);break;case
 11:var
 d=a[3],e=a[2];if(a[1]){var
 r=0;if(typeof
 e==="number")if(2===e)var
-k=bP(b,4),g=k?b9(bm,[0,iN(k[1][1])],d):k;else
+k=bU(b,4),g=k?cc(bt,[0,i8(k[1][1])],d):k;else
 if(3===e)var
-l=bP(b,5),g=l?b9(bm,[0,iN(l[1][1])],d):l;else
+l=bU(b,5),g=l?cc(bt,[0,i8(l[1][1])],d):l;else
 r=1;else
 r=1;if(r)var
 g=0;var
-c=g?iO(bP(b,e),d):g}else{var
-u=iG(e,1),j=0;if(u){var
-C=b[3],s=o(function(a){return a[4]},C),E=cr(s),t=ir(b[1]);if(t)var
-F=b[2],p=D(function(a){var
-b=a[2],c=cr(o(function(a){return a[4]},b)),d=aw(a[2],s);return D(function(a){var
-b=T(c,a[2]);return bm(T(a[1][4],E),b)},d)},F);else
+c=g?i9(bU(b,e),d):g}else{var
+u=i1(e,1),j=0;if(u){var
+C=b[3],s=q(function(a){return a[4]},C),D=cw(s),t=iM(b[1]);if(t)var
+F=b[2],o=E(function(a){var
+b=a[2],c=cw(q(function(a){return a[4]},b)),d=ay(a[2],s);return E(function(a){var
+b=R(c,a[2]);return bt(R(a[1][4],D),b)},d)},F);else
 var
-p=t;if(p){var
-v=fG(bP(b,0),d);if(v)var
-c=iO(bP(b,1),d);else{var
-q=v;j=1}}else{var
-q=p;j=1}}else{var
-q=u;j=1}if(j)var
-c=q}break;case
+o=t;if(o){var
+v=fZ(bU(b,0),d);if(v)var
+c=i9(bU(b,1),d);else{var
+p=v;j=1}}else{var
+p=o;j=1}}else{var
+p=u;j=1}if(j)var
+c=p}break;case
 12:var
-w=a[2],U=a[3],V=a[1]?w?6:7:w?0:1,y=bP(b,V),W=y?fC(y[1][1],[0,U])?0:1:2,c=dn(a[4],W);break;default:var
-f=a[1],G=1;if(ae(function(a){return dn(G,a)},f))var
-h=pJ;else{var
-H=3;if(ae(function(a){return dn(H,a)},f))var
-h=pK;else{var
-I=2;if(ae(function(a){return dn(I,a)},f))var
-h=pL;else
+x=a[2],U=a[3],V=a[1]?x?6:7:x?0:1,y=bU(b,V),W=y?fV(y[1][1],[0,U])?0:1:2,c=dw(a[4],W);break;default:var
+f=a[1],G=1;if(ad(function(a){return dw(G,a)},f))var
+h=qs;else{var
+H=3;if(ad(function(a){return dw(H,a)},f))var
+h=qt;else{var
+I=2;if(ad(function(a){return dw(I,a)},f))var
+h=qu;else
 var
-J=f?pM:f,h=J}}var
-c=b9(dn,a[2],h)}return c?0:1}return 2}function
-iQ(g,l){var
-r=f(2,f(2,f(2,f(2,f(2,f(2,v)))))),h=L(B(f(2,v),g),r),k=dV(l[2],g),q=[0,dT(u,bM(dV(L(k,l[1]),h),k)),a$(h)],e=bi(g),a=q;for(;;){if(e){var
-o=a[2],p=B(f(2,v),o),b=[0,B(a[1],a[1]),p],d=ba(hs(b[1]),h);if(M(u,d))var
-i=b[1],c=l3(d),m=L(b[2],d),n=0<=c?g3(i,c):l2(i,-c|0),j=[0,n,m];else
+J=f?qv:f,h=J}}var
+c=cc(dw,a[2],h)}return c?0:1}return 2}function
+i$(f,l){var
+r=g(2,g(2,g(2,g(2,g(2,g(2,t)))))),h=M(B(g(2,t),f),r),k=d4(l[2],f),q=[0,d2(v,by(d4(M(k,l[1]),h),k)),aS(h)],e=bh(f),a=q;for(;;){if(e){var
+o=a[2],p=B(g(2,t),o),b=[0,B(a[1],a[1]),p],d=ap(hO(b[1]),h);if(Q(v,d))var
+i=b[1],c=mN(d),m=M(b[2],d),n=0<=c?hm(i,c):mM(i,-c|0),j=[0,n,m];else
 var
 j=b;var
 e=e[1],a=j;continue}return a}}function
-iR(c,b,a){if(V(u,a[2]))return M(c,dV(B(a[1],b),a[2]));var
-d=B(a[1],b);return M(dV(c,a$(a[2])),d)}var
-pN=[0,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,v)))))))))))))),0],pO=[0,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,v))))))))))),pN],pP=[0,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,v))))))))),pO],pQ=[0,f(2,f(2,f(2,f(2,f(2,C(f(2,f(2,v)))))))),pP],pR=[0,f(2,f(2,f(2,f(2,f(2,f(2,v)))))),pQ];function
-eg(b,a){var
-c=b[1],e=b[2];if(M(c,e))return 0;if(M(a[1],u))return 0;if(x(c,e))return[0,hq(u,a[1])];var
-i=a[1],j=a[2];if(V(B(L(hs(c),v),j),i))return pU;if(V(B(ba(c,e),a[2]),B(a[1],e)))return pV;if(V(B(a[1],c),B(ba(c,e),a[2])))return pW;var
-d=pR;for(;;){if(d){var
-f=d[1],g=iQ(f,a);if(iR(b[1],b[2],g))return pS;var
-h=iQ(f,[0,a$(a[1]),a[2]]);if(iR(b[2],b[1],h))return pT;var
+ja(c,b,a){if(N(v,a[2]))return Q(c,d4(B(a[1],b),a[2]));var
+d=B(a[1],b);return Q(d4(c,aS(a[2])),d)}var
+qw=[0,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t)))))))))))))),0],qx=[0,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t))))))))))),qw],qy=[0,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t))))))))),qx],qz=[0,g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,t)))))))),qy],qA=[0,g(2,g(2,g(2,g(2,g(2,g(2,t)))))),qz];function
+en(b,a){var
+c=b[1],e=b[2];if(Q(c,e))return 0;if(Q(a[1],v))return 0;if(w(c,e))return[0,hM(v,a[1])];var
+i=a[1],j=a[2];if(N(B(M(hO(c),t),j),i))return qD;if(N(B(ap(c,e),a[2]),B(a[1],e)))return qE;if(N(B(a[1],c),B(ap(c,e),a[2])))return qF;var
+d=qA;for(;;){if(d){var
+f=d[1],g=i$(f,a);if(ja(b[1],b[2],g))return qB;var
+h=i$(f,[0,aS(a[1]),a[2]]);if(ja(b[2],b[1],h))return qC;var
 d=d[2];continue}return d}}var
-fH=f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,f(2,C(f(2,f(2,f(2,f(2,C(f(2,f(2,C(f(2,f(2,f(2,C(f(2,f(2,C(f(2,f(2,f(2,C(f(2,f(2,C(f(2,f(2,C(f(2,C(f(2,f(2,f(2,f(2,C(f(2,f(2,C(f(2,C(f(2,v)))))))))))))))))))))))))))))))))))))))))))))))))));function
-iS(a){if(a){var
+f0=g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,t)))))))))))))))))))))))))))))))))))))))))))))))))));function
+jb(a){if(a){var
 b=a[2],c=a[1];if(46===c)return[0,0,b];var
-d=iS(b);return[0,[0,c,d[1]],d[2]]}return p2}function
-iT(D){var
-j=iS(D),b=j[1];if(b){var
+d=jb(b);return[0,[0,c,d[1]],d[2]]}return qL}function
+jc(C){var
+j=jb(C),b=j[1];if(b){var
 k=j[2],m=0;if(48===b[1]){var
-l=b[2],E=l?1:l;if(E)m=1}if(!m&&!F(dc(aq(k),p3))){var
-g=u,c=w(b,k);for(;;){if(c){var
-y=c[1],x=f(2,f(2,f(2,f(2,C(f(2,v)))))),a=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(y),n=a(7),o=a(6),p=a(5),q=a(4),r=a(3),s=a(2),t=a(1),d=ba(hw([0,a(0),[0,t,[0,s,[0,r,[0,q,[0,p,[0,o,[0,n,0]]]]]]]]),x),h=V(u,d),i=h?V(d,C(f(2,f(2,f(2,v))))):h,e=i?[0,d]:i;if(e){var
-z=c[2],A=e[1],g=L(B(f(2,C(f(2,f(2,v)))),g),A),c=z;continue}return e}return[0,g]}}return 0}return b}var
-iU=k(p4),iV=k(p5);function
-eh(h,g){var
+l=b[2],D=l?1:l;if(D)m=1}if(!m&&!G(dj(ar(k),qM))){var
+f=v,c=x(b,k);for(;;){if(c){var
+y=c[1],w=g(2,g(2,g(2,g(2,F(g(2,t)))))),a=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(y),n=a(7),o=a(6),p=a(5),q=a(4),r=a(3),s=a(2),u=a(1),d=ap(hS([0,a(0),[0,u,[0,s,[0,r,[0,q,[0,p,[0,o,[0,n,0]]]]]]]]),w),h=N(v,d),i=h?N(d,F(g(2,g(2,g(2,t))))):h,e=i?[0,d]:i;if(e){var
+z=c[2],A=e[1],f=M(B(g(2,F(g(2,g(2,t)))),f),A),c=z;continue}return e}return[0,f]}}return 0}return b}var
+jd=k(qN),je=k(qO);function
+eo(h,g){var
 b=h,a=g;for(;;){if(b){if(a){var
-d=dL(b[1],a[1]);if(d){var
+d=dU(b[1],a[1]);if(d){var
 b=b[2],a=a[2];continue}var
 e=d}else
 var
@@ -3267,43 +3267,43 @@ c=e}else
 var
 c=a?0:1;var
 f=c?1:c;return f}}var
-cS=k(p9),ei=k(p_),fI=k(p$),cT=k(qa),a9=k(qb),aa=k(qc),cs=k(qd),ej=k(qe),ek=k(qf),bn=k(qg),iW=k(qh),bo=k(qi),fJ=k(qj),iX=k(qk),fK=k(ql),fL=k(qm),el=k(qn),em=k(qo),b_=k(qp),bQ=k(qq);function
-iY(d){var
-a=as(ei,d);if(a){var
+cY=k(qS),ep=k(qT),f1=k(qU),cZ=k(qV),bb=k(qW),aa=k(qX),cx=k(qY),eq=k(qZ),er=k(q0),bu=k(q1),jf=k(q2),bj=k(q3),f2=k(q4),f3=k(q5),f4=k(q6),f5=k(q7),es=k(q8),et=k(q9),bk=k(q_),bc=k(q$);function
+jg(d){var
+a=af(ep,d);if(a){var
 b=a[1];if(typeof
-b!=="number"&&4===b[0])return X(cs,b[1]);var
+b!=="number"&&4===b[0])return V(cx,b[1]);var
 c=0}else
 var
 c=a;return c}function
-qr(a){function
+ra(a){function
 b(a){function
 b(c){function
 b(b){function
 d(d){function
-h(a){var
-e=a?[0,a[1],0]:a,f=I(cR([0,c,w(b,w(d,e))]),qs,[0,[0,c,b,d,a]]),g=b?1:b;return I(g,qt,f)}var
-e=as(cs,a);if(e)var
-i=function(a){return[0,[0,a]]},f=g($(e[1]),i);else
+g(a){var
+e=a?[0,a[1],0]:a,f=J(cu([0,c,x(b,x(d,e))]),rb,[0,[0,c,b,d,a]]),g=b?1:b;return J(g,rc,f)}var
+e=af(cx,a);if(e)var
+h=function(a){return[0,[0,a]]},f=i(_(e[1]),h);else
 var
-f=qu;return g(f,h)}return g(r(function(a){return ag($,a)},aa,a),d)}return g(r(function(a){return ag($,a)},a9,a),b)}return g(r($,cT,a),b)}return g(P([0,cT,[0,a9,[0,aa,0]]],[0,cs,0],a),b)}function
-fM(a){function
+f=rd;return i(f,g)}return i(r(function(a){return ai(_,a)},aa,a),d)}return i(r(function(a){return ai(_,a)},bb,a),b)}return i(r(_,cZ,a),b)}return i(S([0,cZ,[0,bb,[0,aa,0]]],[0,cx,0],a),b)}function
+f6(a){function
 b(b){function
 d(d){function
 c(a){var
 e=[0,[0,b,d,a]];if(b)var
 f=a[4]?0:1,c=f;else
 var
-c=1;return I(c,qv,e)}return g(r(qr,ei,a),c)}if(b)var
-e=[0,[0,k(qw),2],0],c=[0,[0,k(qx),1],e];else
+c=1;return J(c,re,e)}return i(r(ra,ep,a),c)}if(b)var
+e=[0,[0,k(rf),2],0],c=[0,[0,k(rg),1],e];else
 var
-c=[0,[0,k(qy),0],0];return g(r(function(a){return bw(c,a)},fI,a),d)}var
-c=[0,[0,k(qz),1],0],d=[0,[0,k(qA),0],c];return g(r(function(a){return bw(d,a)},cS,a),b)}function
-iZ(e,a){var
-c=e[3],b=a[3],h=G(c[1],b[1]);if(h){var
-i=ea(c[2],b[2]);if(i){var
-j=ea(c[3],b[3]);if(j){var
+c=[0,[0,k(rh),0],0];return i(r(function(a){return ba(c,a)},f1,a),d)}var
+c=[0,[0,k(ri),1],0],d=[0,[0,k(rj),0],c];return i(r(function(a){return ba(d,a)},cY,a),b)}function
+jh(e,a){var
+c=e[3],b=a[3],h=H(c[1],b[1]);if(h){var
+i=ei(c[2],b[2]);if(i){var
+j=ei(c[3],b[3]);if(j){var
 k=c[4];if(k)var
-f=b[4],p=f?G(k[1],f[1]):f,l=p;else
+f=b[4],p=f?H(k[1],f[1]):f,l=p;else
 var
 v=b[4]?0:1,l=v;var
 d=l}else
@@ -3321,10 +3321,10 @@ o=2<=a[2]?1:0,u=o?1:o,g=u}if(e[1])var
 m=a[1],r=m?1:m,n=r;else
 var
 s=a[1]?0:1,n=s;return[0,[0,n,g],d]}function
-R(a){return aD(aq(a))}function
-i0(a){function
+W(a){return aD(ar(a))}function
+ji(a){function
 b(c){var
-b=iY(c),d=b?[0,fL,0]:b;function
+b=jg(c),d=b?[0,f5,0]:b;function
 e(a){function
 b(e){function
 c(c){function
@@ -3334,295 +3334,402 @@ c(k){function
 c(l){function
 c(m){function
 f(f){function
-n(h){function
-i(a){return[0,[0,b,e,k,l,m,f,h]]}var
-c=as(iX,a);if(c)var
-j=function(a){return aW(d$,o(b6,a))},d=g(P(0,[0,b_,[0,bQ,0]],c[1]),j);else
+n(g){function
+h(a){return[0,[0,b,e,k,l,m,f,g]]}var
+c=af(f3,a);if(c)var
+j=function(a){return a1(eh,q(b_,a))},d=i(S(0,[0,bk,[0,bc,0]],c[1]),j);else
 var
-d=qB;return g(d,i)}var
-h=as(fK,a);if(h){var
-c=h[1],j=0;if(typeof
+d=rk;return i(d,h)}var
+g=af(f4,a);if(g){var
+c=g[1],j=0;if(typeof
 c==="number"||!(0===c[0]))j=1;else
 if(c[1])var
-p=b[1]?0:f?0:1,d=I(p,qE,qD);else
+o=b[1]?0:f?0:1,d=J(o,rn,rm);else
 var
-d=U(qF);if(j)var
-d=U(qC);var
-i=d}else
+d=L(ro);if(j)var
+d=L(rl);var
+h=d}else
 var
-i=qG;return g(i,n)}var
-c=as(fL,a);if(c)var
-h=function(a){return[0,[0,a]]},d=g(aP(fL,d9(c[1])),h);else
+h=rp;return i(h,n)}var
+c=af(f5,a);if(c)var
+g=function(a){return[0,[0,a]]},d=i(aV(f5,ef(c[1])),g);else
 var
-d=qH;return g(d,f)}var
-d=R(e);function
-f(a){return ay(d,am,a)}return g(r(function(a){return bk(f,a)},bo,a),c)}var
-d=R(b[3][3]);return g(r(function(a){return d_(d,a)},iW,a),c)}var
-d=R(b[3][2]);return g(r(function(a){return d_(d,a)},bn,a),c)}return g(r(d9,ek,a),c)}return g(fM(a),b)}var
-b=as(fJ,a),d=b?aP(fJ,id(qI,1,b[1])):qJ;return g(d,c)}var
-c=[0,[0,k(qK),0],0];return g(r(function(a){return bw(c,a)},ej,a),b)}return g(P(w([0,ej,[0,cS,[0,ei,[0,fI,[0,ek,[0,bn,[0,iW,[0,bo,0]]]]]]]],d),[0,fJ,[0,iX,[0,fK,0]]],a),e)}return g(a8(a),b)}function
-i1(a){if(typeof
-a!=="number"&&4===a[0])return X(fK,a[1]);return 0}var
-qS=k(qR);function
-i2(d){var
+d=rq;return i(d,f)}var
+d=W(e);function
+f(a){return al(d,am,a)}return i(r(function(a){return br(f,a)},bj,a),c)}var
+d=W(b[3][3]);return i(r(function(a){return eg(d,a)},jf,a),c)}var
+d=W(b[3][2]);return i(r(function(a){return eg(d,a)},bu,a),c)}return i(r(ef,er,a),c)}return i(f6(a),b)}var
+b=af(f2,a),d=b?aV(f2,iA(rr,1,b[1])):rs;return i(d,c)}var
+c=[0,[0,k(rt),0],0];return i(r(function(a){return ba(c,a)},eq,a),b)}return i(S(x([0,eq,[0,cY,[0,ep,[0,f1,[0,er,[0,bu,[0,jf,[0,bj,0]]]]]]]],d),[0,f2,[0,f3,[0,f4,0]]],a),e)}return i(a7(a),b)}function
+jj(a){if(typeof
+a!=="number"&&4===a[0])return V(f4,a[1]);return 0}var
+rB=k(rA);function
+jk(d){var
 a=d;for(;;){if(a){var
 b=a[2];if(b){var
-c=a[1];if(G(c,b[1])){var
-a=b;continue}return[0,c,i2(b)]}return a}return a}}function
-qT(e){var
-a=i2(y(h8[5],e));if(a){var
+c=a[1];if(H(c,b[1])){var
+a=b;continue}return[0,c,jk(b)]}return a}return a}}function
+rC(e){var
+a=jk(z(iu[5],e));if(a){var
 b=a[2];if(b){var
-f=[0,a[1],[0,b[1],b[2]]],G=0,c=o(function(F){var
-e=G,d=F;for(;;){if(d){var
-g=d[2],a=d[1],k=dh(a),l=k||(11===a?1:0),m=l||(12===a?1:0);if(m){var
+f=[0,a[1],[0,b[1],b[2]]],F=0,c=q(function(G){var
+e=F,d=G;for(;;){if(d){var
+g=d[2],a=d[1],k=dp(a),l=k||(11===a?1:0),m=l||(12===a?1:0);if(m){var
 d=g;continue}var
-h=dW(33,a),i=h?dW(a,ls):h;if(i){var
+h=d5(33,a),i=h?d5(a,mc):h;if(i){var
 c=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),x=c(7),y=c(6),z=c(5),A=c(4),B=c(3),C=c(2),D=c(1),E=c(0);if(z||!(y&&!x))var
 f=a;else{var
-j=0;if(dW(65,a)&&dW(a,90))var
+j=0;if(d5(65,a)&&d5(a,90))var
 n=0,o=1,p=1,b=function(a,b){var
-c=a?1<<b:a;return c},q=b(n,7),r=b(o,6),s=b(p,5),t=b(A,4),u=b(B,3),v=b(C,2),w=b(D,1),f=e_(((((((b(E,0)+w|0)+v|0)+u|0)+t|0)+s|0)+r|0)+q|0);else
+c=a?1<<b:a;return c},q=b(n,7),r=b(o,6),s=b(p,5),t=b(A,4),u=b(B,3),v=b(C,2),w=b(D,1),f=fq(((((((b(E,0)+w|0)+v|0)+u|0)+t|0)+s|0)+r|0)+q|0);else
 j=1;if(j)var
 f=a}var
-e=[0,f,e],d=g;continue}return i}return[0,W(e,0)]}},f),d=D(function(a){if(a){var
-b=a[1],f=ae(function(a){return F(ae(function(b){return a===b?1:0},qS))},b),c=f||F(ae(d3,b));if(c)var
+e=[0,f,e],d=g;continue}return i}return[0,Y(e,0)]}},f),d=E(function(a){if(a){var
+b=a[1],f=ad(function(a){return G(ad(function(b){return a===b?1:0},rB))},b),c=f||G(ad(ea,b));if(c)var
 d=c;else
 var
-e=fv(b),g=e?1:e,d=g;return d}return a},c);return d?cR(_(function(a){var
+e=fO(b),g=e?1:e,d=g;return d}return a},c);return d?cu($(function(a){var
 b=a?[0,a[1],0]:a;return b},c)):d}return 1}return 1}function
-fN(a,b){if(a)var
-d=o(bN,b),e=fN(a[2],d),f=0,c=[0,o(function(a){return b7(f,a)},b),e];else
+f7(a,b){if(a)var
+d=q(bR,b),e=f7(a[2],d),f=0,c=[0,q(function(a){return b$(f,a)},b),e];else
 var
 c=a;return c}function
-fO(a){var
-c=a[1][3],b=a[6],d=b?[0,b[1],0]:b,e=w(fN(c[3],a[4]),d),f=w(fN(c[2],a[3]),e);return D(qT,[0,a[2],f])}var
-bc=k(qU),bd=k(qV),be=k(qW),bf=k(qX),i3=k(qY),i4=k(qZ),bg=k(q0),i5=k(q1),i6=k(q2),a_=k(q3),i7=k(q4),i8=k(q5),en=k(q6),i9=k(q7),b$=k(q8),i_=k(q9),i$=k(q_),ja=k(q$),jb=k(ra),jc=k(rb),cU=k(rc),jd=k(rd);function
-fP(a){return x(a[1],u)}function
-je(a,b){if(a)var
-d=o(bN,b),e=je(a[1],d),c=[0,o(function(a){return b7(N,a)},b),e];else
+f8(a){var
+c=a[1][3],b=a[6],d=b?[0,b[1],0]:b,e=x(f7(c[3],a[4]),d),f=x(f7(c[2],a[3]),e);return E(rC,[0,a[2],f])}var
+bl=k(rD),bd=k(rE),bm=k(rF),bn=k(rG),jl=k(rH),jm=k(rI),bo=k(rJ),jn=k(rK),jo=k(rL),be=k(rM),jp=k(rN),jq=k(rO),eu=k(rP),jr=k(rQ),cd=k(rR),js=k(rS),jt=k(rT),ju=k(rU),jv=k(rV),jw=k(rW),c0=k(rX),jx=k(rY);function
+f9(a){return w(a[1],v)}function
+jy(a,b){if(a)var
+d=q(bR,b),e=jy(a[1],d),c=[0,q(function(a){return b$(O,a)},b),e];else
 var
 c=a;return c}function
-jf(e,d){var
+jz(e,d){var
 b=e,a=d;for(;;){if(b){if(a){var
-f=aw(b[1],a[1]),c=D(function(a){return cM(a[1],a[2])},f);if(c){var
+f=ay(b[1],a[1]),c=E(function(a){return cT(a[1],a[2])},f);if(c){var
 b=b[2],a=a[2];continue}return c}return 1}return 1}}function
-re(a){function
+rZ(a){function
 b(a){function
 b(a){var
-c=jf(a,je(aq(a),a)),f=[0,a];if(c)var
-e=cN(u,a),b=D(function(a){var
-b=cN(u,a[2]);return D(function(b){var
-c=x(a[1],b[1]);return bL(fP(b[2]),c)},b)},e),g=b?D(function(b){var
-c=aw(b,a);return D(function(a){var
-c=aw(b,a[2]);return D(function(b){var
-c=aN(b[1],b[2]);return O(a[1],c)},c)},c)},a):b,d=g;else
+c=jz(a,jy(ar(a),a)),f=[0,a];if(c)var
+e=cU(v,a),b=E(function(a){var
+b=cU(v,a[2]);return E(function(b){var
+c=w(a[1],b[1]);return bx(f9(b[2]),c)},b)},e),g=b?E(function(b){var
+c=ay(b,a);return E(function(a){var
+c=ay(b,a[2]);return E(function(b){var
+c=ak(b[1],b[2]);return I(a[1],c)},c)},c)},a):b,d=g;else
 var
-d=c;return I(d,rf,f)}var
-c=R(a);return g(aW(function(a){return ay(c,aX,a)},a),b)}return g(bb(a),b)}function
-rm(a){function
+d=c;return J(d,r0,f)}var
+c=W(a);return i(a1(function(a){return al(c,aQ,a)},a),b)}return i(bi(a),b)}function
+r7(a){function
 b(a){function
 b(c){var
-b=R(c);function
+b=W(c);function
 d(c){function
 d(d){function
 e(e){function
 f(a){var
-b=[0,[0,[0,c,d,a],e]],f=aw(c,d);return I(D(function(a){return O(a[1],a[2])},f),rn,b)}function
-h(c){function
+b=[0,[0,[0,c,d,a],e]],f=ay(c,d);return J(E(function(a){return I(a[1],a[2])},f),r8,b)}function
+g(c){function
 a(a){function
 c(b){function
-c(a){return[0,[0,b,a]]}return g(r(am,en,a),c)}return g(r(function(a){return ay(b,am,a)},ja,a),c)}return g(P([0,ja,[0,en,0]],0,c),a)}return g(r(function(a){return ag(h,a)},a_,a),f)}function
-f(a){return ay(b,am,a)}function
-h(a){return ag(f,a)}return g(r(function(a){return ag(h,a)},i$,a),e)}return g(r(function(a){return ay(b,am,a)},i_,a),d)}return g(r(function(a){return ay(b,am,a)},b$,a),d)}return g(r(d9,i9,a),b)}return g(P([0,i9,[0,b$,[0,i_,[0,i$,[0,a_,0]]]]],0,a),b)}function
-jg(d,a,c,b){if(a)var
-f=bN(b),g=bN(c),h=jg(L(d,v),a[2],g,f),i=b7(N,c),j=b7(0,b),e=[0,[0,d,a[1],j,i],h];else
+c(a){return[0,[0,b,a]]}return i(r(am,eu,a),c)}return i(r(function(a){return al(b,am,a)},ju,a),c)}return i(S([0,ju,[0,eu,0]],0,c),a)}return i(r(function(a){return ai(g,a)},be,a),f)}function
+f(a){return al(b,am,a)}function
+g(a){return ai(f,a)}return i(r(function(a){return ai(g,a)},jt,a),e)}return i(r(function(a){return al(b,am,a)},js,a),d)}return i(r(function(a){return al(b,am,a)},cd,a),d)}return i(r(ef,jr,a),b)}return i(S([0,jr,[0,cd,[0,js,[0,jt,[0,be,0]]]]],0,a),b)}function
+jA(d,a,c,b){if(a)var
+f=bR(b),g=bR(c),h=jA(M(d,t),a[2],g,f),i=b$(O,c),j=b$(0,b),e=[0,[0,d,a[1],j,i],h];else
 var
 e=a;return e}function
-jh(f,b,e){if(b){var
-k=bN(e),l=jh(f,b[2],k),m=b7(0,e),a=b[1],c=f[5];if(c)var
+jB(f,b,e){if(b){var
+k=bR(e),l=jB(f,b[2],k),m=b$(0,e),a=b[1],c=f[5];if(c)var
 d=c[1];else
 var
-j=a[4],d=o(function(a){return a?a[1]:N},j);var
-h=a[5],i=jg(u,a[3],d,m),g=[0,[0,a[1],a[2],i,h],l]}else
+j=a[4],d=q(function(a){return a?a[1]:O},j);var
+h=a[5],i=jA(v,a[3],d,m),g=[0,[0,a[1],a[2],i,h],l]}else
 var
 g=b;return g}function
-ji(e,d){var
+jC(e,d){var
 a=d;for(;;){if(a){var
 b=a[2];if(b){var
-c=ar(e,a[1],b[1]);if(c){var
+c=ax(e,a[1],b[1]);if(c){var
 a=b;continue}return c}return 1}return 1}}function
-rD(a){function
+sm(a){function
 b(a){if(a){var
 b=a[2];if(b){var
-c=b[1];if(b[2])return U(rE);var
+c=b[1];if(b[2])return L(sn);var
 d=function(b){function
-a(a){return I(F(fP(a)),rF,[0,[0,b,a]])}return g(aX(c),a)};return g(a3(a[1]),d)}return U(rG)}return U(rH)}return g(bb(a),b)}function
-rI(a){function
+a(a){return J(G(f9(a)),so,[0,[0,b,a]])}return i(aQ(c),a)};return i(aJ(a[1]),d)}return L(sp)}return L(sq)}return i(bi(a),b)}function
+sr(a){function
 b(a){var
-b=[0,a];return I(ji(function(b,a){return M(b[1],a[1])},a),rJ,b)}return g(ag(rD,a),b)}function
-rK(b,a){var
-d=M(b[1],a[1]);if(d)var
+b=[0,a];return J(jC(function(b,a){return Q(b[1],a[1])},a),ss,b)}return i(ai(sm,a),b)}function
+st(b,a){var
+d=Q(b[1],a[1]);if(d)var
 c=d;else{var
-e=x(b[1],a[1]);if(e){var
-f=M(b[2],a[2]);if(f)var
+e=w(b[1],a[1]);if(e){var
+f=Q(b[2],a[2]);if(f)var
 c=f;else{var
-g=x(b[2],a[2]);if(g)return M(b[3],a[3]);var
+g=w(b[2],a[2]);if(g)return Q(b[3],a[3]);var
 c=g}}else
 var
 c=e}return c}function
-jj(c,b,d){var
+jD(c,b,d){var
 a=b?b[1][11]:b;function
 e(b){function
 d(c){function
-e(a){return I(ji(rK,c),rL,[0,c])}if(a)var
-f=R(a[1][1]),d=r(function(a){return ay(f,am,a)},jc,b);else
+e(a){return J(jC(st,c),su,[0,c])}if(a)var
+f=W(a[1][1]),d=r(function(a){return al(f,am,a)},jw,b);else
 var
-d=rM;return g(d,e)}function
+d=sv;return i(d,e)}function
 e(f){function
 a(a){function
 b(b){function
 c(c){function
 d(d){function
-e(a){return[0,[0,b,c,d,a]]}return g(r(rI,jd,a),e)}return g(r(a3,b$,a),d)}return g(r(a3,cU,a),c)}var
-d=c?r(a3,aa,a):[0,a$(v)];return g(d,b)}var
-b=0,d=[0,cU,[0,b$,[0,jd,0]]],e=c?[0,aa,0]:c;return g(P(w(e,d),b,f),a)}return g(r(function(a){return ag(e,a)},jb,b),d)}var
-f=0,h=a?[0,jc,0]:a;return g(P([0,jb,h],f,d),e)}function
-dp(a){return a?aq(a[1]):a}function
-jk(a){return al(hn,rN,a)}function
-fQ(a){return jk(o(aq,a))}function
-fR(a){return jk(o(dp,a))}function
-bx(a){return fQ(a[1])}function
-jl(a){return fR(a[1])}function
-ca(b){var
-a=b[2];return 0===a[0]?fQ(a[1]):a[1]}function
-jm(b){var
-a=b[2];return 0===a[0]?fR(a[1]):a[1]}function
-ct(b,a){return dc(aq(a),b)}function
-eo(e,a){var
-b=ct(e,a);if(b){var
-c=D(bj,a);if(c)return cM(ax(a),Z);var
+e(a){return[0,[0,b,c,d,a]]}return i(r(sr,jx,a),e)}return i(r(aJ,cd,a),d)}return i(r(aJ,c0,a),c)}var
+d=c?r(aJ,aa,a):[0,aS(t)];return i(d,b)}var
+b=0,d=[0,c0,[0,cd,[0,jx,0]]],e=c?[0,aa,0]:c;return i(S(x(e,d),b,f),a)}return i(r(function(a){return ai(e,a)},jv,b),d)}var
+f=0,g=a?[0,jw,0]:a;return i(S([0,jv,g],f,d),e)}function
+dx(a){return a?ar(a[1]):a}function
+jE(a){return as(hI,sw,a)}function
+f_(a){return jE(q(ar,a))}function
+f$(a){return jE(q(dx,a))}function
+bD(a){return f_(a[1])}function
+jF(a){return f$(a[1])}function
+ce(b){var
+a=b[2];return 0===a[0]?f_(a[1]):a[1]}function
+jG(b){var
+a=b[2];return 0===a[0]?f$(a[1]):a[1]}function
+cy(b,a){return dj(ar(a),b)}function
+ev(e,a){var
+b=cy(e,a);if(b){var
+c=E(a0,a);if(c)return cT(aE(a),T);var
 d=c}else
 var
 d=b;return d}function
-jn(a){return ae(aO,a)}function
-cu(b,a){if(a){var
-c=cu(b,a[2]),d=aw(a[1],c);return o(function(a){return[0,a[1],a[2]]},d)}return dd(0,b)}function
-rO(a){var
-e=dp(a),b=D(function(a){return eo(e,a)},a);if(b){var
-c=F(ct(0,a));if(c)return D(jn,cu(dp(a),a));var
+jH(a){return ad(ah,a)}function
+cz(b,a){if(a){var
+c=cz(b,a[2]),d=ay(a[1],c);return q(function(a){return[0,a[1],a[2]]},d)}return dk(0,b)}function
+sx(a){var
+e=dx(a),b=E(function(a){return ev(e,a)},a);if(b){var
+c=G(cy(0,a));if(c)return E(jH,cz(dx(a),a));var
 d=c}else
 var
 d=b;return d}function
-jo(a){var
-b=F(ct(0,a));return b?D(rO,a):b}function
-fS(d,c,a){var
-b=ct(d,a);return b?D(function(a){return ct(c,a)},a):b}function
-fT(a){if(a){var
-b=a[2],c=a[1];return _(function(a){var
-c=fT(b);return o(function(b){return _(function(a){return o(function(b){return T(a,b)},b)},a)},c)},c)}return[0,[0,Z,0],0]}function
-jp(a){if(a)var
-b=a[1],d=jp(b),e=o(function(a){return[0,N,a]},d),c=[0,[0,Z,dd(N,b)],e];else
+jI(a){var
+b=G(cy(0,a));return b?E(sx,a):b}function
+ga(d,c,a){var
+b=cy(d,a);return b?E(function(a){return cy(c,a)},a):b}function
+gb(a){if(a){var
+b=a[2],c=a[1];return $(function(a){var
+c=gb(b);return q(function(b){return $(function(a){return q(function(b){return R(a,b)},b)},a)},c)},c)}return[0,[0,T,0],0]}function
+jJ(a){if(a)var
+b=a[1],d=jJ(b),e=q(function(a){return[0,O,a]},d),c=[0,[0,T,dk(O,b)],e];else
 var
 c=a;return c}function
-jq(a){return fT(a[1])}function
-fU(b){var
-a=b[2];return 0===a[0]?fT(a[1]):jp(a[1])}function
-fV(a){return al(function(b,a){return fj(b[2],a)},v,a)}function
-jr(b,a){var
-c=bM(b,a[2]);return B(a[1],c)}function
-ep(a){return fV(a7(a))}function
-eq(a){var
-b=ep(a);function
-c(a){return jr(b,a)}return o(function(a){return o(c,a)},a)}function
-fW(a){return al(function(b,a){return B(ep(b),a)},v,a)}function
-cV(d,c,e){if(d){var
+jK(a){return gb(a[1])}function
+gc(b){var
+a=b[2];return 0===a[0]?gb(a[1]):jJ(a[1])}function
+gd(a){return as(function(b,a){return fB(b[2],a)},t,a)}function
+jL(b,a){var
+c=by(b,a[2]);return B(a[1],c)}function
+ew(a){return gd(a$(a))}function
+ex(a){var
+b=ew(a);function
+c(a){return jL(b,a)}return q(function(a){return q(c,a)},a)}function
+ge(a){return as(function(b,a){return B(ew(b),a)},t,a)}function
+c1(d,c,e){if(d){var
 b=c,a=e;for(;;){if(b&&a){var
 b=b[1],a=a[2];continue}var
-g=cV(d[1],c,a),f=[0,ht(c,e),g];break}}else
+g=c1(d[1],c,a),f=[0,hP(c,e),g];break}}else
 var
 f=d;return f}function
-js(c,b,a){if(b){var
+jM(c,b,a){if(b){var
 d=b[1];if(a){var
-f=a[1],e=js(c,b[2],a[2]),g=aV(d);if(0===g)return e;if(0<g){var
-i=aw(f,e);return o(function(a){return L(B(d,a[1]),a[2])},i)}var
-h=aw(f,e);return o(function(a){return L(B(d,a[1]),a[2])},h)}return dd(u,c)}return dd(u,c)}function
-fX(b,a,d){if(a){var
-c=a[2],e=a[1],f=dU(fR(c),b),g=cV(dp(e),f,d),h=o(function(a){return fX(b,c,a)},g),i=eq(e);return _(function(a){return js(dU(fQ(c),b),a,h)},i)}return d}function
-jt(a){var
-f=a[4],b=dU(bx(a),f),g=fV(a7(a7(a[5]))),h=a[5],c=o(function(b){var
-c=a7(b),d=o(function(a){return jr(g,a)},c);return fX(a[4],a[1],d)},h),d=a[2];if(0===d[0])var
-i=a7(c),e=fX(b,d[1],i);else
+f=a[1],e=jM(c,b[2],a[2]),g=aT(d);if(0===g)return e;if(0<g){var
+i=ay(f,e);return q(function(a){return M(B(d,a[1]),a[2])},i)}var
+h=ay(f,e);return q(function(a){return M(B(d,a[1]),a[2])},h)}return dk(v,c)}return dk(v,c)}function
+gf(b,a,d){if(a){var
+c=a[2],e=a[1],f=d3(f$(c),b),g=c1(dx(e),f,d),h=q(function(a){return gf(b,c,a)},g),i=ex(e);return $(function(a){return jM(d3(f_(c),b),a,h)},i)}return d}function
+jN(a){var
+f=a[4],b=d3(bD(a),f),g=gd(a$(a$(a[5]))),h=a[5],c=q(function(b){var
+c=a$(b),d=q(function(a){return jL(g,a)},c);return gf(a[4],a[1],d)},h),d=a[2];if(0===d[0])var
+i=a$(c),e=gf(b,d[1],i);else
 var
-e=a7(c);var
-j=cV(ca(a),b,e),k=a[4],l=bx(a);return o(function(a){return cV(l,k,a)},j)}function
-ju(a){var
-b=al(ok,u,a),c=aV(b);return 0===c?o(function(a){return N},a):0<c?o(function(a){return cK([0,a,b])},a):o(function(a){return N},a)}function
-dq(b,a){return O(b,a)?a:b}function
-jv(b,a){return O(b,a)?b:a}function
-er(a){return a?al(dq,a[1],a[2]):N}function
-cW(a){return a?al(jv,a[1],a[2]):N}function
-es(a){var
-b=cW(a),c=er(a);return aO(b)?[0,T(c,aR(b))]:aO(c)?0:[0,Z]}function
-dr(c,b,a){var
-d=b?a?[0,ar(c,b[1],a[1])]:a:b;return d}function
-jw(a){var
-b=o(es,cu(dp(a),a)),c=[0,Z];return al(function(a,b){return dr(dq,a,b)},c,b)}function
-jx(a){var
-b=o(jw,a),c=[0,Z];return al(function(a,b){return dr(T,a,b)},c,b)}function
-ds(d,c,b){var
-a=d[7];return 0===a[0]?a[1]:bt(b,bt(c,a[1],0),0)}function
-fY(d,c,b){var
-a=d[6];return a?bt(b,bt(c,a[1],0),N):Z}function
-cb(a){return aw(bu(0,aq(a)),a)}var
-et=k(rQ),cX=k(rR),cY=k(rS),eu=k(rT),ev=k(rU),bR=k(rV),jy=k(rW),dt=k(rX),du=k(rY),dv=k(rZ),ew=k(r0),ex=k(r1),cZ=k(r2),ey=k(r3),fZ=k(r4),jz=k(r5),f0=k(r6),f1=k(r7),ez=k(r8),eA=k(r9),jA=k(r_),eB=k(r$),f2=k(sa),f3=k(sb),jB=k(sc),f4=k(sd),f5=k(se),c0=k(sf),eC=k(sg),eD=k(sh),jC=k(si),eE=k(sj),sl=k(sk),cc=k(sm),jD=k(sn),jE=k(so),jF=k(sp),jG=k(sq),f6=k(sr),jH=k(ss),f7=k(st),f8=k(su),jI=k(sv),jJ=k(sw),jK=k(sx);function
-jL(a){var
-b=0;return al(function(b,a){return W(W(b,0),a)},b,a)}function
-f9(b,a){var
-c=k(sy),d=w(h$(a),c),e=w(k(sz),d);return w(k(b),e)}function
-by(b,a){return y(dl(function(b){return ea(a,b)}),b)}function
-jM(a,b){function
-c(b){return aW(function(a){return r($,a,b)},a)}return g(P(a,0,b),c)}function
-f_(c,b,a){function
-d(a){return[0,by(b[3],a)]}return g(jM(c[3][2],a),d)}function
-jN(c,b,a){function
-d(a){return[0,by(b[4],a)]}return g(jM(c[3][3],a),d)}function
-jO(b,a){function
+e=a$(c);var
+j=c1(ce(a),b,e),k=a[4],l=bD(a);return q(function(a){return c1(l,k,a)},j)}function
+jO(a){var
+b=as(hL,v,a),c=aT(b);return 0===c?q(function(a){return O},a):0<c?q(function(a){return cS([0,a,b])},a):q(function(a){return O},a)}function
+dy(b,a){return I(b,a)?a:b}function
+jP(b,a){return I(b,a)?b:a}function
+ey(a){return a?as(dy,a[1],a[2]):O}function
+c2(a){return a?as(jP,a[1],a[2]):O}function
+ez(a){var
+b=c2(a),c=ey(a);return ah(b)?[0,R(c,aU(b))]:ah(c)?0:[0,T]}function
+dz(c,b,a){var
+d=b?a?[0,ax(c,b[1],a[1])]:a:b;return d}function
+jQ(a){var
+b=q(ez,cz(dx(a),a)),c=[0,T];return as(function(a,b){return dz(dy,a,b)},c,b)}function
+jR(a){var
+b=q(jQ,a),c=[0,T];return as(function(a,b){return dz(R,a,b)},c,b)}function
+dA(d,c,b){var
+a=d[7];return 0===a[0]?a[1]:bz(b,bz(c,a[1],0),0)}function
+gg(d,c,b){var
+a=d[6];return a?bz(b,bz(c,a[1],0),O):T}function
+cf(a){return ay(bB(0,ar(a)),a)}function
+gh(a,b){if(N(b,t))return a;var
+e=bg(b,bf(2)),f=e[1];if(w(e[2],v)){var
+c=gh(a,f);return B(c,c)}var
+d=gh(a,f);return B(a,B(d,d))}function
+cA(c,a){var
+b=aT(a);return 0===b?t:0<b?gh(c,a):t}function
+jS(f,e,d){var
+c=f,b=e,a=d;for(;;){if(c){var
+c=c[1],g=B(a,b),b=ap(b,t),a=g;continue}return a}}var
+sz=g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t)))))))),gi=cA(g(2,t),sz),sA=g(2,g(2,g(2,g(2,g(2,g(2,t)))))),jT=cA(g(2,t),sA);function
+jU(c,b,C,a){var
+d=C[1],f=ap(C[2],d);if(!N(d,v)&&!N(c,b)){if(N(f,v))return N(v,a[1]);var
+i=bh(b),s=cA(f,ap(c,b)),k=i,e=b,j=gi,g=gi,F=a[2];for(;;){if(k){var
+o=B(e,f),p=B(M(ap(c,e),t),d),D=0;if(w(j,t)&&N(o,p)){var
+u=M(g,e);D=1}if(!D){var
+n=aS(by(aS(B(j,o)),p)),k=k[1],e=ap(e,t),j=n,g=M(g,n);continue}}else
+var
+u=g;var
+G=cA(d,b),x=B(B(B(B(jS(i,c,t),G),s),u),F),H=cA(M(d,f),c),y=B(jS(i,b,t),H),z=B(B(a[1],y),gi);if(N(x,z))return 1;var
+A=N(B(x,jT),B(z,M(jT,t)));if(A){var
+m=i,h=t,q=t,l=t,I=B(a[1],y),J=a[2];for(;;){if(m){var
+r=B(B(q,M(ap(c,h),t)),d),m=m[1],E=M(B(B(l,h),f),r),h=M(h,t),q=r,l=E;continue}return N(B(B(l,s),J),I)}}return A}}return N(a[2],a[1])}function
+eA(a){var
+b=Q(v,a[2]);return b?ah(a[4]):b}var
+jV=g(2,g(2,g(2,F(g(2,g(2,g(2,g(2,F(g(2,F(g(2,F(g(2,g(2,g(2,t))))))))))))))));function
+sB(a){var
+b=G(eA(a));return b?b:N(a[2],jV)}function
+jW(b,a){return R(a,aU(b[4]))}function
+cB(a){return ak(T,ca(a))}function
+jX(r,y,x){var
+h=y,b=x;for(;;){if(h){if(b){var
+s=b[1],a=h[1],c=s[2],d=s[1],j=a0(d),i=0;if(j){var
+k=I(d,c);if(k){var
+l=I(c,a[4]);if(l)if(eA(a)){var
+m=N(a[2],jV);if(m){var
+n=I(d,O);if(n)var
+f=n;else
+var
+w=cB(jW(a,d)),f=jU(a[2],ap(a[2],a[3]),w,r)}else
+var
+f=m;var
+u=0;if(f){var
+o=I(a[4],c);if(o)var
+p=o;else{var
+v=jW(a,c),e=jU(a[2],a[3],v,r);i=1;u=1}}else
+var
+p=f;if(!u){var
+e=p;i=1}}else{var
+q=I(d,O);if(q){var
+e=I(a[4],c);i=1}else
+var
+g=q}else
+var
+g=l}else
+var
+g=k}else
+var
+g=j;if(!i)var
+e=g;if(e){var
+h=h[2],b=b[2];continue}var
+t=e}else
+var
+t=b;return t}return b?0:1}}function
+eB(a){return[0,a,t]}function
+jY(b,a){var
+c=cA(b[2],a),d=aT(c),e=0===d?t:0<d?c:t;return[0,cA(b[1],a),e]}function
+eC(a){return aD(ar(aw(eA,a)))}function
+jZ(b,a){return N(b,a)?b:a}function
+j0(c){var
+f=aw(eA,c),a=q(function(a){return a[1]},f);for(;;){if(a){var
+b=a[2];if(b){var
+e=Q(a[1],b[1]);if(e){var
+a=b;continue}var
+d=e}else
+var
+d=1}else
+var
+d=1;if(d)return jZ(t,eC(c));var
+h=eC(c);return jZ(g(2,t),h)}}function
+gj(h,f,e,b,d,a){var
+l=R(eB(ap(B(g(2,t),e),b)),a),i=I(ak(ak(R(eB(b),d),l),h),T);if(i)var
+c=i;else
+if(f){var
+j=ah(cB(ak(d,a)));if(j){var
+k=ah(cB(ak(a,a)));if(k){var
+m=jY(cB(ak(a,a)),ap(e,b));return I(h,R(jY(cB(ak(d,a)),b),m))}var
+c=k}else
+var
+c=j}else
+var
+c=f;return c}function
+j1(c,b,a){var
+d=R(c,a[1]);return I(b[2],d)}function
+j2(d,c){var
+a=d,b=c;for(;;){if(a){if(w(b,v))return[0,a[1]];var
+a=a[2],b=ap(b,t);continue}return a}}function
+j3(b,a){return ay(q(function(a){return a[1]},b),a)}function
+gk(k){var
+b=k[1];if(0===b[0])return b[1];var
+a=b[1],d=cf(jN(a)),e=$(function(e){var
+b=cf(e[2]);return q(function(f){var
+b=f[1],c=e[1],l=f[2],h=gg(a,c,b),g=0;if(0===a[7][0])var
+d=0;else
+var
+k=dA(a,c,b),d=q(function(a){return[0,a]},k);var
+i=jO(l),j=aD(b);return[0,aD(c),j,i,d,h,g]},b)},d),c=a[7],f=0,g=0===c[0]?[0,c[1]]:0,h=a[6]?1:2,i=aD(a[4]),j=aD(bD(a));return[0,aD(ce(a)),j,i,h,g,f,e]}function
+j4(a,b){return b?a[2]:a[3]}var
+eD=k(sC),c3=k(sD),c4=k(sE),eE=k(sF),eF=k(sG),bV=k(sH),j5=k(sI),bW=k(sJ),dB=k(sK),dC=k(sL),eG=k(sM),eH=k(sN),c5=k(sO),eI=k(sP),gl=k(sQ),j6=k(sR),gm=k(sS),eJ=k(sT),eK=k(sU),eL=k(sV),j7=k(sW),eM=k(sX),eN=k(sY),gn=k(sZ),j8=k(s0),dD=k(s1),go=k(s2),cC=k(s3),eO=k(s4),eP=k(s5),j9=k(s6),eQ=k(s7),s9=k(s8),cg=k(s_),j_=k(s$),j$=k(ta),ka=k(tb),kb=k(tc),eR=k(td),kc=k(te),gp=k(tf),gq=k(tg),kd=k(th),ke=k(ti),kf=k(tj);function
+kg(a){var
+b=0;return as(function(b,a){return Y(Y(b,0),a)},b,a)}function
+gr(b,a){var
+c=k(tk),d=x(ix(a),c),e=x(k(tl),d);return x(k(b),e)}function
+bE(b,a){return z(dt(function(b){return ei(a,b)}),b)}function
+kh(a,b){function
+c(b){return a1(function(a){return r(_,a,b)},a)}return i(S(a,0,b),c)}function
+gs(c,b,a){function
+d(a){return[0,bE(b[3],a)]}return i(kh(c[3][2],a),d)}function
+ki(c,b,a){function
+d(a){return[0,bE(b[4],a)]}return i(kh(c[3][3],a),d)}function
+kj(b,a){function
 c(a){var
-c=b[2];return[0,y(dl(function(b){return G(a,b)}),c)]}return g($(a),c)}function
-jP(b,a){function
+c=b[2];return[0,z(dt(function(b){return H(a,b)}),c)]}return i(_(a),c)}function
+eS(b,a){function
 c(a){if(a){var
-b=a[2];return b?b[2]?U(sA):[0,[0,a[1],b[1]]]:U(sB)}return U(sC)}return g(ay(f(2,v),b,a),c)}var
-sE=[0,[0,k(sD),v],0],sG=[0,[0,k(sF),u],sE];function
-bS(a,b){var
+b=a[2];return b?b[2]?L(tm):[0,[0,a[1],b[1]]]:L(tn)}return L(to)}return i(al(g(2,t),b,a),c)}var
+tq=[0,[0,k(tp),t],0],ts=[0,[0,k(tr),v],tq];function
+bp(a,b){var
 c=a?[0,b,0]:a;return c}function
-bz(c,b,a){return c?a:[0,b]}function
-jQ(d,c,a,f,e){var
-b=a[6],h=b?[0,[0,b[1],b[2]],0]:b,i=w([0,cU,[0,b$,0]],h),j=w(bS(a[5],eE),i),k=w(bS(a[4],ek),j),l=w(bS(a[3],cT),k),m=w(bS(a[2],aa),l);function
+bF(c,b,a){return c?a:[0,b]}function
+kk(d,c,a,f,e){var
+b=a[6],g=b?[0,[0,b[1],b[2]],0]:b,h=x([0,c0,[0,cd,0]],g),j=x(bp(a[5],eQ),h),k=x(bp(a[4],er),j),l=x(bp(a[3],cZ),k),m=x(bp(a[2],aa),l);function
 n(b){function
 e(e){function
+g(g){function
 h(h){function
-i(i){function
 j(j){function
 k(k){function
 l(l){function
-m(a){return[0,[0,f,[0,j,e,h,k,l],a,i]]}var
+m(a){return[0,[0,f,[0,j,e,g,k,l],a,h]]}var
 c=a[6];if(c)var
-n=function(a){return[0,[0,a]]},o=[0,c[1],c[2]],d=g(r(function(a){return jP(am,a)},o,b),n);else
+n=function(a){return[0,[0,a]]},o=[0,c[1],c[2]],d=i(r(function(a){return eS(am,a)},o,b),n);else
 var
-d=sJ;return g(d,m)}return g(r(function(a){return f_(d,c,a)},b$,b),l)}return g(r(function(a){return f_(d,c,a)},cU,b),k)}var
-k=r(function(a){return bw(sG,a)},eE,b);return g(bz(a[5],aY,k),j)}function
-j(a){return jO(c,a)}var
-k=r(function(a){return ag(j,a)},ek,b);return g(bz(a[4],0,k),i)}var
-i=r(function(a){return jO(c,a)},cT,b);return g(bz(a[3],aY,i),h)}var
-h=r(function(a){return jN(d,c,a)},aa,b);return g(bz(a[2],aY,h),e)}return g(P(m,0,e),n)}function
-sL(a){function
+d=tv;return i(d,m)}return i(r(function(a){return gs(d,c,a)},cd,b),l)}return i(r(function(a){return gs(d,c,a)},c0,b),k)}var
+k=r(function(a){return ba(ts,a)},eQ,b);return i(bF(a[5],a2,k),j)}function
+j(a){return kj(c,a)}var
+k=r(function(a){return ai(j,a)},er,b);return i(bF(a[4],0,k),h)}var
+h=r(function(a){return kj(c,a)},cZ,b);return i(bF(a[3],a2,h),g)}var
+g=r(function(a){return ki(d,c,a)},aa,b);return i(bF(a[2],a2,g),e)}return i(S(m,0,e),n)}function
+tx(a){function
 b(a){var
-q=G(a,k(sK)),r=[0,a],c=q||G(a,ik),n=0;if(c)var
+q=H(a,k(tw)),r=[0,a],c=q||H(a,iG),n=0;if(c)var
 d=c;else{var
-e=ii(46,0,a),b=e[2],o=0;if(b){var
-g=b[1],h=fv(e[1]),p=0;if(h){var
-i=bl(f(2,f(2,C(f(2,v)))),g);if(i){var
-m=D(d3,g);n=1;o=1;p=1}else
+e=iE(46,0,a),b=e[2],o=0;if(b){var
+f=b[1],h=fO(e[1]),p=0;if(h){var
+i=bs(g(2,g(2,F(g(2,t)))),f);if(i){var
+m=E(ea,f);n=1;o=1;p=1}else
 var
 j=i}else
 var
@@ -3631,109 +3738,109 @@ l=j}else
 var
 l=b;if(!o)var
 d=l}if(!n)var
-m=d;return I(m,sM,r)}return g($(a),b)}function
-eF(f,e,b,c){if(typeof
+m=d;return J(m,ty,r)}return i(_(a),b)}function
+eT(f,e,b,c){if(typeof
 c==="number")return[0,[0,[0,[0,[1,b,0]],0],0]];if(typeof
 b==="number")switch(b){case
 0:var
-a=[0,1,1,0,0,0,eD];break;case
+a=[0,1,1,0,0,0,eP];break;case
 1:var
-a=[0,1,0,0,0,0,eD];break;case
+a=[0,1,0,0,0,0,eP];break;case
 2:var
-a=sH;break;case
+a=tt;break;case
 3:var
-a=sI;break;case
+a=tu;break;case
 4:var
-a=[0,1,1,1,0,0,jC];break;case
+a=[0,1,1,1,0,0,j9];break;case
 5:var
-a=[0,1,0,1,0,0,jC];break;case
+a=[0,1,0,1,0,0,j9];break;case
 6:var
-a=[0,0,1,0,0,0,eD];break;default:var
-a=[0,0,0,0,0,0,eD]}else
+a=[0,0,1,0,0,0,eP];break;default:var
+a=[0,0,0,0,0,0,eP]}else
 var
-a=[0,0,F(b[1]),0,0,1,sl];if(a[1]){var
+a=[0,0,G(b[1]),0,0,1,s9];if(a[1]){var
 d=function(c){function
 d(d){function
-h(h){function
-i(a){return[0,[0,[0,[0,[1,b,[0,a]]],[0,[2,d,h[1],h[2]],0]],[0,d]]]}return g(r(function(b){return jQ(f,e,a,d,b)},eC,c),i)}return g(r(function(a){return jP(sL,a)},f5,c),h)}return g(r(cq,f4,c),d)};return g(P([0,f4,[0,f5,[0,eC,0]]],0,c),d)}function
-h(c){function
+g(g){function
+h(a){return[0,[0,[0,[0,[1,b,[0,a]]],[0,[2,d,g[1],g[2]],0]],[0,d]]]}return i(r(function(b){return kk(f,e,a,d,b)},eO,c),h)}return i(r(function(a){return eS(tx,a)},go,c),g)}return i(r(bT,dD,c),d)};return i(S([0,dD,[0,go,[0,eO,0]]],0,c),d)}function
+g(c){function
 d(d){function
-h(a){return[0,[0,[0,[0,[1,b,[0,a]]],0],[0,[0,d]]]]}var
-i=[0,d];return g(r(function(b){return jQ(f,e,a,i,b)},eC,c),h)}return g(r(am,c0,c),d)}return g(P([0,c0,[0,eC,0]],0,c),h)}var
-sN=C(f(2,f(2,v))),sP=[0,[0,k(sO),sN],0],sQ=f(2,f(2,v)),sS=[0,[0,k(sR),sQ],sP],sT=C(f(2,v)),sV=[0,[0,k(sU),sT],sS],sW=f(2,v),sY=[0,[0,k(sX),sW],sV],s0=[0,[0,k(sZ),v],sY],s2=[0,[0,k(s1),u],s0],s4=[0,[0,k(s3),[0,v,1]],0],s6=[0,[0,k(s5),[0,v,0]],s4],s8=[0,[0,k(s7),[0,u,1]],s6],jR=[0,[0,k(s9),[0,u,0]],s8];function
-dw(b,a){var
-c=D(function(b){return X(b,a)},b);return c?D(function(a){return d7(b,a[1])},a):c}function
-jS(h,d,c,a){function
+g(a){return[0,[0,[0,[0,[1,b,[0,a]]],0],[0,[0,d]]]]}var
+h=[0,d];return i(r(function(b){return kk(f,e,a,h,b)},eO,c),g)}return i(r(am,cC,c),d)}return i(S([0,cC,[0,eO,0]],0,c),g)}var
+tz=F(g(2,g(2,t))),tB=[0,[0,k(tA),tz],0],tC=g(2,g(2,t)),tE=[0,[0,k(tD),tC],tB],tF=F(g(2,t)),tH=[0,[0,k(tG),tF],tE],tI=g(2,t),tK=[0,[0,k(tJ),tI],tH],tM=[0,[0,k(tL),t],tK],tO=[0,[0,k(tN),v],tM],tQ=[0,[0,k(tP),[0,t,1]],0],tS=[0,[0,k(tR),[0,t,0]],tQ],tU=[0,[0,k(tT),[0,v,1]],tS],kl=[0,[0,k(tV),[0,v,0]],tU];function
+dE(b,a){var
+c=E(function(b){return V(b,a)},b);return c?E(function(a){return cv(b,a[1])},a):c}function
+km(f,d,c,a){function
 b(a){function
-b(b){return c?dw([0,bc,b],a):c}var
-e=[0,b([0,bn,[0,cc,0]]),0],i=[0,b([0,aa,[0,cc,0]]),e],j=[0,b([0,aa,[0,bn,[0,cc,0]]]),i],k=[0,dw([0,bc,[0,cc,0]],a),j],l=[0,dw([0,bn,[0,cc,0]],a),k],m=[0,dw([0,aa,[0,cc,0]],a),l],n=[0,dw([0,aa,[0,bn,[0,cc,0]]],a),m];function
+b(b){return c?dE([0,bl,b],a):c}var
+e=[0,b([0,bu,[0,cg,0]]),0],h=[0,b([0,aa,[0,cg,0]]),e],j=[0,b([0,aa,[0,bu,[0,cg,0]]]),h],k=[0,dE([0,bl,[0,cg,0]],a),j],l=[0,dE([0,bu,[0,cg,0]],a),k],m=[0,dE([0,aa,[0,cg,0]],a),l],n=[0,dE([0,aa,[0,bu,[0,cg,0]]],a),m];function
 o(c){function
 b(B){function
 b(e){function
 b(d){function
 b(k){var
-l=dk(s2,B),b=0===l[0]?l[1]:fx,m=dk(jR,k),g=0===m[0]?[0,m[1]]:0,h=d?1:d;if(X(bc,a)){var
-A=0;if(G(k,bQ)&&F(X(aa,a))&&F(X(bn,a)))if(x(b,C(f(2,v))))var
-c=s_;else
+l=ds(tO,B),b=0===l[0]?l[1]:fQ,m=ds(kl,k),f=0===m[0]?[0,m[1]]:0,h=d?1:d;if(V(bl,a)){var
+A=0;if(H(k,bc)&&G(V(aa,a))&&G(V(bu,a)))if(w(b,F(g(2,t))))var
+c=tW;else
 var
-n=x(b,v),c=n?s$:n;else
-A=1;if(A)if(g){var
-o=g[1],i=o[1],D=X(aa,a);if(bL(o[2],D))var
+n=w(b,t),c=n?tX:n;else
+A=1;if(A)if(f){var
+o=f[1],i=o[1],C=V(aa,a);if(bx(o[2],C))var
 j=0;else
-if(X(bn,a))var
-E=x(i,u)?f(2,f(2,v)):C(f(2,f(2,v))),p=x(b,E),q=p?h:p,j=q?[0,[3,i,e,d]]:q;else
+if(V(bu,a))var
+D=w(i,v)?g(2,g(2,t)):F(g(2,g(2,t))),p=w(b,D),q=p?h:p,j=q?[0,[3,i,e,d]]:q;else
 var
-r=x(b,v),j=r?[0,[4,i,e]]:r;var
+r=w(b,t),j=r?[0,[4,i,e]]:r;var
 c=j}else
 var
-c=g}else
-if(X(aa,a))if(X(bn,a))var
-s=x(b,u),t=s?h:s,c=t?[0,[0,e,d]]:t;else
+c=f}else
+if(V(aa,a))if(V(bu,a))var
+s=w(b,v),u=s?h:s,c=u?[0,[0,e,d]]:u;else
 var
-w=x(b,v),c=w?[0,[1,e]]:w;else
+x=w(b,t),c=x?[0,[1,e]]:x;else
 var
-y=x(b,f(2,v)),z=y?h:y,c=z?[0,[2,d]]:z;return[0,c]}var
-c=r($,bc,a);return g(bz(X(bc,a),0,c),b)}function
+y=w(b,g(2,t)),z=y?h:y,c=z?[0,[2,d]]:z;return[0,c]}var
+c=r(_,bl,a);return i(bF(V(bl,a),0,c),b)}function
 c(b){function
-a(a){return[0,by(d[3],a)]}return g(ay(R(h[3][2]),$,b),a)}var
-i=r(function(a){return ag(c,a)},bn,a);return g(bz(X(bn,a),0,i),b)}var
+a(a){return[0,bE(d[3],a)]}return i(al(W(f[3][2]),_,b),a)}var
+h=r(function(a){return ai(c,a)},bu,a);return i(bF(V(bu,a),0,h),b)}var
 c=r(function(b){function
-a(a){return[0,by(d[4],a)]}return g(ay(R(h[3][3]),$,b),a)},aa,a);return g(bz(X(aa,a),aY,c),b)}return g(r($,cc,a),b)}return g(I(ae(function(a){return a},n),tb,ta),o)}return g(a8(a),b)}function
-dx(e,d){var
+a(a){return[0,bE(d[4],a)]}return i(al(W(f[3][3]),_,b),a)},aa,a);return i(bF(V(aa,a),a2,c),b)}return i(r(_,cg,a),b)}return i(J(ad(function(a){return a},n),tZ,tY),o)}return i(a7(a),b)}function
+dF(e,d){var
 a=e,b=d;for(;;){if(a){var
 c=a[1];if(c){var
-a=a[2],b=[0,c[1],b];continue}return c}return[0,W(b,0)]}}var
-td=[0,[0,k(tc),5],0],tf=[0,[0,k(te),4],td],th=[0,[0,k(tg),2],tf],jT=[0,[0,b_,0],[0,[0,bQ,1],[0,[0,k(ti),3],th]]],tk=[0,[0,k(tj),7],0],dy=[0,[0,k(tl),6],tk];function
-jU(a){if(a)var
-c=[0,[0,k(tn),tm],0],b=[0,[0,k(tp),to],c];else
+a=a[2],b=[0,c[1],b];continue}return c}return[0,Y(b,0)]}}var
+t1=[0,[0,k(t0),5],0],t3=[0,[0,k(t2),4],t1],t5=[0,[0,k(t4),2],t3],kn=[0,[0,bk,0],[0,[0,bc,1],[0,[0,k(t6),3],t5]]],t8=[0,[0,k(t7),7],0],dG=[0,[0,k(t9),6],t8];function
+ko(a){if(a)var
+c=[0,[0,k(t$),t_],0],b=[0,[0,k(ub),ua],c];else
 var
 b=a;var
-d=[0,[0,k(tr),tq],0];return w([0,[0,k(tt),ts],d],b)}var
-tu=w(dy,jU(1)),tw=[0,[0,k(tv),2],0],ty=[0,[0,k(tx),3],tw],tA=[0,[0,k(tz),1],ty],tC=w([0,[0,k(tB),0],tA],tu),f$=k(tD),eG=k(tE),ga=k(tF),tH=k(tG),jV=k(tI),jW=k(tJ),eH=k(tK),jX=k(tL),jY=k(tM),jZ=k(tN),gb=k(tO);function
-cd(c,b){var
-a=dk(c,b);return 0===a[0]?[0,a[1]]:0}function
-j0(a,h){var
-c=G(a,jV);if(c)var
+d=[0,[0,k(ud),uc],0];return x([0,[0,k(uf),ue],d],b)}var
+ug=x(dG,ko(1)),ui=[0,[0,k(uh),2],0],uk=[0,[0,k(uj),3],ui],um=[0,[0,k(ul),1],uk],uo=x([0,[0,k(un),0],um],ug),gt=k(up),c6=k(uq),gu=k(ur),ut=k(us),kp=k(uu),kq=k(uv),eU=k(uw),kr=k(ux),ks=k(uy),eV=k(uz),eW=k(uA);function
+ch(c,b){var
+a=ds(c,b);return 0===a[0]?[0,a[1]]:0}function
+kt(a,h){var
+c=H(a,kp);if(c)var
 b=c;else{var
-d=G(a,jX);if(d)var
+d=H(a,kr);if(d)var
 b=d;else{var
-e=G(a,jY);if(e)var
+e=H(a,ks);if(e)var
 b=e;else{var
-f=G(a,jW);if(f)var
+f=H(a,kq);if(f)var
 b=f;else{var
-g=G(a,eH);if(g)return G(h,ga);var
+g=H(a,eU);if(g)return H(h,gu);var
 b=g}}}}return b}function
-j1(a){function
-b(a){return tV}return g(a8(a),b)}function
-gc(N,u,M,a){function
+ku(a){function
+b(a){return uH}return i(a7(a),b)}function
+gv(N,u,M,a){function
 b(b){function
 a(c){function
 a(d){function
 a(a){function
-e(h){function
+e(g){function
 e(j){function
 e(O){var
-n=as(c0,b);if(n){var
+n=af(cC,b);if(n){var
 o=n[1],q=0;if(typeof
 o==="number")q=1;else
 switch(o[0]){case
@@ -3746,72 +3853,72 @@ p=0;var
 v=p}else
 var
 v=n;var
-Q=[0,ft([2,a]),0],R=[0,v,[0,k(tW),Q]],S=[0,k(tX),R],T=[0,ft([2,d]),S],U=[0,k(tY),T],V=[0,ft([2,c]),U],W=[0,k(tZ),V],X=jL([0,f9(t0,M),W]);function
-e(a){return r(a,f6,b)}var
-w=G(a,jW);if(w)var
-x=G(d,eG),z=x?G(h,tH):x;else
+P=[0,fL([2,a]),0],Q=[0,v,[0,k(uI),P]],R=[0,k(uJ),Q],T=[0,fL([2,d]),R],U=[0,k(uK),T],V=[0,fL([2,c]),U],W=[0,k(uL),V],X=kg([0,gr(uM,M),W]);function
+e(a){return r(a,eR,b)}var
+w=H(a,kq);if(w)var
+x=H(d,c6),y=x?H(g,ut):x;else
 var
-z=w;function
+y=w;function
 Y(b){if(b&&typeof
 b[1]==="number")var
 e=b[2],f=e?1:e;else
 var
-f=1;return[0,[0,[0,c,[0,d,[0,a,[0,h,0]]]],X,b,f,O]]}if(F(G(h,ga)))var
+f=1;return[0,[0,[0,c,[0,d,[0,a,[0,g,0]]]],X,b,f,O]]}if(G(H(g,gu)))var
 f=0;else{var
-B=0;if(G(d,f$)&&G(a,jV))var
-E=cd(tC,c),f=av(function(a){return[0,function(b){return[9,a,b]}]},E);else
+B=0;if(H(d,gt)&&H(a,kp))var
+E=ch(uo,c),f=aA(function(a){return[0,function(b){return[9,a,b]}]},E);else
 B=1;if(B){var
-C=0;if(G(d,f$)&&G(a,jX))var
-H=[0,[0,k(tP),0],0],I=cd([0,[0,k(tQ),1],H],c),f=av(function(a){return[0,function(b){return[10,a,b]}]},I);else
+C=0;if(H(d,gt)&&H(a,kr))var
+F=[0,[0,k(uB),0],0],I=ch([0,[0,k(uC),1],F],c),f=aA(function(a){return[0,function(b){return[10,a,b]}]},I);else
 C=1;if(C){var
-D=0;if(G(d,eG)&&G(a,jY))var
-J=[0,[0,k(tS),tR],0],K=cd([0,[0,k(tU),tT],J],c),f=av(function(a){return[1,a[1],a[2]]},K);else
+D=0;if(H(d,c6)&&H(a,ks))var
+J=[0,[0,k(uE),uD],0],K=ch([0,[0,k(uG),uF],J],c),f=aA(function(a){return[1,a[1],a[2]]},K);else
 D=1;if(D){var
-s=G(d,eG);if(s)var
-t=G(a,eH),m=t?G(c,gb):t;else
+s=H(d,c6);if(s)var
+t=H(a,eU),m=t?H(c,eW):t;else
 var
 m=s;var
 L=m?[0,[0,function(a){return[11,0,1,a]}]]:m,f=L}}}}if(f){var
 l=f[1];if(0===l[0])var
 Z=l[1],_=function(a){var
-b=[0,[6,G(a,N)],0];return[0,[0,[0,y(Z,j)],b]]},A=g(e(function(a){function
-b(a){return r(d$,dv,a)}return g(P([0,dv,0],0,a),b)}),_);else
+b=[0,[7,H(a,N)],0];return[0,[0,[0,z(Z,j)],b]]},A=i(e(function(a){function
+b(a){return r(eh,dC,a)}return i(S([0,dC,0],0,a),b)}),_);else
 var
-$=l[2],aa=l[1],ab=function(a){return[0,[0,[0,[11,1,$,j]],[0,[0,[10,aa,a]],0]]]},A=g(e(function(a){function
-b(a){return r(cq,jH,a)}return g(P([0,jH,0],0,a),b)}),ab);var
-i=A}else
-if(z)if(G(c,jZ))var
-ac=function(a){return[0,[0,[1,1,j,a],0]]},ad=1,i=g(e(function(a){return jj(ad,u,a)}),ac);else
-if(G(c,gb))var
-ae=function(a){return[0,[0,[1,0,j,a],0]]},af=0,i=g(e(function(a){return jj(af,u,a)}),ae);else
-var
-ag=function(e){var
-b=j0(a,h),c=0,d=b?t1:b;return[0,[0,d,c]]},i=g(e(j1),ag);else
+$=l[2],aa=l[1],ab=function(a){return[0,[0,[0,[11,1,$,j]],[0,[0,[10,aa,a]],0]]]},A=i(e(function(a){function
+b(a){return r(bT,kc,a)}return i(S([0,kc,0],0,a),b)}),ab);var
+h=A}else
+if(y)if(H(c,eV))var
+ac=function(a){return[0,[0,[1,1,j,a],0]]},ad=1,h=i(e(function(a){return jD(ad,u,a)}),ac);else
+if(H(c,eW))var
+ae=function(a){return[0,[0,[1,0,j,a],0]]},ag=0,h=i(e(function(a){return jD(ag,u,a)}),ae);else
 var
 ah=function(e){var
-b=j0(a,h),c=0,d=b?t2:b;return[0,[0,d,c]]},i=g(e(j1),ah);return g(i,Y)}return g(r(function(a){return ag($,a)},jG,b),e)}return g(r(cq,c0,b),e)}return g(r($,jE,b),e)}return g(r($,jF,b),a)}return g(r($,jD,b),a)}return g(r($,bc,b),a)}return g(P([0,bc,[0,jD,[0,c0,[0,jE,[0,jF,[0,jG,[0,f6,0]]]]]]],0,a),b)}function
-gd(c,a){if(a)var
-b=a[1],e=gd([0,b[1],c],a[2]),f=b[1],g=ae(function(a){return ea(f,a)},c)?t3:b[3],d=[0,[0,b[2],g],e];else
+b=kt(a,g),c=0,d=b?uN:b;return[0,[0,d,c]]},h=i(e(ku),ah);else
+var
+ai=function(e){var
+b=kt(a,g),c=0,d=b?uO:b;return[0,[0,d,c]]},h=i(e(ku),ai);return i(h,Y)}return i(r(function(a){return ai(_,a)},kb,b),e)}return i(r(bT,cC,b),e)}return i(r(_,j$,b),e)}return i(r(_,ka,b),a)}return i(r(_,j_,b),a)}return i(r(_,bl,b),a)}return i(S([0,bl,[0,j_,[0,cC,[0,j$,[0,ka,[0,kb,[0,eR,0]]]]]]],0,a),b)}function
+gw(c,a){if(a)var
+b=a[1],e=gw([0,b[1],c],a[2]),f=b[1],g=ad(function(a){return ei(f,a)},c)?uP:b[3],d=[0,[0,b[2],g],e];else
 var
 d=a;return d}var
-t5=[0,[0,k(t4),0],0],t8=[0,[0,k(t7),t6],t5],t$=[0,[0,k(t_),t9],t8],uc=[0,[0,k(ub),ua],t$],j2=[0,[0,k(ue),ud],uc];function
-j3(f,e){var
+uR=[0,[0,k(uQ),0],0],uU=[0,[0,k(uT),uS],uR],uX=[0,[0,k(uW),uV],uU],u0=[0,[0,k(uZ),uY],uX],kv=[0,[0,k(u2),u1],u0];function
+eX(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=dL(b[1],a[1]);if(c){var
+c=dU(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return 1}}var
-ug=[0,k(uf),0],ui=[0,k(uh),ug],uk=[0,k(uj),ui],um=[0,k(ul),uk];function
-j4(v,n,u,t,a){function
+u4=[0,k(u3),0],u6=[0,k(u5),u4],u8=[0,k(u7),u6],u_=[0,k(u9),u8];function
+kw(v,n,u,t,a){function
 b(b){function
 a(d){function
 a(e){function
 a(h){function
-a(i){function
+a(j){function
 a(a){function
 g(f){var
-a=as(f,b);if(a){var
+a=af(f,b);if(a){var
 c=a[1],e=0;if(typeof
 c!=="number")switch(c[0]){case
 2:return c[1];case
@@ -3820,258 +3927,376 @@ c!=="number")switch(c[0]){case
 d=0;e=1}if(!e)return 0}else
 var
 d=a;return d}var
-w=[0,g(bR),0],x=[0,k(us),w],z=[0,g(f7),x],A=[0,k(ut),z],B=[0,g(f8),A],C=[0,k(uu),B],D=[0,g(bc),C],E=[0,k(uv),D],H=jL([0,f9(uw,t),E]),j=d?0:1,o=G(i,k(ux)),s=j3(k(un),i),J=s||ae(function(b){var
-a=W(i,0);return j3(W(b,0),a)},um);if(J)var
-c=uy;else
-if(F(o))var
-c=uB;else
+w=[0,g(bV),0],x=[0,k(ve),w],y=[0,g(gp),x],A=[0,k(vf),y],B=[0,g(gq),A],C=[0,k(vg),B],D=[0,g(bl),C],E=[0,k(vh),D],F=kg([0,gr(vi,t),E]),i=d?0:1,o=H(j,k(vj)),s=eX(k(u$),j),K=s||ad(function(b){var
+a=Y(j,0);return eX(Y(b,0),a)},u_);if(K)var
+c=vk;else
+if(G(o))var
+c=vn;else
 switch(h){case
 0:var
-r=y(v,d);if(r)if(a)var
-m=a[1],f=r[1],l=1===m?[0,[0,[9,j,f]],[0,[3,f,e,0],0]]:m?uo:[0,[0,[9,j,f]],[0,[3,f,e,1],0]];else
+r=z(v,d);if(r)if(a)var
+m=a[1],f=r[1],l=1===m?[0,[0,[9,i,f]],[0,[3,f,e,0],0]]:m?va:[0,[0,[9,i,f]],[0,[3,f,e,1],0]];else
 var
-l=up;else
+l=vb;else
 var
-l=a?2===a[1]?[0,[0,[1,j,0]],0]:uq:ur;var
-c=[0,[6,F(n)],l];break;case
+l=a?2===a[1]?[0,[0,[1,i,0]],0]:vc:vd;var
+c=[0,[7,G(n)],l];break;case
 1:if(a)var
-Q=[0,[0,[12,0,d,e,a[1]]],0],c=[0,[6,F(n)],Q];else
+Q=[0,[0,[12,0,d,e,a[1]]],0],c=[0,[7,G(n)],Q];else
 var
-c=uC;break;default:var
-c=u?a?[0,[0,[12,1,d,e,a[1]]],0]:uD:uE}var
-p=F(o),K=[0,[0,d,h,H,c,a]];if(p)var
+c=vo;break;default:var
+c=u?a?[0,[0,[12,1,d,e,a[1]]],0]:vp:vq}var
+p=G(o),L=[0,[0,d,h,F,c,a]];if(p)var
 q=p;else
 var
-N=X(jJ,b),P=N||X(jK,b),q=F(P);var
-L=I(q,uz,K),M=1===h?O(Z,e):1;return I(M,uA,L)}return g(r(function(a){return bw(j2,a)},bR,b),a)}return g(r($,jI,b),a)}var
-c=[0,[0,f5,0],[0,[0,f4,1],[0,[0,k(uF),2],0]]];return g(r(function(a){return bw(c,a)},f8,b),a)}return g(r(aX,f7,b),a)}var
-c=[0,[0,b_,1],[0,[0,bQ,0],0]];return g(r(function(a){return bw(c,a)},bc,b),a)}return g(P([0,bc,[0,f7,[0,f8,[0,jI,[0,bR,0]]]]],[0,jJ,[0,jK,0]],a),b)}function
-ge(c,b){if(b)var
-a=b[1],e=ge([0,a,c],b[2]),f=ae(function(e){var
-d=bL(a[1],e[1]);if(d){var
+O=V(ke,b),P=O||V(kf,b),q=G(P);var
+M=J(q,vl,L),N=1===h?I(T,e):1;return J(N,vm,M)}return i(r(function(a){return ba(kv,a)},bV,b),a)}return i(r(_,kd,b),a)}var
+c=[0,[0,go,0],[0,[0,dD,1],[0,[0,k(vr),2],0]]];return i(r(function(a){return ba(c,a)},gq,b),a)}return i(r(aQ,gp,b),a)}var
+c=[0,[0,bk,1],[0,[0,bc,0],0]];return i(r(function(a){return ba(c,a)},bl,b),a)}return i(S([0,bl,[0,gp,[0,gq,[0,kd,[0,bV,0]]]]],[0,ke,[0,kf,0]],a),b)}function
+gx(c,b){if(b)var
+a=b[1],e=gx([0,a,c],b[2]),f=ad(function(e){var
+d=bx(a[1],e[1]);if(d){var
 b=e[2];switch(a[2]){case
 0:return b?0:1;case
 1:return 1===b?1:0;default:var
-c=2<=b?1:0,f=c?1:c;return f}}return d},c)?uG:a[4],d=[0,[0,a[3],f],e];else
+c=2<=b?1:0,f=c?1:c;return f}}return d},c)?vs:a[4],d=[0,[0,a[3],f],e];else
 var
 d=b;return d}function
-j5(a,b){function
-d(c){if(ae(function(a){var
-b=a[4];return ae(function(b){var
+kx(a,b){function
+d(c){if(ad(function(a){var
+b=a[4];return ad(function(b){var
 a=typeof
 b==="number"?1:0,c=a?1:a;return c},b)},a))var
-d=uH;else{var
-f=0,e=dx(o(function(a){return a[5]},a),f);if(e)if(c)var
-g=_(function(a){return a[4]},a),b=[0,[0,[13,e[1],c[1]]],g];else
+d=vt;else{var
+f=0,e=dF(q(function(a){return a[5]},a),f);if(e)if(c)var
+g=$(function(a){return a[4]},a),b=[0,[0,[13,e[1],c[1]]],g];else
 var
-b=uI;else
+b=vu;else
 var
-b=uJ;var
-d=b}return[0,d]}if(G(b,k(uK)))var
-c=uL;else
+b=vv;var
+d=b}return[0,d]}if(H(b,k(vw)))var
+c=vx;else
 var
-e=function(a){return[0,av(function(a){return[0,a]},a)]},c=g(dk(j2,b),e);return g(c,d)}var
-j6=k(uM),gf=k(uN),j7=k(uO),gg=k(uP),gh=k(uQ),j8=k(uR),gi=k(uS),j9=k(uT),eI=k(uU),uW=k(uV);function
-j_(a){return o(function(a){if(G(a[1],cS)){var
-b=[2,k(uX)];return[0,a[1],b]}return a},a)}function
-gj(g,f){var
+e=function(a){return[0,aA(function(a){return[0,a]},a)]},c=i(ds(kv,b),e);return i(c,d)}function
+ky(a){var
+b=a[2];return N(b,t)?[0,a[1]]:w(bg(b,bf(2))[2],v)?0:0}function
+ci(d,a){if(a){var
+b=z(d,a[1]);if(b)var
+c=ci(d,a[2]),f=c?[0,[0,b[1],c[1]]]:c,e=f;else
+var
+e=b;return e}return vy}function
+gy(d,e,f){var
+b=f;for(;;){if(b){var
+a=b[2],c=b[1];if(w(c[1],e))return[0,[0,d,c],gy(d,e,a)];var
+g=a?w(a[1][1],c[1]):a;if(g)return[0,[0,M(d,t),c],gy(M(d,t),c[1],a)];var
+b=a;continue}return b}}function
+kz(b,a){if(b){if(a){var
+c=kz(b[2],a[2]);return[0,M(b[1],a[1]),c]}return b}return a}function
+kA(a,h){if(a[4])return 0;if(h){var
+c=gy(aS(t),aS(t),a[7]);return ci(function(c){var
+e=a[5],h=c[2];if(e)var
+b=[0,e[1]];else
+var
+g=h[4],b=ci(function(a){return a},g);if(b)var
+d=ci(ky,c[2][3]),i=d?[0,[0,c[1],b[1],d[1]]]:d,f=i;else
+var
+f=b;return f},c)}var
+b=a[5];if(b){var
+d=b[1],e=function(b){var
+c=a[7];return aw(function(a){return w(a[2],b)},c)},f=q(e,du(a[2])),g=aw(function(a){var
+b=a?1:a;return b},f);return ci(function(a){var
+b=ci(function(a){return ci(ky,a[3])},a);return aA(function(a){return[0,v,d,bA(kz,a,0)]},b)},g)}return b}function
+kB(a){return bA(hL,a,v)}function
+kC(a){return w(a[1],v)}function
+vz(a){var
+f=a[2],b=bA(function(b,a){return I(a,b)?b:a},f,O),d=a0(b);if(d)var
+g=a[2],c=E(function(a){var
+c=kC(a);if(c)var
+d=c;else{var
+e=I(a,b);if(e)return I(b,a);var
+d=e}return d},g);else
+var
+c=d;if(c)var
+h=ay(a[2],a[3]),i=kB(q(function(a){return kC(a[1])?v:a[2]},h)),j=kB(a[3]),e=[0,[0,a[1],j,i,b]];else
+var
+e=c;return e}var
+gz=k(vA),kD=k(vB),kE=k(vC),kF=k(vD),kG=k(vE),kH=k(vF),kI=k(vG),eY=k(vH),eZ=k(vI),kJ=k(vJ),kK=k(vK),vM=k(vL),vO=q(function(a){return[0,k(a),0]},vN);function
+dH(h,g,f,e){var
+a=h,b=g,c=e;for(;;){if(a){var
+d=a[2];if(w(a[1][1],f)){if(w(c,v))return[0,b];var
+a=d,b=M(b,t),c=ap(c,t);continue}var
+a=d,b=M(b,t);continue}return a}}var
+dI=aS(t);function
+wd(a){return eS(aQ,a)}function
+kL(a){return ai(wd,a)}var
+kM=k(we),kN=k(wf);function
+kO(n,f,e){var
+o=f?bk:bc,a=af(o,e);if(a){var
+c=kA(n,f);if(c){var
+h=E(function(d){var
+a=d[2];if(typeof
+a!=="number"&&4===a[0]){var
+b=a[1],c=G(V(vM,b));return c?G(V(f3,b)):c}return 0},e);if(h){var
+b=c[1],p=a[1],m=function(a){function
+c(c){function
+d(j){function
+d(e){function
+d(f){function
+d(k){function
+d(f){function
+d(f){function
+d(d){function
+h(l){function
+h(m){function
+d(n){function
+d(o){function
+d(i){var
+p=e?kN:kM,q=x(p,j),r=[0,[0,[0,c,e,k,l,m,n,o,i,f[1],f[2]],q]],d=ah(c),s=d?ah(ak(T,ca(c))):d,t=J(s,wg,r),b=af(kH,a);if(b)var
+g=typeof
+b[1]==="number"?1:0,h=g?1:g;else
+var
+h=b;return J(h,wh,t)}return i(r(function(a){if(typeof
+a==="number")return vP;else
+switch(a[0]){case
+0:var
+c=function(a){if(a){var
+c=a[2],f=a[1];if(c){var
+d=c[2];if(d){if(d[2])return L(vQ);var
+e=function(c){var
+a=dH(b,v,f,c);return a?a[1]:dI},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(E(function(a){return N(v,a)},a),vR,h)}return L(vS)}return L(vT)}return L(vU)};return i(al(F(g(2,t)),aJ,a),c);case
+1:var
+d=function(a){if(a){var
+c=a[2],f=a[1];if(c){var
+d=c[2];if(d){if(d[2])return L(vV);var
+e=function(c){var
+a=dH(b,v,f,c);return a?a[1]:dI},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(E(function(a){return N(v,a)},a),vW,h)}return L(vX)}return L(vY)}return L(vZ)};return i(al(F(g(2,t)),aJ,a),d);case
+2:var
+e=function(a){if(a){var
+c=a[2],f=a[1];if(c){var
+d=c[2];if(d){if(d[2])return L(v0);var
+e=function(c){var
+a=dH(b,v,f,c);return a?a[1]:dI},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(E(function(a){return N(v,a)},a),v1,h)}return L(v2)}return L(v3)}return L(v4)};return i(al(F(g(2,t)),aJ,a),e);case
+3:var
+f=function(a){if(a){var
+c=a[2],f=a[1];if(c){var
+d=c[2];if(d){if(d[2])return L(v5);var
+e=function(c){var
+a=dH(b,v,f,c);return a?a[1]:dI},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(E(function(a){return N(v,a)},a),v6,h)}return L(v7)}return L(v8)}return L(v9)};return i(al(F(g(2,t)),aJ,a),f);default:var
+h=function(a){if(a){var
+c=a[2],f=a[1];if(c){var
+d=c[2];if(d){if(d[2])return L(v_);var
+e=function(c){var
+a=dH(b,v,f,c);return a?a[1]:dI},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(E(function(a){return N(v,a)},a),v$,h)}return L(wa)}return L(wb)}return L(wc)};return i(al(F(g(2,t)),aJ,a),h)}},kJ,a),d)}return i(r(kL,eZ,a),d)}return i(r(kL,eY,a),d)}return i(r(aQ,eZ,d),h)}return i(r(aQ,eY,d),h)}var
+h=0,l=[0,eY,[0,eZ,0]];return i(r(function(a){return S(l,h,a)},kI,a),d)}return i(r(function(a){return eS(bT,a)},dD,a),d)}return i(r(function(a){return ba(vO,a)},kG,a),d)}return i(r(fM,kF,a),d)}var
+f=[0,[0,k(wi),0],0];return i(r(function(a){return ba(f,a)},kE,a),d)}var
+e=[0,[0,k(wj),1],0],f=[0,[0,k(wk),0],e];return i(r(function(a){return ba(f,a)},kD,a),d)}return i(r(_,gz,a),d)}return i(r(am,gz,a),c)},d=i(S([0,gz,[0,kD,[0,kE,[0,kF,[0,kG,[0,kH,[0,dD,[0,kI,[0,eY,[0,eZ,[0,kJ,0]]]]]]]]]]],0,p),m);return 0===d[0]?[0,d[1]]:0}var
+j=h}else
+var
+j=c;var
+l=j}else
+var
+l=a;return l}var
+wm=k(wl),wo=k(wn),wq=k(wp),ws=k(wr),wv=k(wu),wx=k(ww),wz=k(wy),wB=k(wA),kP=k(wG),gA=k(wH),kQ=k(wI),gB=k(wJ),gC=k(wK),kR=k(wL),gD=k(wM),kS=k(wN),e0=k(wO),wQ=k(wP);function
+kT(a){return q(function(a){if(H(a[1],cY)){var
+b=[2,k(wR)];return[0,a[1],b]}return a},a)}function
+gE(g,f){var
 b=g,a=f;for(;;){if(b){if(a){var
 c=a[2],d=b[2];if(b[1]){var
-h=gj(d,c);return[0,a[1],h]}var
+h=gE(d,c);return[0,a[1],h]}var
 b=d,a=c;continue}var
 e=a}else
 var
 e=b;return e}}function
-uY(a){function
+wS(a){function
 b(a){function
 b(c){function
-h(b){function
+g(b){function
 c(d){function
 c(c){var
-e=R(c);function
+e=W(c);function
 f(a){var
-e=o(jn,cu(aq(c),a)),f=o(function(a){return gj(e,a)},a),g=[0,[0,b,d,gj(e,c),f]];return I(M(u,b),u0,I(D(function(a){return cM(ax(a),Z)},a),uZ,g))}function
-h(a){return ay(e,aX,a)}var
-i=R(d);return g(r(function(a){return ay(i,h,a)},a_,a),f)}return g(r(function(a){return d_(b,a)},j7,a),c)}return g(r(function(a){return d_(b,a)},gf,a),c)}if(c){var
+e=q(jH,cz(ar(c),a)),f=q(function(a){return gE(e,a)},a),g=[0,[0,b,d,gE(e,c),f]];return J(Q(v,b),wU,J(E(function(a){return cT(aE(a),T)},a),wT,g))}function
+g(a){return al(e,aQ,a)}var
+h=W(d);return i(r(function(a){return al(h,g,a)},be,a),f)}return i(r(function(a){return eg(b,a)},kQ,a),c)}return i(r(function(a){return eg(b,a)},gA,a),c)}if(c){var
 b=c[1],f=0;if(typeof
 b!=="number"&&3===b[0]){var
-d=[0,R(b[1])];f=1}if(!f)var
-d=U(u1);var
+d=[0,W(b[1])];f=1}if(!f)var
+d=L(wV);var
 e=d}else
 var
-e=U(u2);return g(e,h)}return g(r(bb,gf,a),b)}return g(P([0,gf,[0,j7,[0,a_,0]]],0,a),b)}function
-j$(c,a){function
+e=L(wW);return i(e,g)}return i(r(bi,gA,a),b)}return i(S([0,gA,[0,kQ,[0,be,0]]],0,a),b)}function
+kU(c,a){function
 b(a){var
-d=[0,a],b=a?1:a,e=b?x(al(function(b,a){return L(b[1],a)},u,a),c):b;return I(e,u3,d)}return g(ag(uY,a),b)}function
-cv(a){if(a){var
-b=cv(a[2]),c=a[1];return _(function(a){return o(function(b){return w(a,b)},b)},c)}return u4}function
-aM(a){return al(function(b,a){return B(R(b),a)},v,a)}function
-ce(a){var
-b=a[1];return o(function(a){return a[2]},b)}function
-cf(c,b){var
+d=[0,a],b=a?1:a,e=b?w(as(function(b,a){return M(b[1],a)},v,a),c):b;return J(e,wX,d)}return i(ai(wS,a),b)}function
+cD(a){if(a){var
+b=cD(a[2]),c=a[1];return $(function(a){return q(function(b){return x(a,b)},b)},c)}return wY}function
+aR(a){return as(function(b,a){return B(W(b),a)},t,a)}function
+cj(a){var
+b=a[1];return q(function(a){return a[2]},b)}function
+ck(c,b){var
 a=b[2];if(a){var
-d=a[1];return o(function(a){return a[2]},d)}return[0,c[4],0]}function
-eJ(a){var
-b=a[1];return o(function(a){return a[3]},b)}function
-gk(c,b){var
+d=a[1];return q(function(a){return a[2]},d)}return[0,c[4],0]}function
+e1(a){var
+b=a[1];return q(function(a){return a[3]},b)}function
+gF(c,b){var
 a=b[2];if(a){var
-d=a[1];return o(function(a){return a[3]},d)}return[0,c[4],0]}function
-u7(b,a){var
-i=aM(ce(a)),g=B(aM(cf(b,a)),i),h=M(f(2,f(2,f(2,f(2,f(2,C(f(2,f(2,f(2,f(2,C(f(2,C(f(2,C(f(2,f(2,f(2,v)))))))))))))))))),g);if(h)var
+d=a[1];return q(function(a){return a[3]},d)}return[0,c[4],0]}function
+w1(b,a){var
+i=aR(cj(a)),f=B(aR(ck(b,a)),i),h=Q(g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,g(2,g(2,F(g(2,F(g(2,F(g(2,g(2,g(2,t)))))))))))))))))),f);if(h)var
 c=h;else
 var
-q=B(g,R(b[2])),c=M(f(2,f(2,f(2,f(2,f(2,f(2,C(f(2,f(2,C(f(2,f(2,C(f(2,C(f(2,f(2,f(2,f(2,f(2,C(f(2,v)))))))))))))))))))))),q);if(c)var
+q=B(f,W(b[2])),c=Q(g(2,g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,g(2,g(2,g(2,g(2,F(g(2,t)))))))))))))))))))))),q);if(c)var
 d=c;else
 var
-o=aM(eJ(a)),p=B(aM(ce(a)),o),d=M(f(2,f(2,f(2,f(2,f(2,f(2,C(f(2,f(2,C(f(2,f(2,C(f(2,C(f(2,f(2,f(2,f(2,f(2,C(f(2,v)))))))))))))))))))))),p);if(d)var
+o=aR(e1(a)),p=B(aR(cj(a)),o),d=Q(g(2,g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,g(2,g(2,g(2,g(2,F(g(2,t)))))))))))))))))))))),p);if(d)var
 e=d;else
 var
-m=aM(gk(b,a)),n=B(aM(cf(b,a)),m),e=M(f(2,f(2,f(2,f(2,f(2,f(2,C(f(2,f(2,C(f(2,f(2,C(f(2,C(f(2,f(2,f(2,f(2,f(2,C(f(2,v)))))))))))))))))))))),n);if(e)return e;var
-j=R(b[2]),k=aM(eJ(a)),l=B(B(aM(cf(b,a)),k),j);return M(f(2,f(2,f(2,f(2,f(2,f(2,C(f(2,f(2,C(f(2,f(2,C(f(2,C(f(2,f(2,f(2,f(2,f(2,C(f(2,v)))))))))))))))))))))),l)}function
-ka(a,d,c,b){var
-e=a[3],f=o(function(a){return by(e,a)},b),g=0;return dx(o(function(b){var
-e=by(a[4],b),c=aE(function(a){return x(a[1],e)},d),g=0;return dx(o(function(d){var
+m=aR(gF(b,a)),n=B(aR(ck(b,a)),m),e=Q(g(2,g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,g(2,g(2,g(2,g(2,F(g(2,t)))))))))))))))))))))),n);if(e)return e;var
+j=W(b[2]),k=aR(e1(a)),l=B(B(aR(ck(b,a)),k),j);return Q(g(2,g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,g(2,g(2,g(2,g(2,F(g(2,t)))))))))))))))))))))),l)}function
+kV(a,d,c,b){var
+e=a[3],f=q(function(a){return bE(e,a)},b),g=0;return dF(q(function(b){var
+e=bE(a[4],b),c=aw(function(a){return w(a[1],e)},d),g=0;return dF(q(function(d){var
 a=c;for(;;){if(a){var
-b=a[1];if(x(b[2],d))return[0,b[3]];var
+b=a[1];if(w(b[2],d))return[0,b[3]];var
 a=a[2];continue}return a}},f),g)},c),g)}function
-dz(a){return 1===a[1][2]?1:0}function
-eK(a){return a[5]?0:1}function
-kb(a){return o(function(a){return a[4]},a)}function
-bT(a,c){var
-b=as(a,c);if(b){var
-d=function(a){return[0,[0,a]]};return g(aP(a,aX(b[1])),d)}return vd}function
-gl(b,a){function
+dJ(a){return 1===a[1][2]?1:0}function
+e2(a){return a[5]?0:1}function
+kW(a){return q(function(a){return a[4]},a)}function
+bX(a,c){var
+b=af(a,c);if(b){var
+d=function(a){return[0,[0,a]]};return i(aV(a,aQ(b[1])),d)}return w9}function
+gG(b,a){function
 g(a){if(b){if(a){var
-h=a[1],c=h[2],d=h[1],i=a[2],j=b[1],e=j[2],f=j[1],k=b[2];switch(hq(B(f,c),B(d,e))){case
-0:return[0,[0,L(f,d),L(e,c)],gl(k,i)];case
-1:return[0,[0,f,e],gl(k,a)];default:return[0,[0,d,c],g(i)]}}return b}return a}return g(a)}function
-kc(a){if(a){var
+h=a[1],c=h[2],d=h[1],i=a[2],j=b[1],e=j[2],f=j[1],k=b[2];switch(hM(B(f,c),B(d,e))){case
+0:return[0,[0,M(f,d),M(e,c)],gG(k,i)];case
+1:return[0,[0,f,e],gG(k,a)];default:return[0,[0,d,c],g(i)]}}return b}return a}return g(a)}function
+kX(a){if(a){var
 b=a[2];if(b){var
-c=kc(b[2]);return[0,gl(a[1],b[1]),c]}return a}return a}function
-kd(f){var
-g=aE(function(a){var
-b=x(a[1],u),c=b?x(a[2],u):b;return F(c)},f),b=vj,a=o(function(a){return[0,a,0]},g);for(;;){if(b){if(a){if(a[2]){var
-e=kc(a),b=b[1],a=e;continue}var
+c=kX(b[2]);return[0,gG(a[1],b[1]),c]}return a}return a}function
+kY(f){var
+g=aw(function(a){var
+b=w(a[1],v),c=b?w(a[2],v):b;return G(c)},f),b=xd,a=q(function(a){return[0,a,0]},g);for(;;){if(b){if(a){if(a[2]){var
+e=kX(a),b=b[1],a=e;continue}var
 c=a[1]}else
 var
-c=a;return c}if(a){if(a[2])return a7(a);var
+c=a;return c}if(a){if(a[2])return a$(a);var
 d=a[1]}else
 var
 d=a;return d}}function
-ke(a,b){return kd(_(function(a){return o(function(b){return[0,B(a[1],b[1]),B(a[2],b[2])]},b)},a))}function
-kf(e,d){var
+kZ(a,b){return kY($(function(a){return q(function(b){return[0,B(a[1],b[1]),B(a[2],b[2])]},b)},a))}function
+k0(e,d){var
 a=e,b=d;for(;;){if(b){var
-c=b[1],f=b[2],g=ae(function(i){return function(h){var
+c=b[1],f=b[2],g=ad(function(i){return function(h){var
 b=i,a=h;for(;;){if(b){if(a){var
-c=a[1],d=b[1],e=x(d[1],c[1]),f=e?x(d[2],c[2]):e;if(f){var
+c=a[1],d=b[1],e=w(d[1],c[1]),f=e?w(d[2],c[2]):e;if(f){var
 b=b[2],a=a[2];continue}var
 g=f}else
 var
 g=a;return g}return a?0:1}}}(c),a)?a:[0,c,a],a=g,b=f;continue}return a}}function
-gm(b,a){if(a){var
-c=a[2],d=a[1],e=gm([0,d,b],c),f=w(b,c);return w(o(function(a){return[0,d,a]},f),e)}return a}function
-gn(b,a){return kd(aw(b,a))}function
-go(a){if(a){var
-b=a[2],c=a[1],e=gm(0,eq(c)),f=kf(0,o(function(a){return gn(a[1],a[2])},e)),d=go(b),g=ep(c),h=[0,[0,ep(c),g],0],i=o(function(a){return ke(h,a)},d);return kf(0,w(_(function(a){var
-c=fW(b),e=[0,[0,[0,fW(b),c],0],d];return o(function(b){return ke(a,b)},e)},f),i))}return a}function
-kg(b,a,d){var
-c=aV(b);if(0===c)return N;if(0<c){var
-e=B(b,a[2]);return cK([0,al(function(b,c){return L(dT(u,ba(B(b[1],a[2]),B(b[2],a[1]))),c)},u,d),e])}return N}function
-cg(b,a){return b?a?O(b[1],a[1]):1:a?0:1}function
-eL(b,a){if(b){if(a){var
-c=a[1],d=b[1],e=O(d,c);if(e)return O(c,d);var
+gH(b,a){if(a){var
+c=a[2],d=a[1],e=gH([0,d,b],c),f=x(b,c);return x(q(function(a){return[0,d,a]},f),e)}return a}function
+gI(b,a){return kY(ay(b,a))}function
+gJ(a){if(a){var
+b=a[2],c=a[1],e=gH(0,ex(c)),f=k0(0,q(function(a){return gI(a[1],a[2])},e)),d=gJ(b),g=ew(c),h=[0,[0,ew(c),g],0],i=q(function(a){return kZ(h,a)},d);return k0(0,x($(function(a){var
+c=ge(b),e=[0,[0,[0,ge(b),c],0],d];return q(function(b){return kZ(a,b)},e)},f),i))}return a}function
+k1(b,a,d){var
+c=aT(b);if(0===c)return O;if(0<c){var
+e=B(b,a[2]);return cS([0,as(function(b,c){return M(d2(v,ap(B(b[1],a[2]),B(b[2],a[1]))),c)},v,d),e])}return O}function
+cl(b,a){return b?a?I(b[1],a[1]):1:a?0:1}function
+e3(b,a){if(b){if(a){var
+c=a[1],d=b[1],e=I(d,c);if(e)return I(c,d);var
 f=e}else
 var
 f=a;return f}return a?0:1}function
-gp(b,a){return dr(dq,b,a)}function
-bA(b,a){return aN(b,cL(a))}function
-eM(b){var
-a=b[7];return 0===a[0]?a[1]:a7(a7(a[1]))}function
-kh(a){var
-b=a[7];if(0===b[0])return N;var
-c=b[1];return al(function(d,c){var
-b=cu(a[4],d);return dq(al(function(a,b){var
-c=cW(a);return dq(bA(er(a),c),b)},N,b),c)},N,c)}function
-gq(a,b){return a?a[1]:b}function
-ch(a){var
-b=er(eM(a));return gq(a[8][1],b)}function
-dA(a){var
-b=cW(eM(a));return gq(a[8][2],b)}function
-ci(a){var
-b=kh(a);return gq(a[8][4],b)}function
-ki(a){var
-e=ch(a),b=O(er(eM(a)),e);if(b){var
-f=cW(eM(a)),c=O(dA(a),f);if(c){var
-g=ci(a);return O(kh(a),g)}var
+gK(b,a){return dz(dy,b,a)}function
+bG(b,a){return ak(b,ca(a))}function
+e4(b){var
+a=b[7];return 0===a[0]?a[1]:a$(a$(a[1]))}function
+k2(a){var
+b=a[7];if(0===b[0])return O;var
+c=b[1];return as(function(d,c){var
+b=cz(a[4],d);return dy(as(function(a,b){var
+c=c2(a);return dy(bG(ey(a),c),b)},O,b),c)},O,c)}function
+gL(a,b){return a?a[1]:b}function
+cm(a){var
+b=ey(e4(a));return gL(a[8][1],b)}function
+dK(a){var
+b=c2(e4(a));return gL(a[8][2],b)}function
+cn(a){var
+b=k2(a);return gL(a[8][4],b)}function
+k3(a){var
+e=cm(a),b=I(ey(e4(a)),e);if(b){var
+f=c2(e4(a)),c=I(dK(a),f);if(c){var
+g=cn(a);return I(k2(a),g)}var
 d=c}else
 var
 d=b;return d}function
-dB(a){return x(ci(a)[1],u)}function
-bU(a){return fi(a[3],v)}function
-bB(a){return jx(a[1])}function
-dC(b,a){var
-c=aw(b,a);return ax(o(function(a){return T(a[1],a[2])},c))}function
-gr(a,b){var
+dL(a){return w(cn(a)[1],v)}function
+bY(a){return fA(a[3],t)}function
+bH(a){return jR(a[1])}function
+dM(b,a){var
+c=ay(b,a);return aE(q(function(a){return R(a[1],a[2])},c))}function
+gM(a,b){var
 c=a[5];function
-d(c){return dC(c,ds(a,b,0))}return o(function(a){return o(d,a)},c)}function
-kj(a){var
-b=cb(fU(a));return al(gp,[0,Z],o(es,o(function(b){var
-c=gr(a,b[1]),d=cu(jl(a),c),e=b[2];return o(function(a){return dC(e,a)},d)},b)))}function
-kk(a,b){var
-c=bu(0,ca(a));return o(function(c){return fY(a,c,b)},c)}function
-gs(a){var
-b=bu(0,bx(a));return aE(function(b){return aO(ax(kk(a,b)))},b)}function
-kl(c,b){var
-a=kk(c,b),d=aR(ax(a));return o(function(a){return T(d,a)},a)}function
-km(a){return fg(vk,aq(gs(a)))}function
-kn(a){var
-b=gs(a),c=o(function(b){return kl(a,b)},b),d=fU(a),e=cu(jm(a),d);return al(gp,[0,Z],o(es,o(function(a){return o(function(b){return dC(a,b)},c)},e)))}function
-dD(b,i,h){switch(i){case
+d(c){return dM(c,dA(a,b,0))}return q(function(a){return q(d,a)},c)}function
+k4(a){var
+b=cf(gc(a));return as(gK,[0,T],q(ez,q(function(b){var
+c=gM(a,b[1]),d=cz(jF(a),c),e=b[2];return q(function(a){return dM(e,a)},d)},b)))}function
+k5(a,b){var
+c=bB(0,ce(a));return q(function(c){return gg(a,c,b)},c)}function
+gN(a){var
+b=bB(0,bD(a));return aw(function(b){return ah(aE(k5(a,b)))},b)}function
+k6(c,b){var
+a=k5(c,b),d=aU(aE(a));return q(function(a){return R(d,a)},a)}function
+k7(a){return fy(xe,ar(gN(a)))}function
+k8(a){var
+b=gN(a),c=q(function(b){return k6(a,b)},b),d=gc(a),e=cz(jG(a),d);return as(gK,[0,T],q(ez,q(function(a){return q(function(b){return dM(a,b)},c)},e)))}function
+dN(b,i,h){switch(i){case
 0:var
-f=cb(jt(b)),a=[0,cW(a7(o(function(a){var
-c=cb(a[2]);return o(function(c){var
-d=ds(b,a[1],c[1]);return dC(ju(c[2]),d)},c)},f)))];break;case
+f=cf(jN(b)),a=[0,c2(a$(q(function(a){var
+c=cf(a[2]);return q(function(c){var
+d=dA(b,a[1],c[1]);return dM(jO(c[2]),d)},c)},f)))];break;case
 2:var
 a=b[8][3];break;case
 7:var
-g=cb(fU(b)),a=[0,cW(_(function(a){var
-c=gr(b,a[1]),d=aw(a[2],c);return _(function(a){var
-b=aO(a[1]);return b?a[2]:b},d)},g))];break;default:var
+g=cf(gc(b)),a=[0,c2($(function(a){var
+c=gM(b,a[1]),d=ay(a[2],c);return $(function(a){var
+b=ah(a[1]);return b?a[2]:b},d)},g))];break;default:var
 a=0}if(a){var
-c=a[1],d=aO(c);if(d)return y(h,c);var
+c=a[1],d=ah(c);if(d)return z(h,c);var
 e=d}else
 var
 e=a;return e}function
-eN(b,i,h,g,f,a,e,c){if(b){var
-j=b[1];return D(function(k){return ae(function(a){var
-c=bj(a);if(c){var
-d=T(bA(a,Z),g),b=bA(aN(i,T(h,kg(e,a,k))),d),l=bj(b)?aN(a,T(b,aR(f))):a;return O(l,j)}return c},a)},c)}var
+e5(b,i,h,g,f,a,e,c){if(b){var
+j=b[1];return E(function(k){return ad(function(a){var
+c=a0(a);if(c){var
+d=R(bG(a,T),g),b=bG(ak(i,R(h,k1(e,a,k))),d),l=a0(b)?ak(a,R(b,aU(f))):a;return I(l,j)}return c},a)},c)}var
 d=a?1:a;return d}function
-cj(a){var
-b=go(a[1]);return[0,fW(a[1]),b]}function
-ko(e){var
-c=bB(e);if(c){var
-d=c[1],a=d[1],b=d[2];return[0,L(a,b),[0,[0,[0,a,b],[0,[0,b,a],0]],0]]}return[0,v,[0,[0,[0,v,u],[0,[0,u,v],0]],0]]}function
-eO(b,a){if(!(3<=a))switch(a){case
+co(a){var
+b=gJ(a[1]);return[0,ge(a[1]),b]}function
+k9(e){var
+c=bH(e);if(c){var
+d=c[1],a=d[1],b=d[2];return[0,M(a,b),[0,[0,[0,a,b],[0,[0,b,a],0]],0]]}return[0,t,[0,[0,[0,t,v],[0,[0,v,t],0]],0]]}function
+e6(b,a){if(!(3<=a))switch(a){case
 0:return 1;case
-2:return bU(b)}return 0}function
-vl(a,c,e){var
-d=c[3],b=F(c[1]);if(typeof
+2:return bY(b)}return 0}function
+xf(a,c,e){var
+d=c[3],b=G(c[1]);if(typeof
 e==="number")switch(e){case
 0:if(b){var
-v=eO(a,c[4]);if(v){var
-w=dX(bB(a));if(w){var
-am=function(b){var
-c=aR(b),e=[0,aN(Z,T(ci(a),c))];return cg(dr(T,bB(a),e),d)};return dD(a,c[4],am)}var
+v=e6(a,c[4]);if(v){var
+w=d6(bH(a));if(w){var
+an=function(b){var
+c=aU(b),e=[0,ak(T,R(cn(a),c))];return cl(dz(R,bH(a),e),d)};return dN(a,c[4],an)}var
 l=w}else
 var
 l=v}else
 var
 l=b;return l;case
 1:if(1===c[4]){if(b){var
-x=bU(a);if(x){var
-y=dB(a);if(y){var
-z=dX(bB(a));if(z)return cg(bB(a),d);var
+x=bY(a);if(x){var
+y=dL(a);if(y){var
+z=d6(bH(a));if(z)return cl(bH(a),d);var
 h=z}else
 var
 h=y}else
@@ -4080,26 +4305,26 @@ h=x}else
 var
 h=b;return h}return 0;case
 2:if(1===c[4]){var
-A=F(b);if(A){var
-B=km(a);if(B){var
-C=bU(a);if(C){var
-E=dB(a);if(E){var
-G=dX(bB(a));if(G){var
-ah=gs(a),k=o(function(b){return kl(a,b)},ah);if(k)var
-ai=k[2],aj=k[1],m=D(function(e){var
-b=aj,a=e;for(;;){if(b){if(a){var
-c=cM(b[1],a[1]);if(c){var
+A=G(b);if(A){var
+B=k7(a);if(B){var
+C=bY(a);if(C){var
+D=dL(a);if(D){var
+F=d6(bH(a));if(F){var
+ai=gN(a),k=q(function(b){return k6(a,b)},ai);if(k)var
+aj=k[2],al=k[1],m=E(function(e){var
+b=al,a=e;for(;;){if(b){if(a){var
+c=cT(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
-d=a;return d}return a?0:1}},ai);else
+d=a;return d}return a?0:1}},aj);else
 var
-m=1;if(m)return cg(bB(a),d);var
+m=1;if(m)return cl(bH(a),d);var
 f=m}else
 var
-f=G}else
+f=F}else
 var
-f=E}else
+f=D}else
 var
 f=C}else
 var
@@ -4108,66 +4333,66 @@ var
 f=A;return f}return 0;case
 3:var
 H=8<=c[4]?1:0;if(H)if(b){var
-I=0===a[7][0]?1:0;if(I){var
-J=0===a[2][0]?1:0;if(J){var
-ag=gr(a,0);return cg(al(gp,[0,Z],o(es,o(function(b){var
-c=jq(a);return o(function(a){return dC(a,b)},c)},ag))),d)}var
-i=J}else
+J=0===a[7][0]?1:0;if(J){var
+K=0===a[2][0]?1:0;if(K){var
+ag=gM(a,0);return cl(as(gK,[0,T],q(ez,q(function(b){var
+c=jK(a);return q(function(a){return dM(a,b)},c)},ag))),d)}var
+i=K}else
 var
-i=I}else
+i=J}else
 var
 i=b;else
 var
 i=H;return i;default:if(b){var
-K=eO(a,c[4]);if(K){var
-an=function(b){var
-c=aR(b);return cg([0,T(ch(a),c)],d)};return dD(a,c[4],an)}var
-L=K}else
+L=e6(a,c[4]);if(L){var
+ao=function(b){var
+c=aU(b);return cl([0,R(cm(a),c)],d)};return dN(a,c[4],ao)}var
+M=L}else
 var
-L=b;return L}else
+M=b;return M}else
 switch(e[0]){case
 0:var
-ao=e[1];if(b){var
-M=eO(a,c[4]);if(M){var
-ap=function(b){var
-c=cj(a)[2],e=cj(a)[1],f=ch(a);return eN(d,ci(a),f,N,b,ao,e,c)};return dD(a,c[4],ap)}var
-P=M}else
+ap=e[1];if(b){var
+N=e6(a,c[4]);if(N){var
+aq=function(b){var
+c=co(a)[2],e=co(a)[1],f=cm(a);return e5(d,cn(a),f,O,b,ap,e,c)};return dN(a,c[4],aq)}var
+P=N}else
 var
 P=b;return P;case
 1:var
 Q=e[1],n=c[4];if(7===n){if(b){var
-R=dB(a);if(R)return dD(a,7,function(b){var
-c=O(b,ch(a));if(c){var
-e=ko(a)[2],f=ko(a)[1];return eN(d,N,ch(a),N,b,Q,f,e)}return c});var
-S=R}else
+S=dL(a);if(S)return dN(a,7,function(b){var
+c=I(b,cm(a));if(c){var
+e=k9(a)[2],f=k9(a)[1];return e5(d,O,cm(a),O,b,Q,f,e)}return c});var
+U=S}else
 var
-S=b;return S}if(b){var
-U=eO(a,n);if(U)return dD(a,n,function(b){var
-e=ci(a),c=O(b,bA(ch(a),e));if(c){var
-f=cj(a)[2],g=cj(a)[1],h=ci(a),i=bA(ch(a),h);return eN(d,ci(a),i,N,b,Q,g,f)}return c});var
-V=U}else
+U=b;return U}if(b){var
+V=e6(a,n);if(V)return dN(a,n,function(b){var
+e=cn(a),c=I(b,bG(cm(a),e));if(c){var
+f=co(a)[2],g=co(a)[1],h=cn(a),i=bG(cm(a),h);return e5(d,cn(a),i,O,b,Q,g,f)}return c});var
+W=V}else
 var
-V=b;return V;case
+W=b;return W;case
 2:if(1===c[4]){if(b){var
-W=bU(a);if(W){var
-X=dB(a);if(X){var
-Y=aO(dA(a));if(Y){var
-aq=cj(a)[2],ar=cj(a)[1],as=e[1],at=dA(a),au=dA(a),av=dA(a);return eN(d,N,bA(ch(a),av),au,at,as,ar,aq)}var
+X=bY(a);if(X){var
+Y=dL(a);if(Y){var
+Z=ah(dK(a));if(Z){var
+ar=co(a)[2],at=co(a)[1],au=e[1],av=dK(a),aw=dK(a),ax=dK(a);return e5(d,O,bG(cm(a),ax),aw,av,au,at,ar)}var
+j=Z}else
+var
 j=Y}else
 var
 j=X}else
 var
-j=W}else
-var
 j=b;return j}return 0;case
 3:if(1===c[4]){var
-_=F(b);if(_){var
-$=km(a);if($){var
-aa=bU(a);if(aa){var
+_=G(b);if(_){var
+$=k7(a);if($){var
+aa=bY(a);if(aa){var
 ab=0===a[7][0]?1:0;if(ab){var
-ac=dX(bB(a));if(ac){var
-aw=kn(a),ad=eL(e[1],aw);if(ad){var
-ax=kn(a);return cg(dr(T,bB(a),ax),d)}var
+ac=d6(bH(a));if(ac){var
+ay=k8(a),ad=e3(e[1],ay);if(ad){var
+az=k8(a);return cl(dz(R,bH(a),az),d)}var
 g=ad}else
 var
 g=ac}else
@@ -4180,28 +4405,28 @@ g=$}else
 var
 g=_;return g}return 0;case
 4:if(7===c[4]){if(b){var
-ae=dB(a);if(ae){var
-ay=kj(a),af=eL(e[1],ay);if(af){var
-p=kj(a),q=bB(a);if(q)if(p)var
-t=p[1],u=q[1],ak=aR(aN(t,u)),r=[0,T(aN(Z,T(t,u)),ak)];else
+ae=dL(a);if(ae){var
+aA=k4(a),af=e3(e[1],aA);if(af){var
+o=k4(a),p=bH(a);if(p)if(o)var
+t=o[1],u=p[1],am=aU(ak(t,u)),r=[0,R(ak(T,R(t,u)),am)];else
 var
-r=q;else
+r=p;else
 var
-r=p;return cg(r,d)}var
+r=o;return cl(r,d)}var
 s=af}else
 var
 s=ae}else
 var
 s=b;return s}return 0;default:return 0}}var
-kp=k(vm),kq=k(vn),kr=k(vo),vq=k(vp),vs=k(vr),gt=k(vt),gu=k(vu);function
-ks(a){function
+k_=k(xg),k$=k(xh),la=k(xi),xk=k(xj),xm=k(xl),gO=k(xn),gP=k(xo);function
+lb(a){function
 b(a){function
 b(b){function
-c(a){return[0,[0,b,a]]}return g(r(function(a){return ag(cq,a)},kq,a),c)}return g(r(cq,kp,a),b)}return g(P([0,kp,[0,kq,0]],0,a),b)}function
-kt(l,g,d){var
-b=w(k(vv),l);if(g){if(d){var
-h=d[1],i=g[1],p=o(jw,h),c=i[2],a=p,m=0,n=0;for(;;){if(c){if(a){var
-e=eL(c[1],a[1]);if(e){var
+c(a){return[0,[0,b,a]]}return i(r(function(a){return ai(bT,a)},k$,a),c)}return i(r(bT,k_,a),b)}return i(S([0,k_,[0,k$,0]],0,a),b)}function
+lc(l,g,d){var
+b=x(k(xp),l);if(g){if(d){var
+h=d[1],i=g[1],o=q(jQ,h),c=i[2],a=o,m=0,n=0;for(;;){if(c){if(a){var
+e=e3(c[1],a[1]);if(e){var
 c=c[2],a=a[2];continue}var
 f=e}else
 var
@@ -4209,30 +4434,30 @@ f=a;var
 j=f}else
 var
 j=a?0:1;var
-q=[0,[0,w(b,k(vw)),[0,[6,j],n]],m],r=jx(h),s=[0,[6,eL(i[1],r)],0];return[0,[0,w(b,k(vx)),s],q]}}return[0,[0,b,vy],0]}return d?[0,[0,b,vz],0]:[0,[0,b,vA],0]}function
-eP(e,a,d,c){if(a)var
-f=[0,[0,d],[0,[6,y(c,a[1])],0]],b=[0,[0,w(k(vB),e),f],0];else
+p=[0,[0,x(b,k(xq)),[0,[7,j],n]],m],r=jR(h),s=[0,[7,e3(i[1],r)],0];return[0,[0,x(b,k(xr)),s],p]}}return[0,[0,b,xs],0]}return d?[0,[0,b,xt],0]:[0,[0,b,xu],0]}function
+e7(e,a,d,c){if(a)var
+f=[0,[0,d],[0,[7,z(c,a[1])],0]],b=[0,[0,x(k(xv),e),f],0];else
 var
 b=a;return b}function
-ku(c,b,a){if(a)var
-d=a[1][1],f=a[2],g=ku(L(c,v),dT(b,d),f),h=M(b,d)?vC:vE,e=[0,[0,f9(vD,c),h],g];else
+ld(c,b,a){if(a)var
+d=a[1][1],f=a[2],g=ld(M(c,t),d2(b,d),f),h=Q(b,d)?xw:xy,e=[0,[0,gr(xx,c),h],g];else
 var
 e=a;return e}var
-eQ=k(vH),kv=w(eQ,k(vI)),kw=w(eQ,k(vJ)),vL=k(vK),kx=[0,[0,ga,0],[0,[0,eQ,1],[0,[0,kv,2],[0,[0,kw,5],[0,[0,vL,7],[0,[0,k(vM),8],0]]]]]];function
-c1(b,a){function
-c(a){return[0,b]}return g(P(0,0,a),c)}function
-ky(a,c,b){function
+e8=k(xB),le=x(e8,k(xC)),lf=x(e8,k(xD)),xF=k(xE),lg=[0,[0,gu,0],[0,[0,e8,1],[0,[0,le,2],[0,[0,lf,5],[0,[0,xF,7],[0,[0,k(xG),8],0]]]]]];function
+c7(b,a){function
+c(a){return[0,b]}return i(S(0,0,a),c)}function
+lh(a,c,b){function
 d(b){function
-d(a){return[0,y(c,a)]}return g(r(cq,a,b),d)}return g(P([0,a,0],0,b),d)}function
-eR(b,a){function
+d(a){return[0,z(c,a)]}return i(r(bT,a,b),d)}return i(S([0,a,0],0,b),d)}function
+e9(b,a){function
 c(a){function
 c(a){var
-c=[0,y(b,a)],d=a?1:a;return I(d,vN,c)}return g(r(function(a){return ag(aX,a)},kr,a),c)}return g(P([0,kr,0],0,a),c)}var
-kz=k(vO),kA=k(vP);function
-kB(f,a,e,d){var
-b=y(f,a);if(b){var
-c=b[1],g=[0,[6,cg(c,e)],0],h=a?0:1;return[0,d,[0,[0,[9,h,c]],g]]}return v0}function
-kC(a){if(a){var
+c=[0,z(b,a)],d=a?1:a;return J(d,xH,c)}return i(r(function(a){return ai(aQ,a)},la,a),c)}return i(S([0,la,0],0,a),c)}var
+li=k(xI),lj=k(xJ);function
+lk(f,a,e,d){var
+b=z(f,a);if(b){var
+c=b[1],g=[0,[7,cl(c,e)],0],h=a?0:1;return[0,d,[0,[0,[9,h,c]],g]]}return xU}function
+ll(a){if(a){var
 c=typeof
 a[1]==="number"?1:0;if(c){if(a[2])return 0;var
 b=1}else
@@ -4240,143 +4465,264 @@ var
 b=c}else
 var
 b=a;return b}var
-kD=k(wd),wf=k(we);function
-kE(a){return a?al(dT,a[1],a[2]):u}function
-eS(a){return kE(o(bK,a))}function
-wm(a){return kE(o(function(b){var
-c=eS(a);return x(b[1],c)?b[2]:u},a))}function
-eT(g,f,e,d,c,a){return al(function(b,h){var
-a=aw(d,c);return L(y(g,o(function(a){return[0,ba(B(B(b[1],a[1]),e),B(B(b[2],a[2]),f)),B(b[2],a[2])]},a)),h)},u,a)}function
-gv(a,c){var
-b=bu(0,bx(a));return eq(o(function(b){return ds(a,c,b)},b))}function
-gw(a){return eq(jq(a))}function
-kF(f,e,d,a){var
-g=f[8][7],b=cJ(function(a){var
-b=aD(d);return x(a[1],b)},g);if(b){var
-c=y(e,b[1]);return c?c[1]:a}return a}function
-kG(b){var
-a=oJ(oK,0,b);return a?[0,a[1]]:U(wo)}function
-kH(j,c,i){if(!X(cZ,c)&&!X(a_,c)){if(i){var
-e=i[1],n=function(a){return[0,[0,[0,[0,a,0],y(j,e)]]]},d=0,b=0,a=e,k=function(a){function
-b(a){return I(G(d6(a),e),wp,[0,a])}return g(aW(kG,a),b)};for(;;){if(a){var
-f=a[2],h=a[1];if(10===h){var
-d=[0,W(b,0),d],b=0,a=f;continue}var
-b=[0,h,b],a=f;continue}var
-l=b?U(wn):[0,W(d,0)];return g(g(l,k),n)}}return wq}function
+lm=k(x9),x$=k(x_);function
+ln(a){return a?as(d2,a[1],a[2]):v}function
+e_(a){return ln(q(bQ,a))}function
+yg(a){return ln(q(function(b){var
+c=e_(a);return w(b[1],c)?b[2]:v},a))}function
+e$(g,f,e,d,c,a){return as(function(b,h){var
+a=ay(d,c);return M(z(g,q(function(a){return[0,ap(B(B(b[1],a[1]),e),B(B(b[2],a[2]),f)),B(b[2],a[2])]},a)),h)},v,a)}function
+gQ(a,c){var
+b=bB(0,bD(a));return ex(q(function(b){return dA(a,c,b)},b))}function
+gR(a){return ex(jK(a))}function
+lo(f,e,d,a){var
+g=f[8][7],b=cR(function(a){var
+b=aD(d);return w(a[1],b)},g);if(b){var
+c=z(e,b[1]);return c?c[1]:a}return a}function
+lp(b){var
+a=ps(pt,0,b);return a?[0,a[1]]:L(yi)}function
+lq(j,c,h){if(!V(c5,c)&&!V(be,c)){if(h){var
+e=h[1],n=function(a){return[0,[0,[0,[0,a,0],z(j,e)]]]},d=0,b=0,a=e,k=function(a){function
+b(a){return J(H(ed(a),e),yj,[0,a])}return i(a1(lp,a),b)};for(;;){if(a){var
+f=a[2],g=a[1];if(10===g){var
+d=[0,Y(b,0),d],b=0,a=f;continue}var
+b=[0,g,b],a=f;continue}var
+l=b?L(yh):[0,Y(d,0)];return i(i(l,k),n)}}return yk}function
 m(a){function
-b(b){return[0,[0,[0,[0,[0,a,b],1],y(j,d6([0,a,b]))]]]}return g(r(bb,a_,c),b)}return g(r(function(a){return[0,a]},cZ,c),m)}function
-kI(a){function
+b(b){return[0,[0,[0,[0,[0,a,b],1],z(j,ed([0,a,b]))]]]}return i(r(bi,be,c),b)}return i(r(function(a){return[0,a]},c5,c),m)}function
+lr(a){function
 b(a){function
 b(h){function
-b(i){function
 b(j){function
 b(l){function
 b(m){function
-b(b,a){return[0,w(k(wr),b),[0,[0,a],0]]}var
-n=[0,b(f3,[7,m]),0],o=[0,b(bg,[6,l]),n],p=[0,b(bf,[5,j]),o],q=[0,b(be,[4,i]),p],r=[0,[0,b(bd,[3,h]),q]],d=as(jB,a);if(d){var
+b(i){function
+b(b,a){return[0,x(k(yl),b),[0,[0,a],0]]}var
+n=[0,b(gn,[7,i]),0],o=[0,b(bo,[6,m]),n],p=[0,b(bn,[5,l]),o],q=[0,b(bm,[4,j]),p],r=[0,[0,b(bd,[3,h]),q]],d=af(j8,a);if(d){var
 c=d[1],g=0;if(typeof
 c!=="number"&&0===c[0]){var
 e=c[1];g=1}if(!g)var
 e=0;var
 f=e}else
 var
-f=1;return I(f,ws,r)}return g(r(ib,f3,a),b)}return g(r(am,bg,a),b)}return g(r(function(a){return bk(am,a)},bf,a),b)}return g(r(am,be,a),b)}return g(r(am,bd,a),b)}return g(P([0,bd,[0,be,[0,bf,[0,bg,[0,f3,0]]]]],[0,jB,0],a),b)}function
-eU(a){return w(k(wt),a)}function
-eV(c,b,a){var
-d=aE(function(a){return X(a,b)},c);return o(function(b){return[0,w(k(a),b),wu]},d)}function
-wv(a){function
+f=1;return J(f,ym,r)}return i(r(fM,gn,a),b)}return i(r(am,bo,a),b)}return i(r(function(a){return br(am,a)},bn,a),b)}return i(r(am,bm,a),b)}return i(r(am,bd,a),b)}return i(S([0,bd,[0,bm,[0,bn,[0,bo,[0,gn,0]]]]],[0,j8,0],a),b)}function
+fa(a){return x(k(yn),a)}function
+fb(c,b,a){var
+d=aw(function(a){return V(a,b)},c);return q(function(b){return[0,x(k(a),b),yo]},d)}function
+yp(a){function
 b(a){function
 b(c){function
-b(a){return ww}return g(aW(function(a){return $(a[2])},a),b)}return g(aW(function(a){return $([2,a[1]])},a),b)}return g(a8(a),b)}var
-wx=[0,ej,[0,et,[0,cX,[0,cY,[0,eu,[0,ev,[0,bR,[0,jy,0]]]]]]]];function
-dE(b,a){var
-c=cN(u,a);return aW(function(a){return ar(b,a[1],a[2])},c)}var
-kJ=[0,f1,[0,ez,[0,eA,[0,jA,[0,eB,[0,f2,0]]]]]];function
-dF(a){return a?a[1]?0:1:2}function
-xo(ar,a0,h){function
-a1(b){function
+b(a){return yq}return i(a1(function(a){return _(a[2])},a),b)}return i(a1(function(a){return _([2,a[1]])},a),b)}return i(a7(a),b)}var
+yr=[0,eq,[0,eD,[0,c3,[0,c4,[0,eE,[0,eF,[0,bV,[0,j5,0]]]]]]]];function
+dO(b,a){var
+c=cU(v,a);return a1(function(a){return ax(b,a[1],a[2])},c)}var
+ls=[0,eJ,[0,eK,[0,eL,[0,j7,[0,eM,[0,eN,0]]]]]];function
+c8(a){return a?a[1]?0:1:2}function
+lt(aO,aN){var
+P=j4(aO,aN);if(P){var
+a=P[1][1],N=kA(gk(aO),aN);if(N){var
+J=ci(vz,N[1]);if(J){var
+b=J[1];if(b){var
+aK=E(sB,b);if(aK){var
+aL=I(a[1],T);if(aL){var
+ac=eC(b),ad=j0(b),ae=a[2],aP=0;if(ae)var
+x=ae;else{var
+af=w(ac,v);if(af)var
+x=af;else{var
+aS=a[4],ag=R(eB(ad),aS),aT=a[5],ai=R(eB(ap(B(g(2,t),ac),ad)),aT),aj=I(ag,ai);if(aj){var
+K=I(ai,ag);aP=1}else
+var
+x=aj}}if(!aP)var
+K=x;if(K){var
+j=eC(b),u=j0(b),e=a[4],c=a[5];if(w(j,v)){var
+V=I(e,O);if(V){var
+W=I(c,O);if(W)var
+X=a0(e),f=X?a0(c):X;else
+var
+f=W}else
+var
+f=V}else{var
+$=ah(e);if($){var
+aa=ah(c);if(aa)var
+ab=ah(cB(e)),f=ab?ah(cB(c)):ab;else
+var
+f=aa}else
+var
+f=$}var
+S=0;if(f)if(a[2])var
+Y=gj(a[1],a[3],j,u,e,O),p=Y?gj(a[1],a[3],j,u,c,c):Y;else{var
+Z=I(c,e);if(Z)var
+p=gj(a[1],a[3],j,u,e,c);else{var
+_=Z;S=1}}else{var
+_=f;S=1}if(S)var
+p=_;var
+U=0;if(p){var
+aE=jX(a[4],b,a[6]);if(aE){var
+aV=j3(b,a[6]),aF=a[10];if(aF){var
+y=aF[1],ao=I(T,y);if(ao){var
+m=aV;b:for(;;){if(m){var
+an=m[2],n=m[1],k=an;for(;;){if(k){var
+l=k[1];if(w(n[1],l[1])){var
+ak=j1(y,n[2],l[2]);if(ak){var
+al=j1(y,l[2],n[2]);if(al){var
+k=k[2];continue}var
+am=al}else
+var
+am=ak;var
+o=am}else
+var
+o=Q(n[1],l[1])}else
+var
+o=1;if(o){var
+m=an;continue b}var
+h=o;break}}else
+var
+h=1;break}}else
+var
+h=ao}else
+var
+h=1}else
+var
+h=aE;if(h){var
+aG=jX(a[5],b,a[7]);if(aG){var
+aH=j3(b,a[7]),aI=a[8],i=a[9];if(aI){var
+aq=aI[1],ar=aq[2],as=aq[1],z=j2(aH,as),q=0;if(z){var
+A=z[1],C=j2(aH,ar),r=0;if(C){var
+D=C[1],at=w(A[1],D[1]),s=0;if(at){var
+au=G(w(as,ar));if(au){var
+av=ah(A[2][1]);if(av)if(i){var
+F=i[1],aw=I(T,F),aQ=0;if(aw){var
+ax=G(I(F,T));if(ax){var
+aU=A[2][1],d=I(R(F,D[2][2]),aU);q=1;r=1;s=1;aQ=1}else
+var
+ay=ax}else
+var
+ay=aw;if(!aQ){var
+d=ay;q=1;r=1;s=1}}else{var
+d=I(D[2][2],O);q=1;r=1;s=1}else
+var
+H=av}else
+var
+H=au}else
+var
+H=at;if(!s)var
+az=H}else
+var
+az=C;if(!r)var
+aA=az}else
+var
+aA=z;if(!q)var
+d=aA}else{var
+aR=0;if(i){var
+aB=i[1],aC=I(aB,T);if(aC){var
+d=I(T,aB);aR=1}else
+var
+aD=aC}else
+var
+aD=i;if(!aR)var
+d=aD}}else
+var
+d=aG}else{var
+aJ=h;U=1}}else{var
+aJ=p;U=1}if(U)var
+d=aJ;var
+L=d}else
+var
+L=K}else
+var
+L=aL;var
+M=[0,L]}else
+var
+M=aK}else
+var
+M=b;var
+aM=M}else
+var
+aM=J;return aM}return N}return P}function
+zi(ap,aK,h){function
+aL(b){function
 a(b){function
 a(c){function
 a(c){function
 a(e){var
-c=as(cS,e);if(c){var
+c=af(cY,e);if(c){var
 d=c[1],l=0;if(typeof
 d!=="number"&&2===d[0]){var
-z=k(xk),i=G(d[1],z);l=1}if(!l)var
-i=0;var
-a=i}else
+y=k(ze),f=H(d[1],y);l=1}if(!l)var
+f=0;var
+a=f}else
 var
 a=c;var
-j=iY(e),m=j?[0,fZ,0]:j,n=a?[0,jz,[0,f0,0]]:a,p=w([0,cS,[0,ei,[0,fI,[0,dv,[0,bo,0]]]]],w(n,m)),q=a?0:[0,ey,[0,jA,[0,eB,[0,f2,0]]]],s=w([0,f1,[0,ez,[0,eA,0]]],q);function
-t(c){if(a){var
-i=function(a){return[0,[1,a]]},d=function(a){function
+j=jg(e),m=j?[0,gl,0]:j,n=a?[0,j6,[0,gm,0]]:a,o=x([0,cY,[0,ep,[0,f1,[0,dC,[0,bj,0]]]]],x(n,m)),p=a?0:[0,eI,[0,j7,[0,eM,[0,eN,0]]]],s=x([0,eJ,[0,eK,[0,eL,0]]],p);function
+u(c){if(a){var
+f=function(a){return[0,[1,a]]},d=function(a){function
 b(a){var
-b=[0,[0,ev,wz],[0,[0,bR,wy],0]];return[0,w([0,[0,et,wD],[0,[0,cX,wC],[0,[0,cY,wB],0]]],w(o(function(a){return[0,a[2],wA]},a),b))]}var
-c=0,d=0;return g(dE(function(a,b){return gc(d,c,a,b)},a),b)},p=g(g(r(bb,eu,b),d),i),j=function(l){function
+b=[0,[0,eF,yt],[0,[0,bV,ys],0]];return[0,x([0,[0,eD,yx],[0,[0,c3,yw],[0,[0,c4,yv],0]]],x(q(function(a){return[0,a[2],yu]},a),b))]}var
+c=0,d=0;return i(dO(function(a,b){return gv(d,c,a,b)},a),b)},o=i(i(r(bi,eE,b),d),f),j=function(l){function
 a(a){function
-d(Y){function
+d(Z){function
 d(ab){function
 d(d){if(d){var
-e=d[1],i=e[1],z=i[2],a=i[1],A=e[2];if(a){var
-E=a[2],H=a[1],j=function(e){var
-a=as(cS,e),m=0;if(a){var
+e=d[1],f=e[1],y=f[2],a=f[1],A=e[2];if(a){var
+C=a[2],D=a[1],j=function(e){var
+a=af(cY,e),m=0;if(a){var
 d=a[1],n=0;if(typeof
 d!=="number"&&2===d[0]){var
-j=G(d[1],uW);m=1;n=1}if(!n)var
-i=0}else
+j=H(d[1],wQ);m=1;n=1}if(!n)var
+f=0}else
 var
-i=a;if(!m)var
-j=i;if(F(j))return p;function
-q(a){function
-i(d){if(u7(a,d))return p;var
-t=a[5],C=cv(cf(a,d)),J=cv(ce(d)),e=[0,a[1],a[2],J,C,t,0,0],f=E,i=0;for(;;){if(f){var
+f=a;if(!m)var
+j=f;if(G(j))return o;function
+p(a){function
+f(d){if(w1(a,d))return o;var
+u=a[5],F=cD(ck(a,d)),K=cD(cj(d)),e=[0,a[1],a[2],K,F,u,0,0],f=C,g=0;for(;;){if(f){var
 j=f[1],s=0;if(typeof
 j!=="number"&&4===j[0]){var
-n=X(gi,j[1]);s=1}if(!s)var
+n=V(gD,j[1]);s=1}if(!s)var
 n=0;if(!n){var
-f=f[2],i=[0,j,i];continue}var
-m=[0,W(i,0),f]}else
+f=f[2],g=[0,j,g];continue}var
+m=[0,Y(g,0),f]}else
 var
-m=[0,W(i,0),0];var
-q=m[2],K=function(f){function
-s(C){var
-i=U(w3);function
-n(W){function
-i(i){var
-m=bi(aM(cf(a,d))),n=bi(aM(ce(d))),p=a[5],J=p?[0,p[1]]:[1,cV(m,n,o(b6,C))],s=dz(a),K=s?[0,cV(m,n,o(bK,C))]:s,L=aq(a[2]),t=d[2],N=d[3],Q=t?[0,kb(t[1])]:[1,aq(a[4])],j=[0,kb(d[1]),Q,N,L,W,K,J,i],S=cv(ce(d)),T=ka(a,f,cv(cf(a,d)),S),q=av(function(b){var
-c=cb(b),e=_(function(b){var
-d=cb(b[2]),c=b[1];return o(function(b){var
-g=fY(j,c,b[1]),d=eK(a),f=0;if(d)var
-h=ds(j,c,b[1]),e=o(function(a){return[0,a]},h);else
+m=[0,Y(g,0),0];var
+p=m[2],O=function(f){function
+s(F){var
+g=L(yX);function
+n(X){function
+g(g){var
+m=bh(aR(ck(a,d))),n=bh(aR(cj(d))),o=a[5],K=o?[0,o[1]]:[1,c1(m,n,q(b_,F))],s=dJ(a),M=s?[0,c1(m,n,q(bQ,F))]:s,O=ar(a[2]),u=d[2],P=d[3],R=u?[0,kW(u[1])]:[1,ar(a[4])],j=[0,kW(d[1]),R,P,O,X,M,K,g],T=cD(cj(d)),U=kV(a,f,cD(ck(a,d)),T),p=aA(function(b){var
+c=cf(b),e=$(function(b){var
+d=cf(b[2]),c=b[1];return q(function(b){var
+g=gg(j,c,b[1]),d=e2(a),f=0;if(d)var
+h=dA(j,c,b[1]),e=q(function(a){return[0,a]},h);else
 var
 e=d;var
-i=b[2],k=aD(b[1]);return[0,aD(c),k,i,e,g,f]},d)},c),g=a[5],f=0,h=dz(a)?1:2,i=R(a[2]),k=aM(ce(d));return[0,aM(cf(a,d)),k,i,h,g,f,e]},T);function
-Z(Z){function
-m(p){var
-n=ae(function(a){return X(a[1],p)},dy),s=n?dy:n,m=w(jT,s);function
-t(p){function
-s(C){function
-s(J){function
-p(b){var
-c=b?b_:bQ,a=cd(C,c),d=a?a[1][2]:a;return d}function
-m(_){var
-al=fi(d[3],v);function
+i=b[2],k=aD(b[1]);return[0,aD(c),k,i,e,g,f]},d)},c),g=a[5],f=0,h=dJ(a)?1:2,i=W(a[2]),k=aR(cj(d));return[0,aR(ck(a,d)),k,i,h,g,f,e]},U);function
+Y(Y){function
+m(o){var
+n=ad(function(a){return V(a[1],o)},dG),s=n?dG:n,m=x(kn,s);function
+u(o){function
+s(F){function
+s(K){function
+o(b){var
+c=b?bk:bc,a=ch(F,c),d=a?a[1][2]:a;return d}function
+m($){var
+an=fA(d[3],t);function
 m(m){function
-d(y){function
+d(z){function
 d(d){var
-n=X(eA,c),$=n||X(du,b);function
-p(aa){function
+n=V(eL,c),_=n||V(dB,b);function
+o(aa){function
 d(ac){function
 d(ad){function
 d(s){function
 d(ae){var
-K=iZ(l,a[1]),L=K[1],N=K[2];function
-O(a){return $?w4:a}function
-P(a){return N?a:[0,w5,a]}var
-af=[0,[0,bR,O(aa)],0],ag=ge(0,y),ah=w(o(function(a){var
-b=O(a[2]);return[0,a[1],b]},ag),af),ai=m?1:m,U=0;if(ai&&D(function(l){function
+I=jh(l,a[1]),L=I[1],M=I[2];function
+N(a){return _?yY:a}function
+O(a){return M?a:[0,yZ,a]}var
+ag=[0,[0,bV,N(aa)],0],ah=gx(0,z),ai=x(q(function(a){var
+b=N(a[2]);return[0,a[1],b]},ah),ag),aj=m?1:m,T=0;if(aj&&E(function(l){function
 n(f,e){var
-a=as(e,f);if(a){var
+a=af(e,f);if(a){var
 b=a[1],d=0;if(typeof
 b!=="number")switch(b[0]){case
 2:return b[1];case
@@ -4391,14 +4737,14 @@ i=h[2],e=0;if(i){var
 c=i[2],f=0;if(c){var
 d=c[2],g=0;if(d)if(d[2]){var
 a=0;e=1;f=1;g=1}else{var
-j=d[1],o=c[1];if(G(j,kw))if(X(eI,s)){var
+j=d[1],o=c[1];if(H(j,lf))if(V(e0,s)){var
 a=0;e=1;f=1;g=1}else{var
-H=0,I=X(bg,s)?b(bg):n(ae,bg),J=b(bd),K=b(be),C=w(I,k(wi)),E=w(J,w(k(wj),C)),F=w(K,w(k(wk),E)),a=[0,[0,kD,[0,w(k(wl),F),H]]];e=1;f=1;g=1}else{var
-L=b(bf),A=w(L,k(wg)),B=w(k(wh),A),M=bS(G(j,kv),B),p=G(j,eQ);if(p)var
-N=G(o,eH),q=N||G(o,kA);else
+G=0,I=V(bo,s)?b(bo):n(ae,bo),J=b(bd),K=b(bm),C=x(I,k(yc)),D=x(J,x(k(yd),C)),F=x(K,x(k(ye),D)),a=[0,[0,lm,[0,x(k(yf),F),G]]];e=1;f=1;g=1}else{var
+L=b(bn),A=x(L,k(ya)),B=x(k(yb),A),M=bp(H(j,le),B),p=H(j,e8);if(p)var
+N=H(o,eU),q=N||H(o,lj);else
 var
 q=p;var
-r=[0,[0,kD,w(bS(q,wf),M)]]}}else
+r=[0,[0,lm,x(bp(q,x$),M)]]}}else
 var
 r=d;if(!g)var
 t=r}else
@@ -4410,738 +4756,837 @@ u=i;if(!e){var
 v=u;m=1}}else{var
 v=h;m=1}if(m)var
 a=v;if(a){var
-x=a[1],O=l[5],y=bl(R(x),O);if(y){var
-P=l[5];return D(function(a){return d7(P,a)},x)}var
+w=a[1],O=l[5],y=bs(W(w),O);if(y){var
+P=l[5];return E(function(a){return cv(P,a)},w)}var
 z=y}else
 var
 z=a;return z},m)){var
-Q=0;U=1}if(!U)var
-Q=[0,[0,k(xh),xg],0];var
-aj=w(Q,ah),ak=w(gd(0,m),aj),S=dx(_,0),al=0,am=0,an=S?[0,[8,S[1]]]:xf,ao=w([0,[0,cY,[0,an,am]],al],ak),ap=P(J[2]),aq=w([0,[0,J[1],ap],0],ao),ar=w(o(function(a){var
-b=P(a[2][1]);return[0,eU(a[1]),b]},C),aq),at=w(eV([0,dt,[0,du,0]],b,0),ar),V=0;if(!X(ez,c)){var
-W=0;if(fO(a)&&fO(e))W=1;if(!W){var
-T=[0,[0,k(xe),xd],0];V=1}}if(!V)var
-T=0;var
-au=w(T,at),av=w(ac,w(Z,w(ad,w(eV(kJ,c,w6),au))));if(h)if(z)var
-aw=d6([0,H,E]),ax=[0,[6,G(h[1],aw)],0],r=[0,[0,k(w7),ax],0];else
+P=0;T=1}if(!T)var
+P=[0,[0,k(zb),za],0];var
+ak=x(P,ai),al=x(gw(0,m),ak),R=dF($,0),am=0,an=0,ao=R?[0,[8,R[1]]]:y$,ap=x([0,[0,c4,[0,ao,an]],am],al),aq=O(K[2]),ar=x([0,[0,K[1],aq],0],ap),as=x(q(function(a){var
+b=O(a[2][1]);return[0,fa(a[1]),b]},F),ar),at=x(fb([0,bW,[0,dB,0]],b,0),as),U=0;if(!V(eK,c)){var
+X=0;if(f8(a)&&f8(e))X=1;if(!X){var
+S=[0,[0,k(y_),y9],0];U=1}}if(!U)var
+S=0;var
+au=x(S,at),av=x(ac,x(Y,x(ad,x(fb(ls,c,y0),au))));if(h)if(y)var
+aw=ed([0,D,C]),ax=[0,[7,H(h[1],aw)],0],r=[0,[0,k(y1),ax],0];else
 var
-r=z;else
+r=y;else
 var
 r=h;var
-ay=w(r,av),az=[0,[0,k(w8),[0,[6,N],0]],0],aA=[0,[6,L[2]],0],aB=[0,[0,k(w9),aA],az],aC=[0,[6,L[1]],0],aD=[0,[0,k(w_),aC],aB],aE=R(a[2]),aF=[0,[6,x(ab,B(R(f),aE))],0],aG=[0,[0,k(w$),aF],aD],aH=[0,[6,G(Y,A)],0],aI=[0,[0,[0,[1,j,q],w([0,[0,k(xa),aH],aG],ay),0]]],aJ=D(function(a){return a[4]},f),aK=aJ||D(function(a){return F(a[4])},f),d=f,aL=I(aK,xb,aI);for(;;){if(d){var
+ay=x(r,av),az=[0,[0,k(y2),[0,[7,M],0]],0],aA=[0,[7,L[2]],0],aB=[0,[0,k(y3),aA],az],aC=[0,[7,L[1]],0],aD=[0,[0,k(y4),aC],aB],aE=W(a[2]),aF=[0,[7,w(ab,B(W(f),aE))],0],aG=[0,[0,k(y5),aF],aD],aH=[0,[7,H(Z,A)],0],aI=[0,[0,[0,[1,j,p],0,0,x([0,[0,k(y6),aH],aG],ay),0]]],aJ=E(function(a){return a[4]},f),aK=aJ||E(function(a){return G(a[4])},f),d=f,aL=J(aK,y7,aI);for(;;){if(d){var
 g=d[2];if(g){var
-i=g[1],n=d[1],u=M(n[1],i[1]);if(u)var
-p=u;else
+i=g[1],n=d[1],u=Q(n[1],i[1]);if(u)var
+o=u;else
 var
-v=x(n[1],i[1]),p=v?M(n[2],i[2]):v;if(p){var
+v=w(n[1],i[1]),o=v?Q(n[2],i[2]):v;if(o){var
 d=g;continue}var
-t=p}else
+t=o}else
 var
 t=1}else
 var
-t=1;return I(t,xc,aL)}}return g(r(a8,bo,c),d)}return g(r(a8,f0,c),d)}return g(r(function(b){function
+t=1;return J(t,y8,aL)}}return i(r(a7,bj,c),d)}return i(r(a7,gm,c),d)}return i(r(function(b){function
 a(a){function
 b(c){function
 b(d){function
 b(b){function
 e(a){var
-f=ku(u,a$(v),i[7]),e=i[5],g=e?[0,[0,k(vG),vF],0]:e,h=w(g,f);function
-j(b){return O(a,b)}var
-l=w(eP(bg,i[4],[6,a],j),h);function
-m(a){return b?O(a,b[1]):b}var
-n=w(eP(bf,i[3],[5,b],m),l);function
-o(a){return O(a,d)}var
-p=w(eP(be,i[2],[4,d],o),n);function
-q(a){return O(c,a)}return[0,w(eP(bd,i[1],[3,c],q),p)]}return g(r(am,bg,a),e)}return g(r(function(a){return bk(am,a)},bf,a),b)}return g(r(am,be,a),b)}return g(r(am,bd,a),b)}return g(a8(b),a)},bo,c),d)}return g(r(kI,bo,c),d)}return g(j5(y,d),p)}return g(r($,bR,b),d)}return g(r(function(a){function
+f=ld(v,aS(t),g[7]),e=g[5],h=e?[0,[0,k(xA),xz],0]:e,i=x(h,f);function
+j(b){return I(a,b)}var
+l=x(e7(bo,g[4],[6,a],j),i);function
+m(a){return b?I(a,b[1]):b}var
+n=x(e7(bn,g[3],[5,b],m),l);function
+o(a){return I(a,d)}var
+p=x(e7(bm,g[2],[4,d],o),n);function
+q(a){return I(c,a)}return[0,x(e7(bd,g[1],[3,c],q),p)]}return i(r(am,bo,a),e)}return i(r(function(a){return br(am,a)},bn,a),b)}return i(r(am,bm,a),b)}return i(r(am,bd,a),b)}return i(a7(b),a)},bj,c),d)}return i(r(lr,bj,c),d)}return i(kx(z,d),o)}return i(r(_,bV,b),d)}return i(r(function(a){function
 b(a){var
-b=0;return dE(function(a,c){return j4(p,b,n,a,c)},a)}return g(bb(a),b)},ev,b),d)}return g(r(function(a){function
-b(a){return dE(function(b,i){function
-a(a){if(kC(a[3])){var
+b=0;return dO(function(a,c){return kw(o,b,n,a,c)},a)}return i(bi(a),b)},eF,b),d)}return i(r(function(a){function
+b(a){return dO(function(b,h){function
+a(a){if(ll(a[3])){var
 b=a[1];if(b){var
 c=b[2];if(c){var
 d=c[2];if(d){var
 f=d[2];if(f){if(f[2])return[0,a];var
-n=f[1],o=d[1],q=c[1],h=b[1],j=function(b){function
+n=f[1],p=d[1],q=c[1],g=b[1],j=function(b){function
 c(c){function
 d(b){var
-c=a[5],d=F(kC(b));return[0,[0,a[1],a[2],b,d,c]]}return g(r(function(s){if(G(h,gb))var
-d=v4;else
+c=a[5],d=G(ll(b));return[0,[0,a[1],a[2],b,d,c]]}return i(r(function(s){if(H(g,eW))var
+d=xY;else
 var
-m=G(h,jZ),d=m?wc:m;if(d){var
-b=d[1],f=cd(kx,n);if(f){var
-i=f[1];if(G(q,eG)){var
-t=0,v=4,w=function(a){return c1(v,a)},x=[0,[0,k(vQ),w],t],z=function(a){return[1,a]},A=function(a){return eR(z,a)},B=[0,[0,k(vR),A],x],C=function(a){return[0,a]},D=function(a){return eR(C,a)},E=[0,[0,k(vS),D],B],H=0,I=function(a){return c1(H,a)},J=[0,[0,k(vT),I],E];switch(i){case
+m=H(g,eV),d=m?x8:m;if(d){var
+b=d[1],f=ch(lg,n);if(f){var
+h=f[1];if(H(q,c6)){var
+t=0,u=4,w=function(a){return c7(u,a)},x=[0,[0,k(xK),w],t],y=function(a){return[1,a]},A=function(a){return e9(y,a)},B=[0,[0,k(xL),A],x],C=function(a){return[0,a]},D=function(a){return e9(C,a)},E=[0,[0,k(xM),D],B],F=0,I=function(a){return c7(F,a)},J=[0,[0,k(xN),I],E];switch(h){case
 1:if(b)var
-K=0,L=function(a){return[3,a]},M=[0,[0,kA,function(a){return ky(vs,L,a)}],K],N=2,a=[0,[0,eH,function(a){return c1(N,a)}],M];else
+K=0,M=function(a){return[3,a]},O=[0,[0,lj,function(a){return lh(xm,M,a)}],K],P=2,a=[0,[0,eU,function(a){return c7(P,a)}],O];else
 var
-O=0,Q=function(a){return[2,a]},R=function(a){return eR(Q,a)},S=[0,[0,k(vU),R],O],T=1,W=function(a){return c1(T,a)},a=[0,[0,k(vV),W],S];break;case
+Q=0,R=function(a){return[2,a]},T=function(a){return e9(R,a)},U=[0,[0,k(xO),T],Q],V=1,W=function(a){return c7(V,a)},a=[0,[0,k(xP),W],U];break;case
 5:if(b)var
 a=0;else
 var
-X=0,a=[0,[0,kz,function(a){return c1(vW,a)}],X];break;case
+X=0,a=[0,[0,li,function(a){return c7(xQ,a)}],X];break;case
 7:if(b)var
 a=0;else
 var
-Y=0,Z=function(a){return[4,a]},_=function(a){return ky(vq,Z,a)},ab=[0,[0,k(vX),_],Y],ac=function(a){return[1,a]},ad=function(a){return eR(ac,a)},a=[0,[0,k(vY),ad],ab];break;case
+Y=0,Z=function(a){return[4,a]},$=function(a){return lh(xk,Z,a)},ab=[0,[0,k(xR),$],Y],ac=function(a){return[1,a]},ad=function(a){return e9(ac,a)},a=[0,[0,k(xS),ad],ab];break;case
 8:if(b)var
 a=0;else
 var
-ae=0,af=3,ah=function(a){return c1(af,a)},a=[0,[0,k(vZ),ah],ae];break;case
+ae=0,ag=3,ah=function(a){return c7(ag,a)},a=[0,[0,k(xT),ah],ae];break;case
 0:case
 2:var
 a=b?0:J;break;default:var
 a=0}var
-j=cd(a,o);if(j){var
-aj=function(a){return[0,kB(p,F(b),c,[4,[0,b,0,c,i],a])]};return g(y(j[1],s),aj)}return v5}return v6}return v7}var
-l=cd(kx,n);if(l){if(1===l[1]){if(G(h,k(v8))&&G(q,f$)&&G(o,kz)&&al){if(c){var
-ak=function(a){var
-b=a?kB(p,1,c,[4,[0,0,1,c,1],[5,a[1]]]):v9;return[0,b]},ai=function(c){var
-b=as(gt,c);if(b){var
+j=ch(a,p);if(j){var
+ak=function(a){return[0,lk(o,G(b),c,[4,[0,b,0,c,h],a])]};return i(z(j[1],s),ak)}return xZ}return x0}return x1}var
+l=ch(lg,n);if(l){if(1===l[1]){if(H(g,k(x2))&&H(q,gt)&&H(p,li)&&an){if(c){var
+al=function(a){var
+b=a?lk(o,1,c,[4,[0,0,1,c,1],[5,a[1]]]):x3;return[0,b]},aj=function(c){var
+b=af(gO,c);if(b){var
 a=b[1];if(typeof
-a==="number")return v1;else{if(4===a[0]){var
+a==="number")return xV;else{if(4===a[0]){var
 d=function(a){function
 b(b){function
 c(j){function
 c(k){var
-a=by(e[3],j),c=by(e[3],k),d=b?by(e[4],b[1]):fx,f=V(u,a),g=f?V(u,c):f,h=g?V(u,d):g;if(h)var
-l=bi(c),m=bi(a),i=[0,[0,[0,[0,bi(d)],m,l]]];else
+a=bE(e[3],j),c=bE(e[3],k),d=b?bE(e[4],b[1]):fQ,f=N(v,a),g=f?N(v,c):f,h=g?N(v,d):g;if(h)var
+l=bh(c),m=bh(a),i=[0,[0,[0,[0,bh(d)],m,l]]];else
 var
-i=h;return[0,i]}return g(r(function(a){return ag($,a)},b$,a),c)}return g(r(function(a){return ag($,a)},cU,a),c)}function
-c(a){return ag($,a)}return g(r(function(a){return bk(c,a)},aa,a),b)};return g(aP(gt,P([0,aa,[0,cU,[0,b$,0]]],0,a)),d)}return U(v2)}}return U(v3)};return g(g(P([0,gt,0],0,s),ai),ak)}return v_}return v$}return wa}return wb},f6,b),d)}return g(r(cq,c0,b),c)};return g(a8(i),j)}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return g(gc(A,0,b,i),a)},a)}return g(bb(a),b)},eu,b),m)}var
+i=h;return[0,i]}return i(r(function(a){return ai(_,a)},cd,a),c)}return i(r(function(a){return ai(_,a)},c0,a),c)}function
+c(a){return ai(_,a)}return i(r(function(a){return br(c,a)},aa,a),b)};return i(aV(gO,S([0,aa,[0,c0,[0,cd,0]]],0,a)),d)}return L(xW)}}return L(xX)};return i(i(S([0,gO,0],0,s),aj),al)}return x4}return x5}return x6}return x7},eR,b),d)}return i(r(bT,cC,b),c)};return i(a7(h),j)}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return i(gv(A,0,b,h),a)},a)}return i(bi(a),b)},eE,b),m)}var
 s=0;function
-t(a){return jS(l,e,s,a)}return g(r(function(a){return ag(t,a)},cY,b),m)}var
-m=q?1:q;return g(r(function(b){function
-c(a){return[0,[0,eU(gu),a]]}if(typeof
+u(a){return km(l,e,s,a)}return i(r(function(a){return ai(u,a)},c4,b),m)}var
+m=p?1:p;return i(r(function(b){function
+c(a){return[0,[0,fa(gP),a]]}if(typeof
 b==="number")var
-a=[0,[0,[6,F(m)],0]];else
+a=[0,[0,[7,G(m)],0]];else
 var
 d=function(a){function
 b(b){function
 c(c){if(m)var
-d=w(b[1],c[1]),a=o(function(a){if(typeof
+d=x(b[1],c[1]),a=q(function(a){if(typeof
 a!=="number"&&0===a[0])return[5,a[1]];return a},d);else
 var
-a=w2;return[0,a]}var
-d=1;return g(r(function(a){return eF(l,e,d,a)},bQ,a),c)}var
-c=0;return g(r(function(a){return eF(l,e,c,a)},b_,a),b)},a=g(P([0,b_,[0,bQ,0]],0,b),d);return g(a,c)},gu,p),s)}return g(aW(function(a){function
+a=yW;return[0,a]}var
+d=1;return i(r(function(a){return eT(l,e,d,a)},bc,a),c)}var
+c=0;return i(r(function(a){return eT(l,e,c,a)},bk,a),b)},a=i(S([0,bk,[0,bc,0]],0,b),d);return i(a,c)},gP,o),s)}return i(a1(function(a){function
 b(b){return[0,[0,a[1],b]]}var
-c=a[1],d=a[2];return g(r(function(a){return eF(l,e,d,a)},c,p),b)},m),s)}var
-C=0,J=[0,gu,o(bK,m)];return g(r(function(a){return P(J,C,a)},cX,b),t)}return g(r(a8,cX,b),m)}return g(r(function(b){function
+c=a[1],d=a[2];return i(r(function(a){return eT(l,e,d,a)},c,o),b)},m),s)}var
+F=0,K=[0,gP,q(bQ,m)];return i(r(function(a){return S(K,F,a)},c3,b),u)}return i(r(a7,c3,b),m)}return i(r(function(b){function
 a(a){function
 b(b){function
 c(c){var
-a=j[2],d=0===a[0]?[0,a[1]]:0,e=kt(aa,c,d);return[0,w(kt(a9,[0,b],[0,j[1]]),e)]}return g(r(function(a){return bk(ks,a)},aa,a),c)}return g(r(ks,a9,a),b)}return g(P([0,a9,[0,aa,0]],0,b),a)},jz,c),Z)}return g(r(function(b){function
+a=j[2],d=0===a[0]?[0,a[1]]:0,e=lc(aa,c,d);return[0,x(lc(bb,[0,b],[0,j[1]]),e)]}return i(r(function(a){return br(lb,a)},aa,a),c)}return i(r(lb,bb,a),b)}return i(S([0,bb,[0,aa,0]],0,b),a)},j6,c),Y)}return i(r(function(b){function
 a(a){function
 b(f){function
+b(g){function
 b(h){function
-b(i){function
 b(j){function
 b(k){function
 b(b){function
 l(a){var
-c=[0,[0,f,h,i,j,k,b,a]],d=b?O(b[1],Z):1;return I(d,vf,c)}var
-c=as(eI,a);if(c)var
+c=[0,[0,f,g,h,j,k,b,a]],d=b?I(b[1],T):1;return J(d,w$,c)}var
+c=af(e0,a);if(c)var
 m=function(a){var
-b=[0,o(b6,a)],c=I(cR(o(function(a){return ic(a[1])},a)),vg,b),d=a?1:a;return I(d,vh,c)},n=c[1],d=g(aP(eI,ag(function(b){function
+b=[0,q(b_,a)],c=J(cu(q(function(a){return iz(a[1])},a)),xa,b),d=a?1:a;return J(d,xb,c)},n=c[1],d=i(aV(e0,ai(function(b){function
 a(a){function
 b(b){function
 c(f){function
-c(h){function
-c(g){var
-i=[0,[0,b,[0,by(e[4],b),f,h,g]]];if(a)var
+c(g){function
+c(h){var
+i=[0,[0,b,[0,bE(e[4],b),f,g,h]]];if(a)var
 c=a[2],d=c?1:c;else
 var
-d=1;return I(d,ve,i)}return g(bT(bf,a),c)}return g(bT(be,a),c)}return g(bT(bd,a),c)}return g(r(function(a){return ag($,a)},aa,a),b)}return g(P([0,aa,0],[0,bd,[0,be,[0,bf,0]]],b),a)},n)),m);else
+d=1;return J(d,w_,i)}return i(bX(bn,a),c)}return i(bX(bm,a),c)}return i(bX(bd,a),c)}return i(r(function(a){return ai(_,a)},aa,a),b)}return i(S([0,aa,0],[0,bd,[0,bm,[0,bn,0]]],b),a)},n)),m);else
 var
-d=vi;return g(d,l)}return g(bT(eB,a),b)}return g(bT(j9,a),b)}return g(bT(bg,a),b)}return g(bT(bf,a),b)}return g(bT(be,a),b)}return g(bT(bd,a),b)}return g(P(0,[0,bd,[0,be,[0,bf,[0,bg,[0,j9,[0,eB,[0,eI,0]]]]]]],b),a)},f0,c),i)}var
-p=R(f),q=aM(eJ(d));if(V(B(aM(gk(a,d)),q),p))var
-s=cv(eJ(d)),j=ka(a,f,cv(gk(a,d)),s),t=j?[0,j[1]]:i,m=t;else
+d=xc;return i(d,l)}return i(bX(eM,a),b)}return i(bX(kS,a),b)}return i(bX(bo,a),b)}return i(bX(bn,a),b)}return i(bX(bm,a),b)}return i(bX(bd,a),b)}return i(S(0,[0,bd,[0,bm,[0,bn,[0,bo,[0,kS,[0,eM,[0,e0,0]]]]]]],b),a)},gm,c),g)}var
+o=W(f),p=aR(e1(d));if(N(B(aR(gF(a,d)),p),o))var
+s=cD(e1(d)),j=kV(a,f,cD(gF(a,d)),s),u=j?[0,j[1]]:g,m=u;else
 var
-m=i;return g(m,n)}var
-j=0;if(!dz(a)&&!eK(a)){var
-i=u;j=1}if(!j)var
-m=aM(ce(d)),i=B(aM(cf(a,d)),m);var
-n=cN(u,q),p=aW(function(b){var
-h=b[2],k=b[1],e=aM(ce(d));function
+m=g;return i(m,n)}var
+j=0;if(!dJ(a)&&!e2(a)){var
+g=v;j=1}if(!j)var
+m=aR(cj(d)),g=B(aR(ck(a,d)),m);var
+n=cU(v,p),o=a1(function(b){var
+g=b[2],k=b[1],e=aR(cj(d));function
 c(b){function
 c(d){function
 c(c){function
 f(f){function
-h(g){var
-a=x(L(B(d,e),c),k),h=[0,[0,f,g]],b=a?V(u,c):a,i=b?M(c,e):b;return I(i,vb,h)}var
-i=R(a[2]),j=r(function(a){return ay(i,am,a)},bo,b);return g(bz(eK(a),0,j),h)}var
-h=r(aX,em,b);return g(bz(dz(a),Z,h),f)}return g(r(a3,gi,b),c)}return g(r(a3,j8,b),c)}var
-f=bS(eK(a),bo);return g(P(w([0,j8,[0,gi,0]],w(bS(dz(a),em),f)),0,h),c)},n);return g(aP(a_,I(bl(i,q),vc,p)),s)},N=m[1];return g(aP(a_,aW(function(c){var
-h=aq(a[2]);function
+g(g){var
+a=w(M(B(d,e),c),k),h=[0,[0,f,g]],b=a?N(v,c):a,i=b?Q(c,e):b;return J(i,w7,h)}var
+h=W(a[2]),j=r(function(a){return al(h,am,a)},bj,b);return i(bF(e2(a),0,j),g)}var
+g=r(aQ,et,b);return i(bF(dJ(a),T,g),f)}return i(r(aJ,gD,b),c)}return i(r(aJ,kR,b),c)}var
+f=bp(e2(a),bj);return i(S(x([0,kR,[0,gD,0]],x(bp(dJ(a),et),f)),0,g),c)},n);return i(aV(be,J(bs(g,p),w8,o)),s)},P=m[1];return i(aV(be,a1(function(c){var
+g=ar(a[2]);function
 b(b){function
 c(c){function
 d(d){function
 e(a){function
-i(e){var
-b=V(u,c),f=I(eo(h,a),u8,[0,[0,c,d,a,e]]),g=b?V(u,d):b;return I(g,u9,f)}var
-e=as(gh,b);if(e)var
+h(e){var
+b=N(v,c),f=J(ev(g,a),w2,[0,[0,c,d,a,e]]),h=b?N(v,d):b;return J(h,w3,f)}var
+e=af(gC,b);if(e)var
 j=function(b){var
-c=M(u,b),d=c?x(hr(b,fV(o(cK,a))),u):c;return I(d,u$,u_)},f=g(aP(gh,a3(e[1])),j);else
+c=Q(v,b),d=c?w(hN(b,gd(q(cS,a))),v):c;return J(d,w5,w4)},f=i(aV(gC,aJ(e[1])),j);else
 var
-f=va;return g(f,i)}var
-f=R(a[2]);return g(r(function(a){return ay(f,aX,a)},el,b),e)}var
-e=R(a[3]);return g(r(function(a){return d8(e,a)},a9,b),d)}var
-d=R(a[4]);return g(r(function(a){return d8(d,a)},aa,b),c)}return g(P([0,aa,[0,a9,[0,el,0]]],[0,gh,0],c),b)},N)),K)}}var
-d=a[1];return g(r(function(b){function
+f=w6;return i(f,h)}var
+f=W(a[2]);return i(r(function(a){return al(f,aQ,a)},es,b),e)}var
+e=W(a[3]);return i(r(function(a){return ee(e,a)},bb,b),d)}var
+d=W(a[4]);return i(r(function(a){return ee(d,a)},aa,b),c)}return i(S([0,aa,[0,bb,[0,es,0]]],[0,gC,0],c),b)},P)),O)}}var
+d=a[1];return i(r(function(b){function
 a(a){function
 e(c){function
 b(b){function
 e(a){var
-d=[0,[0,b,a,c]],e=aM(o(function(a){return a[2]},b));return I(V(f(2,v),e),u5,d)}var
-h=R(d[3][3]);function
-i(a){return j$(h,a)}return g(r(function(a){return bk(i,a)},aa,a),e)}var
-e=R(d[3][2]);return g(r(function(a){return j$(e,a)},a9,a),b)}var
-b=as(gg,a);if(b)var
-h=function(a){var
-b=aV(a),d=0===b?v:0<b?a:v,c=V(f(2,v),a),e=[0,d],g=c?V(a,f(2,f(2,f(2,f(2,C(f(2,f(2,f(2,f(2,C(f(2,C(f(2,C(f(2,f(2,f(2,v)))))))))))))))))):c;return I(g,u6,e)},c=g(aP(gg,a3(b[1])),h);else
+d=[0,[0,b,a,c]],e=aR(q(function(a){return a[2]},b));return J(N(g(2,t),e),wZ,d)}var
+f=W(d[3][3]);function
+h(a){return kU(f,a)}return i(r(function(a){return br(h,a)},aa,a),e)}var
+e=W(d[3][2]);return i(r(function(a){return kU(e,a)},bb,a),b)}var
+b=af(gB,a);if(b)var
+f=function(a){var
+b=aT(a),d=0===b?t:0<b?a:t,c=N(g(2,t),a),e=[0,d],f=c?N(a,g(2,g(2,g(2,g(2,F(g(2,g(2,g(2,g(2,F(g(2,F(g(2,F(g(2,g(2,g(2,t)))))))))))))))))):c;return J(f,w0,e)},c=i(aV(gB,aJ(b[1])),f);else
 var
-c=[0,v];return g(c,e)}return g(P([0,a9,[0,aa,0]],[0,gg,0],b),a)},j6,e),i)}return g(aP(cZ,i0([4,j_(aE(function(a){return F(G(a[1],j6))},e))])),q)};return g(a8(H),j)}return U(xi)}return xj}return g(kH(ar,a,h),d)}return g(r(a3,ex,a),d)}return g(r(d$,ew,a),d)}var
-d=[0,cZ,[0,a_,0]],e=[0,ew,[0,ex,0]];return g(r(function(a){return P(e,d,a)},dv,c),a)};return g(fM(j_(c)),j)}function
+c=[0,t];return i(c,e)}return i(S([0,bb,[0,aa,0]],[0,gB,0],b),a)},kP,e),f)}return i(aV(c5,ji([4,kT(aw(function(a){return G(H(a[1],kP))},e))])),p)};return i(a7(D),j)}return L(zc)}return zd}return i(lq(ap,a,h),d)}return i(r(aJ,eH,a),d)}return i(r(eh,eG,a),d)}var
+d=[0,c5,[0,be,0]],e=[0,eG,[0,eH,0]];return i(r(function(a){return S(e,d,a)},dC,c),a)};return i(f6(kT(c)),j)}function
 l(a){var
 b=a?[0,a[1]]:a;return[0,b]}function
 e(e){function
 a(a){function
 d(Z){function
-d(_){function
+d($){function
 d(d){if(d){var
-i=d[1],j=i[1],n=j[2],a=j[1],B=i[2];if(a){var
-C=a[2],E=a[1],l=function(a){function
+f=d[1],j=f[1],o=j[2],a=j[1],B=f[2];if(a){var
+C=a[2],D=a[1],l=function(a){function
 l(ab){var
-d=C,i=0;function
-ac(i){var
-l=a[5],m=a[1][2],q=R(a[2]),s=R(a[3]),p=[0,R(a[4]),s,q,m,l,ab,i];function
-z(d){function
-Q(z){if(d){var
-m=d[1],u=jh(a,i,m[2]);switch(a[1][2]){case
+d=C,f=0;function
+ac(j){var
+m=a[5],n=a[1][2],p=W(a[2]),s=W(a[3]),f=[0,W(a[4]),s,p,n,m,ab,j];function
+y(d){function
+O(y){if(d){var
+n=d[1],t=jB(a,j,n[2]);switch(a[1][2]){case
 0:var
-j=0;break;case
+l=0;break;case
 1:var
-j=1;break;default:var
-j=2}var
-v=eb(R(a[3])),x=[0,eb(R(a[4])),v,j,u],q=[0,[0,m[1],x]]}else
+l=1;break;default:var
+l=2}var
+u=du(W(a[3])),v=[0,du(W(a[4])),u,l,t],A=[0,[0,n[1],v]]}else
 var
-q=d;var
-s=e[3][3],l=s?1:s,t=e[3][4],f=t?1:t;function
-y(s){var
-i=ae(function(a){return X(a[1],s)},dy),t=f?jU(l):f,u=i?dy:i,j=w(jT,w(u,t)),m=f?aE(function(a){return l?l:F(a[2][2])},jR):f;function
-v(l){function
-s(j){function
-s(H){function
-m(b){var
-c=b?b_:bQ,a=cd(j,c),d=a?a[1][2]:a;return d}function
-l(J){function
-f(l){function
-f(m){function
-f(t){var
-f=a[7];if(f)var
-s=f;else
+A=d;var
+p=e[3][3],m=p?1:p,s=e[3][4],g=s?1:s;function
+w(p){var
+j=ad(function(a){return V(a[1],p)},dG),s=g?ko(m):g,t=j?dG:j,l=x(kn,x(t,s)),n=g?aw(function(a){return m?m:G(a[2][2])},kl):g;function
+u(m){function
+p(F){function
+l(T){function
+Q(b){var
+c=b?bk:bc,a=ch(F,c),d=a?a[1][2]:a;return d}function
+l(U){var
+I=a[7];if(I)var
+l=I;else
 var
-v=X(eA,c),s=v||X(du,b);function
-u(K){function
-f(L){var
-g=iZ(e,a[1]),r=g[1],t=g[2];function
-u(a){return s?wE:a}function
-v(a){return t?a:[0,wF,a]}var
-M=[0,[0,bR,u(K)],0],N=ge(0,m),O=w(o(function(a){var
-b=u(a[2]);return[0,a[1],b]},N),M),P=w(gd(0,l),O),x=dx(J,0),Q=0,R=0,S=x?[0,[8,x[1]]]:wU,T=w([0,[0,cY,[0,S,R]],Q],P),U=w(o(function(a){var
-b=v(a[2]);return[0,a[1],b]},H),T),V=w(o(function(a){var
-b=v(a[2][1]);return[0,eU(a[1]),b]},j),U),W=d?[0,[0,k(wH),wG],0]:d,Y=w(W,V),$=w(eV([0,dt,[0,du,0]],b,0),Y),D=0;if(!X(ez,c)&&!fO(a)){var
-y=[0,[0,k(wT),wS],0];D=1}if(!D)var
+ab=V(eL,c),l=ab||V(dB,b);var
+m=af(bW,b);if(m){var
+n=m[1],O=0;if(typeof
+n!=="number"&&4===n[0]){var
+K=n[1];O=1}if(!O)var
+K=0;var
+p=K}else
+var
+p=m;var
+R=l||V(eJ,c),W=R||V(eN,c),g=G(W),X=g?kO(f,1,p):g,Y=g?kO(f,0,p):g;function
+s(a){return a?X:Y}var
+t=af(bj,c);if(t){var
+u=t[1],P=0;if(typeof
+u!=="number"&&4===u[0]){var
+v=af(bd,u[1]);if(v){var
+w=v[1],z=0;if(typeof
+w==="number")z=1;else
+switch(w[0]){case
+2:var
+y=w[1];break;case
+0:case
+1:z=1;break;default:var
+y=0}if(z)var
 y=0;var
-aa=w(y,$),ab=w(L,w(eV(kJ,c,wI),aa));if(h)if(n)var
-ac=d6([0,E,C]),ad=[0,[6,G(h[1],ac)],0],f=[0,[0,k(wJ),ad],0];else
+N=y}else
 var
-f=n;else
+N=v;var
+L=N;P=1}if(!P)var
+L=0;var
+M=L}else
 var
-f=h;var
-af=w(f,ab),ag=[0,[0,k(wK),[0,[6,t],0]],0],ah=[0,[6,r[2]],0],ai=[0,[0,k(wL),ah],ag],aj=[0,[6,r[1]],0],ak=[0,[0,k(wM),aj],ai],al=[0,[0,k(wN),[0,[0,[0,_]],0]],ak],am=[0,[6,G(Z,B)],0],an=w([0,[0,k(wO),am],al],af),z=ae(function(a){var
+M=t;function
+aa(m){function
+g(t){function
+g(g){function
+n(S){function
+g(W){var
+u=jh(e,a[1]),v=u[1],w=u[2];function
+y(a){return l?yy:a}function
+z(a){return w?a:[0,yz,a]}var
+X=[0,[0,bV,y(S)],0],Y=gx(0,t),_=x(q(function(a){var
+b=y(a[2]);return[0,a[1],b]},Y),X),aa=x(gw(0,m),_),I=dF(U,0),ab=0,ac=0,ae=I?[0,[8,I[1]]]:yO,ag=x([0,[0,c4,[0,ae,ac]],ab],aa),ah=x(q(function(a){var
+b=z(a[2]);return[0,a[1],b]},T),ag),ai=x(q(function(a){var
+b=z(a[2][1]);return[0,fa(a[1]),b]},F),ah),aj=d?[0,[0,k(yB),yA],0]:d,ak=x(aj,ai),al=x(fb([0,dB,0],b,0),ak),n=af(bW,b);if(n){var
+i=n[1],O=0;if(typeof
+i!=="number"&&4===i[0]){var
+g=i[1];O=1}if(!O)var
+g=0;var
+r=function(a,d){var
+b=V(a,g);if(b)var
+e=0,f=ad(function(e){var
+a=e[3];if(a){var
+b=a[1];if(typeof
+b!=="number"&&6===b[0])return bx(b[1],d);var
+c=0}else
+var
+c=a;return c},m)?[0,[6,d,0],0]:wD,c=[0,[0,x(bW,x(k(wC),a)),f],e];else
+var
+c=b;return c},Q=g?E(function(a){return cv([0,bk,[0,bc,0]],a[1])},g)?0:[0,[0,bW,wE],0]:[0,[0,bW,wF],0],R=x(r(bc,0),Q),K=x(r(bk,1),R)}else
+var
+K=n;var
+am=x(K,al),P=0;if(!V(eK,c)&&!f8(a)){var
+L=[0,[0,k(yN),yM],0];P=1}if(!P)var
+L=0;var
+an=x(L,am),ao=x(W,x(fb(ls,c,yC),an));if(h)if(o)var
+ap=ed([0,D,C]),aq=[0,[7,H(h[1],ap)],0],p=[0,[0,k(yD),aq],0];else
+var
+p=o;else
+var
+p=h;var
+ar=x(p,ao),as=[0,[0,k(yE),[0,[7,w],0]],0],at=[0,[7,v[2]],0],au=[0,[0,k(yF),at],as],av=[0,[7,v[1]],0],aw=[0,[0,k(yG),av],au],ax=[0,[0,k(yH),[0,[0,[0,$]],0]],aw],ay=[0,[7,H(Z,B)],0],az=x([0,[0,k(yI),ay],ax],ar),M=ad(function(a){var
 b=a[4];if(b)var
 c=a[5],e=c?1:c,d=e;else
 var
-d=b;return d},l);if(z)var
-ao=X(f1,c),ap=ao||X(f2,c),A=F(ap);else
+d=b;return d},m);if(M)var
+aA=V(eJ,c),aB=aA||V(eN,c),N=G(aB);else
 var
-A=z;var
-ar=F(fz(p)),aq=[0,[0,[0,[0,p,q],an,A]]],as=ar||(i?d?0:1:i),at=I(as,wP,aq),au=e[1]?F(X(dt,b)):1,av=I(au,wQ,at),aw=d?F(X(dt,b)):1;return I(aw,wR,av)}return g(r(kI,bo,c),f)}return g(j5(m,t),u)}return g(r($,bR,b),f)}return g(r(function(a){function
+N=M;var
+aC=s(0),aD=[0,[0,[0,[0,f,A],s(1),aC,az,N]]],aE=G(fS(f)),aF=aE||(j?d?0:1:j),aG=J(aF,yJ,aD),aH=e[1]?G(V(bW,b)):1,aI=J(aH,yK,aG),aJ=d?G(V(bW,b)):1;return J(aJ,yL,aI)}return i(r(lr,bj,c),g)}return i(kx(t,g),n)}return i(r(_,bV,b),g)}return i(r(function(a){function
 b(a){var
-b=fz(p);return dE(function(a,c){return j4(m,b,i,a,c)},a)}return g(bb(a),b)},ev,b),f)}return g(r(function(a){function
-b(a){var
-b=av(function(a){return a[1]},d);return dE(function(a,c){return gc(B,b,a,c)},a)}return g(bb(a),b)},eu,b),f)}function
-s(b){return jS(e,a,f,b)}return g(r(function(a){return ag(s,a)},cY,b),l)}return g(aW(function(b){function
-j(a){return[0,[0,eU(b[1]),a]]}var
-c=as(b[1],l);if(c){var
+b=fS(f);return dO(function(a,c){return kw(Q,b,j,a,c)},a)}return i(bi(a),b)},eF,b),g)}return i(r(function(b){function
+c(b){return dO(function(b,t){function
+c(b){var
+n=b[3];if(n){if(typeof
+n[1]==="number"){if(n[2])return[0,b];var
+p=b[1],z=p?H(p[1],eV):1,q=s(z);if(q){var
+A=q[1],B=function(c){if(c){var
+d=c[1],o=0;if(typeof
+d==="number"||!(6===d[0]))o=1;else{var
+e=b[5],m=d[1],q=bp(A[1][3],wz),r=x(bp(G(m),ws),q),s=0,t=a[5]?x(k(wt),M):wv,f=x([0,wq,[0,wx,[0,t,s]]],r),u=x(f,bp(m,wB)),g=E(function(a){return cv(e,a)},f),p=0;if(g){var
+h=E(function(a){return cv(u,a)},e);if(h){var
+n=cu(e);p=1}else
+var
+i=h}else
+var
+i=g;if(!p)var
+n=i;var
+j=n?[0,b[1],b[2],c,0,b[5]]:b}if(o)var
+j=b;var
+l=j}else
+var
+l=b;return[0,l]},f=b[1];if(f){var
+g=f[2];if(g){var
+h=g[2];if(h){var
+j=h[2];if(j&&!j[2]){var
+e=j[1],l=g[1],o=f[1],m=H(o,eV),d=0;if(H(h[1],wm)){var
+u=0;if(!m&&!H(o,eW)){d=1;u=1}if(!u){var
+v=0;if(!H(l,c6)&&!H(l,wo)){d=1;v=1}if(!v){var
+w=0;if(eX(kM,e)||eX(kN,e))w=1;else
+d=1;if(w)var
+y=function(a){function
+b(b){function
+c(a){var
+c=0,d=m?bk:bc,f=[0,[7,H(a,d)],c],g=H(l,c6)?[0,e,b]:[1,e,b];return[0,[0,[6,m,g],f]]}return i(r(function(a){function
+b(a){return r(_,kK,a)}return i(S([0,kK,0],0,a),b)},eR,a),c)}return i(r(bT,cC,a),b)},c=i(a7(t),y)}}}else
+d=1;if(d)var
+c=[0,b[3]]}else
+var
+c=[0,b[3]]}else
+var
+c=[0,b[3]]}else
+var
+c=[0,b[3]]}else
+var
+c=[0,b[3]];return i(c,B)}return[0,b]}return[0,b]}return[0,b]}return i(gv(B,aA(function(a){return a[1]},d),b,t),c)},b)}return i(bi(b),c)},eE,b),aa)}function
+m(b){return km(e,a,g,b)}return i(r(function(a){return ai(m,a)},c4,b),l)}return i(a1(function(b){function
+j(a){return[0,[0,fa(b[1]),a]]}var
+c=af(b[1],m);if(c){var
 d=c[1];if(typeof
 d==="number")var
-f=[0,[0,[6,F(n)],0]];else
+f=[0,[0,[7,G(o)],0]];else
 var
 k=function(a){var
-c=n?[0,[0,[2,b[2][1],b[2][2],a]],0]:wV;return[0,c]},i=b[2][2],m=ag(function(c){function
+c=o?[0,[0,[2,b[2][1],b[2][2],a]],0]:yP;return[0,c]},h=b[2][2],l=ai(function(c){function
 b(b){function
 c(c){function
 d(a){function
-d(b){return[0,[0,[0,c,a],b]]}return g(r(am,eE,b),d)}return g(r(function(b){return f_(e,a,b)},a9,b),d)}var
-d=r(function(b){return jN(e,a,b)},aa,b);return g(bz(F(i),aY,d),c)}return g(P(w(bS(F(i),aa),[0,a9,[0,eE,0]]),0,c),b)},d),f=g(aP(b[1],m),k);var
-h=f}else
+d(b){return[0,[0,[0,c,a],b]]}return i(r(am,eQ,b),d)}return i(r(function(b){return gs(e,a,b)},bb,b),d)}var
+d=r(function(b){return ki(e,a,b)},aa,b);return i(bF(G(h),a2,d),c)}return i(S(x(bp(G(h),aa),[0,bb,[0,eQ,0]]),0,c),b)},d),f=i(aV(b[1],l),k);var
+g=f}else
 var
-h=wW;return g(h,j)},m),s)}return g(aW(function(b){function
+g=yQ;return i(g,j)},n),l)}return i(a1(function(b){function
 c(a){return[0,[0,b[1],a]]}var
-d=b[1],f=b[2];return g(r(function(b){return eF(e,a,f,b)},d,l),c)},j),s)}var
-y=o(bK,m),x=0,z=w(o(bK,j),y);return g(r(function(a){return P(z,x,a)},cX,b),v)}return g(r(a8,cX,b),y)}if(d){var
-f=d[1],t=f[1];if(t[11]){if(t[6]){var
-l=i,j=f[2];for(;;){if(l){var
-q=l[2];if(q&&j){var
-s=j[2];if(s){var
-u=x(l[1][1],q[1][1])?jf(j[1],s[1]):1;if(u){var
-l=q,j=s;continue}var
-m=u}else
+d=b[1],f=b[2];return i(r(function(b){return eT(e,a,f,b)},d,m),c)},l),p)}var
+w=q(bQ,n),v=0,y=x(q(bQ,l),w);return i(r(function(a){return S(y,v,a)},c3,b),u)}return i(r(a7,c3,b),w)}if(d){var
+g=d[1],t=g[1];if(t[11]){if(t[6]){var
+m=j,l=g[2];for(;;){if(m){var
+p=m[2];if(p&&l){var
+s=l[2];if(s){var
+u=w(m[1][1],p[1][1])?jz(l[1],s[1]):1;if(u){var
+m=p,l=s;continue}var
+n=u}else
 var
-m=1}else
+n=1}else
 var
-m=1}else
+n=1}else
 var
-m=1;var
-v=m;break}}else
+n=1;var
+v=n;break}}else
 var
 v=1;var
-J=I(v,rz,ry),K=f[2],y=bl(R(i),K);if(y)var
-L=f[2],N=R(a[2]),z=D(function(a){return bl(N,a)},L);else
+I=J(v,si,sh),K=g[2],y=bs(W(j),K);if(y)var
+L=g[2],M=W(a[2]),z=E(function(a){return bs(M,a)},L);else
 var
 z=y;var
-A=I(z,rA,J)}else
+A=J(z,sj,I)}else
 var
-A=rC;var
-O=t[10],H=aP(ey,I(D(function(b){var
-c=b[1],g=f[1];return D(function(b){var
-d=R(a[2]),c=M(b[3],d);return c?ae(function(a){var
-c=x(a[1],b[1]);if(c){var
-d=g[6];if(!d)return x(a[2],b[2]);var
+A=sl;var
+N=t[10],F=aV(eI,J(E(function(b){var
+c=b[1],f=g[1];return E(function(b){var
+d=W(a[2]),c=Q(b[3],d);return c?ad(function(a){var
+c=w(a[1],b[1]);if(c){var
+d=f[6];if(!d)return w(a[2],b[2]);var
 e=d}else
 var
-e=c;return e},i):c},c)},O),rB,A))}else
+e=c;return e},j):c},c)},N),sk,A))}else
 var
-H=wX;return g(H,Q)}var
-d=as(ey,c);if(d)var
-A=function(a){return[0,[0,a]]},H=d[1],t=function(b){function
+F=yR;return i(F,O)}var
+d=af(eI,c);if(d)var
+A=function(a){return[0,[0,a]]},F=d[1],u=function(b){function
 c(e){function
 c(c){function
-d(i){function
+d(h){function
 d(d){function
-h(j){function
-h(l){function
-h(k){function
-h(h){function
+f(j){function
+f(l){function
+f(k){function
+f(f){function
 m(m){function
-f(n){function
-f(b){var
-o=b?b[1][2]:b,p=[0,[0,[0,l,c,i,d,k,e,j,h,m,n,av(bK,b)],o]];if(h)var
-q=h[1],f=bl(R(a[3]),q);else
+g(n){function
+g(b){var
+o=b?b[1][2]:b,p=[0,[0,[0,l,c,h,d,k,e,j,f,m,n,aA(bQ,b)],o]];if(f)var
+q=f[1],g=bs(W(a[3]),q);else
 var
-f=1;var
-r=I(f,rs,p),s=e?j?0:1:1,t=I(s,rt,r),u=d?O(d[1],c):1,v=I(u,ru,t),g=F(fP(c)),w=g?O(i,c):g;return I(w,rv,v)}return g(r(function(a){return bk(rm,a)},i7,b),f)}function
+g=1;var
+r=J(g,sb,p),s=e?j?0:1:1,t=J(s,sc,r),u=d?I(d[1],c):1,v=J(u,sd,t),i=G(f9(c)),w=i?I(h,c):i;return J(w,se,v)}return i(r(function(a){return br(r7,a)},jp,b),g)}function
 n(b){function
 a(a){function
 b(b){function
-c(a){return[0,[0,b,a]]}return g(r(am,en,a),c)}function
+c(a){return[0,[0,b,a]]}return i(r(am,eu,a),c)}function
 c(b){function
 a(a){if(a){var
 b=a[2];if(b){var
 c=b[2],f=b[1];if(c){var
-d=c[2],h=c[1];if(d){var
-i=d[1];if(d[2])return U(rg);var
+d=c[2],g=c[1];if(d){var
+h=d[1];if(d[2])return L(r1);var
 j=function(a){function
 b(b){function
 c(c){function
-d(d){return[0,[0,a,b,c,d]]}return g(am(i),d)}return g(a3(h),c)}var
+d(d){return[0,[0,a,b,c,d]]}return i(am(h),d)}return i(aJ(g),c)}var
 c=e?typeof
-f==="number"?[0,a$(v)]:U(rh):a3(f);return g(c,b)};return g(a3(a[1]),j)}return U(ri)}return U(rj)}return U(rk)}return U(rl)}return g(bb(b),a)}return g(r(function(a){return ag(c,a)},i8,a),b)}return g(P([0,i8,[0,en,0]],0,b),a)}return g(r(function(a){return ag(n,a)},a_,b),f)}var
+f==="number"?[0,aS(t)]:L(r2):aJ(f);return i(c,b)};return i(aJ(a[1]),j)}return L(r3)}return L(r4)}return L(r5)}return L(r6)}return i(bi(b),a)}return i(r(function(a){return ai(c,a)},jq,a),b)}return i(S([0,jq,[0,eu,0]],0,b),a)}return i(r(function(a){return ai(n,a)},be,b),g)}var
 n=a[2];function
-p(b){function
+o(b){function
 a(f){var
-a=o(function(a){return y(dl(function(b){return G(a,b)}),n)},f);if(a){var
+a=q(function(a){return z(dt(function(b){return H(a,b)}),n)},f);if(a){var
 b=a[2],c=a[1];if(b){var
-d=b[1];if(b[2])return U(ro);var
-e=V(u,c),g=[0,[0,c,d]],h=e?V(u,d):e;return I(h,rp,g)}return U(rq)}return U(rr)}return g(ay(f(2,v),$,b),a)}return g(r(function(a){return ag(p,a)},i6,b),m)}return g(r(function(a){return bk(re,a)},i5,b),h)}var
-m=[0,[0,k(rw),0],0],n=[0,[0,k(rx),1],m];return g(r(function(a){return bw(n,a)},i3,b),h)}var
-l=[0,[0,b_,1],[0,[0,bQ,0],0]];return g(r(function(a){return bw(l,a)},bc,b),h)}return g(r(function(a){return bk(aX,a)},bg,b),h)}return g(r(function(a){return bk(aX,a)},bf,b),d)}return g(r(aX,be,b),d)}return g(r(aX,bd,b),c)}return g(r(ib,i4,b),c)},j=g(aP(ey,g(P([0,bc,[0,bd,[0,be,[0,bf,[0,i3,[0,i4,[0,bg,[0,i5,[0,i6,[0,a_,[0,i7,0]]]]]]]]]]],0,H),t)),A);else
+d=b[1];if(b[2])return L(r9);var
+e=N(v,c),g=[0,[0,c,d]],h=e?N(v,d):e;return J(h,r_,g)}return L(r$)}return L(sa)}return i(al(g(2,t),_,b),a)}return i(r(function(a){return ai(o,a)},jo,b),m)}return i(r(function(a){return br(rZ,a)},jn,b),f)}var
+m=[0,[0,k(sf),0],0],n=[0,[0,k(sg),1],m];return i(r(function(a){return ba(n,a)},jl,b),f)}var
+l=[0,[0,bk,1],[0,[0,bc,0],0]];return i(r(function(a){return ba(l,a)},bl,b),f)}return i(r(function(a){return br(aQ,a)},bo,b),f)}return i(r(function(a){return br(aQ,a)},bn,b),d)}return i(r(aQ,bm,b),d)}return i(r(aQ,bd,b),c)}return i(r(fM,jm,b),c)},l=i(aV(eI,i(S([0,bl,[0,bd,[0,bm,[0,bn,[0,jl,[0,jm,[0,bo,[0,jn,[0,jo,[0,be,[0,jp,0]]]]]]]]]]],0,F),u)),A);else
 var
-j=wY;return g(j,z)}for(;;){if(d){var
-q=d[1],s=0;if(a[7]&&i1(q)){var
-l=[0,W(i,0),d];s=1}if(!s){var
-d=d[2],i=[0,q,i];continue}}else
+l=yS;return i(l,y)}for(;;){if(d){var
+p=d[1],s=0;if(a[7]&&jj(p)){var
+l=[0,Y(f,0),d];s=1}if(!s){var
+d=d[2],f=[0,p,f];continue}}else
 var
-l=[0,W(i,0),0];var
-m=l[2],p=a[6],t=p?[0,cs,0]:p,z=a[5]?0:[0,bo,0],A=w(z,t),H=1===a[1][2]?[0,em,0]:0,J=w([0,aa,[0,a9,[0,el,0]]],w(H,A)),Q=l[1],j=R(a[2]),K=R(a[4]),L=R(a[3]),S=aW(function(c){function
+l=[0,Y(f,0),0];var
+m=l[2],n=a[6],u=n?[0,cx,0]:n,y=a[5]?0:[0,bj,0],A=x(y,u),F=1===a[1][2]?[0,et,0]:0,K=x([0,aa,[0,bb,[0,es,0]]],x(F,A)),R=l[1],j=W(a[2]),M=W(a[4]),P=W(a[3]),T=a1(function(c){function
 b(b){function
 c(e){function
 c(f){function
-c(h){function
-d(i){function
+c(g){function
+d(h){function
 c(k){function
-l(a){return[0,[0,e,f,h,i,k,a]]}var
+l(a){return[0,[0,e,f,g,h,k,a]]}var
 c=a[6];if(c)var
-m=function(a){return ay(j,aX,a)},n=R(c[1]),d=r(function(a){return ay(n,m,a)},cs,b);else
+m=function(a){return al(j,aQ,a)},n=W(c[1]),d=r(function(a){return al(n,m,a)},cx,b);else
 var
-d=qL;return g(d,l)}var
-d=1===a[1][2]?r(aX,em,b):[0,N];return g(d,c)}if(a[5])var
-c=qM;else
+d=ru;return i(d,l)}var
+d=1===a[1][2]?r(aQ,et,b):[0,O];return i(d,c)}if(a[5])var
+c=rv;else
 var
-i=function(a){return bk(am,a)},c=r(function(a){return ay(j,i,a)},bo,b);return g(c,d)}return g(r(function(a){return ay(j,aX,a)},el,b),c)}return g(r(function(a){return d8(L,a)},a9,b),c)}return g(r(function(a){return d8(K,a)},aa,b),c)}return g(P(J,0,c),b)},Q),T=a[7]?m?1:m:1,Y=I(T,qN,S);return g(aP(a_,I(D(i1,m),qO,Y)),ac)}}var
-d=as(fZ,c);if(d)var
+h=function(a){return br(am,a)},c=r(function(a){return al(j,h,a)},bj,b);return i(c,d)}return i(r(function(a){return al(j,aQ,a)},es,b),c)}return i(r(function(a){return ee(P,a)},bb,b),c)}return i(r(function(a){return ee(M,a)},aa,b),c)}return i(S(K,0,c),b)},R),U=a[7]?m?1:m:1,X=J(U,rw,T);return i(aV(be,J(E(jj,m),rx,X)),ac)}}var
+d=af(gl,c);if(d)var
 m=d[1],j=function(b){function
 c(f){function
 c(g){var
 c=a[6];if(c){var
-d=c[1],b=o(function(b){var
-c=a[2];return y(dl(function(a){return G(b,a)}),c)},f),e=a[1][3][3],h=e?1:e,i=R(d),j=[0,[0,[0,b,y(dl(function(a){return G(g,a)}),d),i,h]]],k=aw(b,bN(b));return I(D(function(a){return M(a[1],a[2])},k),qP,j)}return qQ}return g(r($,cs,b),c)}return g(r(d9,cT,b),c)},i=aP(fZ,g(P([0,cT,[0,cs,0]],0,m),j));else
+d=c[1],b=q(function(b){var
+c=a[2];return z(dt(function(a){return H(b,a)}),c)},f),e=a[1][3][3],h=e?1:e,i=W(d),j=[0,[0,[0,b,z(dt(function(a){return H(g,a)}),d),i,h]]],k=ay(b,bR(b));return J(E(function(a){return Q(a[1],a[2])},k),ry,j)}return rz}return i(r(_,cx,b),c)}return i(r(ef,cZ,b),c)},f=aV(gl,i(S([0,cZ,[0,cx,0]],0,m),j));else
 var
-i=wZ;return g(i,l)};return g(aP(cZ,i0(E)),l)}return U(w0)}return w1}return g(kH(ar,a,h),d)}return g(r(a3,ex,a),d)}return g(r(d$,ew,a),d)}var
-d=[0,cZ,[0,a_,0]],i=[0,ew,[0,ex,0]];return g(r(function(a){return P(i,d,a)},dv,c),a)}return g(g(fM(c),e),l)}return g(r(function(a){return P(p,s,a)},et,b),t)}return g(r(a8,et,b),a)}return g(r(wv,jy,b),a)}var
-c=[0,[0,k(xl),0],0];return g(r(function(a){return bw(c,a)},ej,b),a)}return g(P(wx,[0,dt,[0,du,0]],b),a)}var
-z=g(kG(a0),a1);if(0===z[0]){var
-i=z[1];if(typeof
-i==="number")return 0;else{if(0===i[0]){var
-j=i[1],p=j[1];if(0===p[0])var
-s=p[1];else
+f=yT;return i(f,l)};return i(aV(c5,ji(D)),l)}return L(yU)}return yV}return i(lq(ap,a,h),d)}return i(r(aJ,eH,a),d)}return i(r(eh,eG,a),d)}var
+d=[0,c5,[0,be,0]],f=[0,eG,[0,eH,0]];return i(r(function(a){return S(f,d,a)},dC,c),a)}return i(i(f6(c),e),l)}return i(r(function(a){return S(o,s,a)},eD,b),u)}return i(r(a7,eD,b),a)}return i(r(yp,j5,b),a)}var
+c=[0,[0,k(zf),0],0];return i(r(function(a){return ba(c,a)},eq,b),a)}return i(S(yr,[0,bW,[0,dB,0]],b),a)}var
+p=i(lp(aK),aL);if(0===p[0]){var
+e=p[1];if(typeof
+e==="number")return 0;else{if(0===e[0]){var
+f=e[1],aG=gk(f),n=f[1];if(0===n[0])var
+o=1;else{var
+aj=n[2],a=n[1],K=jI(a[1]),s=0;if(K){var
+l=a[2],P=0===l[0]?jI(l[1]):G(dj(l[1],0));if(P){var
+U=fy(sy,bD(a));if(U){var
+X=G(dj(a[4],0));if(X){var
+au=a[5],av=jF(a),Z=ga(jG(a),av,au);if(Z){var
+ax=a[5],az=a[4],aB=function(a){return ev(az,a)},ab=E(function(a){return E(aB,a)},ax);if(ab){var
+j=a[7];if(0===j[0])var
+y=j[1],A=cy(a[4],y),c=A?E(a0,y):A;else{var
+C=j[1],aq=bD(a),D=ga(ce(a),aq,C);if(D)var
+at=function(b){var
+c=cy(a[4],b);return c?E(a0,b):c},c=E(function(a){return E(at,a)},C);else
 var
-b=p[1],aH=cb(jt(b)),aI=_(function(e){var
-a=cb(e[2]);return o(function(f){var
-a=f[1],c=e[1],l=f[2],h=fY(b,c,a),g=0;if(0===b[7][0])var
-d=0;else
+c=D}if(c){var
+ac=a[6];if(ac){var
+m=ac[1],aC=bD(a),ae=ga(ce(a),aC,m);if(ae){var
+aE=a$(m),d=ev(ar(a$(m)),aE);s=1}else{var
+d=ae;s=1}}else
 var
-k=ds(b,c,a),d=o(function(a){return[0,a]},k);var
-i=ju(l),j=aD(a);return[0,aD(c),j,i,d,h,g]},a)},aH),aj=b[7],aJ=0,aK=0===aj[0]?[0,aj[1]]:0,aL=b[6]?1:2,aQ=aD(b[4]),aS=aD(bx(b)),s=[0,aD(ca(b)),aS,aQ,aL,aK,aJ,aI];var
-q=j[1];if(0===q[0])var
-t=1;else{var
-an=q[2],a=q[1],S=jo(a[1]),A=0;if(S){var
-m=a[2],Y=0===m[0]?jo(m[1]):F(dc(m[1],0));if(Y){var
-ab=fg(rP,bx(a));if(ab){var
-ac=F(dc(a[4],0));if(ac){var
-ax=a[5],az=jl(a),ad=fS(jm(a),az,ax);if(ad){var
-aA=a[5],aB=a[4],aC=function(a){return eo(aB,a)},af=D(function(a){return D(aC,a)},aA);if(af){var
-l=a[7];if(0===l[0])var
-H=l[1],J=ct(a[4],H),d=J?D(bj,H):J;else{var
-K=l[1],at=bx(a),Q=fS(ca(a),at,K);if(Q)var
-au=function(b){var
-c=ct(a[4],b);return c?D(bj,b):c},d=D(function(a){return D(au,a)},K);else
+b=1}else
 var
-d=Q}if(d){var
-ah=a[6];if(ah){var
-n=ah[1],aF=bx(a),ai=fS(ca(a),aF,n);if(ai){var
-aG=a7(n),e=eo(aq(a7(n)),aG);A=1}else{var
-e=ai;A=1}}else
+b=c}else
 var
-c=1}else
+b=ab}else
 var
-c=d}else
+b=Z}else
 var
-c=af}else
+b=X}else
 var
-c=ad}else
+b=U}else
 var
-c=ac}else
+b=P}else
 var
-c=ab}else
-var
-c=Y}else
-var
-c=S;if(!A)var
-e=c;var
-E=0;if(e)if(an)var
-t=im(an[1]);else{var
-ao=1;E=1}else{var
-ao=e;E=1}if(E)var
-t=ao}if(t&&im(s)){var
-ak=j[1],aT=0===ak[0]?0:ak[2],bp=av(iI,aT),b7=iI(s),aU=j[2],ap=o(function(a){var
-b=0,c=a[2],d=co(function(b6,c){if(typeof
+b=K;if(!s)var
+d=b;var
+u=0;if(d)if(aj)var
+o=iI(aj[1]);else{var
+an=1;u=1}else{var
+an=d;u=1}if(u)var
+o=an}if(o&&iI(aG)){var
+ci=lt(f,0),cl=lt(f,1),ag=f[1],aF=0===ag[0]?0:ag[2],bt=aA(i3,aF),cm=i3(gk(f)),aH=f[4],ao=q(function(a){var
+b=0,c=a[2],d=bA(function(cp,c){if(typeof
 c==="number")var
 d=2;else
 switch(c[0]){case
 0:var
-d=iP(b7,c[1]);break;case
+d=i_(cm,c[1]);break;case
 1:var
-aJ=j[1],bg=0===aJ[0]?aJ[2]:0;if(bg){var
-bh=bg[1],bi=c[3],bk=c[2],e=bh[2],a=bh[1],az=bL(c[1],a[1]),E=0;if(az){var
-bK=h1(a,e),ay=ae(function(a){if(a)var
+aR=f[1],bs=0===aR[0]?aR[2]:0;if(bs){var
+bu=bs[1],bv=c[3],bw=c[2],e=bu[2],a=bu[1],aI=bx(c[1],a[1]),K=0;if(aI){var
+b1=im(a,e),aH=ad(function(a){if(a)var
 b=a[2],c=b?1:b;else
 var
-c=a;return c},bK);if(ay)if(bk){var
-r=bk[1],bJ=h1(a,e),ax=D(function(a){return D(function(b){return D(function(a){return O(b,T(r,a))},a)},a)},bJ);if(ax){var
-bC=hP(a),an=bC||F(a[1]),ao=an?hO(a,e,0):an;if(a[1])var
-bD=e[1],H=o(function(b){var
-g=e[4],f=aE(function(a){return x(a[1],b)},g),h=hP(a)?ao:hO(a,e,[0,b]),c=o(oq,f),d=a[6],i=d?D(function(i){return D(function(j){var
+c=a;return c},b1);if(aH)if(bw){var
+s=bw[1],b0=im(a,e),aG=E(function(a){return E(function(b){return E(function(a){return I(b,R(s,a))},a)},a)},b0);if(aG){var
+bR=h$(a),av=bR||G(a[1]),ax=av?h_(a,e,0):av;if(a[1])var
+bT=e[1],P=q(function(b){var
+g=e[4],f=aw(function(a){return w(a[1],b)},g),h=h$(a)?ax:h_(a,e,[0,b]),c=q(o$,f),d=a[6],i=d?E(function(i){return E(function(j){var
 b=i,a=j;for(;;){if(b){if(a){var
-c=a[1],d=b[1],e=x(d[1],c[1]);if(e){var
-f=cM(d[2],c[2]);if(f){var
+c=a[1],d=b[1],e=w(d[1],c[1]);if(e){var
+f=cT(d[2],c[2]);if(f){var
 b=b[2],a=a[2];continue}var
 g=f}else
 var
 g=e;var
 h=g}else
 var
-h=a;return h}return a?0:1}},c)},c):d;return[0,b,o(function(b){var
-c=hJ(a,b);return[0,b[2],c]},f),i,h]},bD);else
+h=a;return h}return a?0:1}},c)},c):d;return[0,b,q(function(b){var
+c=h5(a,b);return[0,b[2],c]},f),i,h]},bT);else
 var
-bE=0,bF=0,bG=hZ(e),H=[0,[0,a$(v),o(function(b){var
-c=fn(e,b),d=hH(o(function(b){var
-c=hJ(a,b);return cp(fm(e,b),c)},c));return[0,b,cp(aR(fo(e,b)),d)]},bG),bF,ao],bE];var
-q=fp(a),ap=D(or,e[4]),bq=0;if(ap){var
-aq=bj(a[3]);if(aq){var
-ar=O(a[3],a[2]);if(ar){var
-as=M(u,fp(a));if(as){var
-bH=hV(a),bI=fp(a),I=D(function(a){return hR(bI,a)},bH);bq=1}else
+bU=0,bV=0,bW=ik(e),P=[0,[0,aS(t),q(function(b){var
+c=fF(e,b),d=h3(q(function(b){var
+c=h5(a,b);return ct(fE(e,b),c)},c));return[0,b,ct(aU(fG(e,b)),d)]},bW),bV,ax],bU];var
+r=fH(a),az=E(pa,e[4]),bJ=0;if(az){var
+aB=a0(a[3]);if(aB){var
+aC=I(a[3],a[2]);if(aC){var
+aD=Q(v,fH(a));if(aD){var
+bX=ig(a),bZ=fH(a),S=E(function(a){return ib(bZ,a)},bX);bJ=1}else
 var
-p=as}else
+p=aD}else
 var
-p=ar}else
+p=aC}else
 var
-p=aq}else
+p=aB}else
 var
-p=ap;if(!bq)var
-I=p;var
-br=0;if(I){var
-at=O(Z,r);if(at){var
-au=D(function(b){var
-aa=aE(function(a){return x(a[1],b[1])},bi),c=b[2],d=_(function(a){return _(function(b){return x(a[1],b[1])?0:[0,[0,a,b],0]},c)},c);return D(function(J){var
-g=J[2],h=J[1],G=cJ(function(a){var
-c=x(a[1],b[1]),d=c?x(a[2],h[1]):c;return d?x(a[3],g[1]):d},aa);if(G){var
+p=az;if(!bJ)var
+S=p;var
+bK=0;if(S){var
+aE=I(T,s);if(aE){var
+aF=E(function(b){var
+aa=aw(function(a){return w(a[1],b[1])},bv),c=b[2],d=$(function(a){return $(function(b){return w(a[1],b[1])?0:[0,[0,a,b],0]},c)},c);return E(function(K){var
+g=K[2],h=K[1],G=cR(function(a){var
+c=w(a[1],b[1]),d=c?w(a[2],h[1]):c;return d?w(a[3],g[1]):d},aa);if(G){var
 f=a[4],Z=b[4];if(f)var
-W=a[5]?[0,h,[0,g,0]]:b[2],X=f[1],H=o(function(b){var
-a=bO(X);return b8(b[2],a)},W);else
+W=a[5]?[0,h,[0,g,0]]:b[2],X=f[1],H=q(function(b){var
+a=bS(X);return cb(b[2],a)},W);else
 var
 H=f;var
-_=w(H,Z),i=hW(u,G[1][4],_);if(i){var
-j=i[1],$=cp(r,g[2]),k=b8(h[2],$),s=cO(k),t=al(function(a,b){var
-c=cO(a[2]);return fj(B(a[1][2],c),b)},s,j),v=hT(k);if(v){var
-z=D(function(a){return hT(a[2])},j);if(z){var
-A=o(function(a){var
-b=hU(a[2]),c=cO(a[2]),d=bM(t,B(a[1][2],c));return[0,B(a[1][1],d),b]},j),R=hU(k),C=bM(t,s),S=function(c){var
-b=a[11],d=b?dZ(N,b[1][2],c[1][1]):a[2];return d2(q,d)},l=M(u,q),U=function(c){var
-b=a[11],d=b?dZ(N,b[1][1],c[1][1]):a[3];return d2(q,d)};if(l){var
-m=M(u,C);if(m){var
+_=x(H,Z),i=ih(v,G[1][4],_);if(i){var
+j=i[1],$=ct(s,g[2]),k=cb(h[2],$),p=cV(k),t=as(function(a,b){var
+c=cV(a[2]);return fB(B(a[1][2],c),b)},p,j),u=id(k);if(u){var
+y=E(function(a){return id(a[2])},j);if(y){var
+A=q(function(a){var
+b=ie(a[2]),c=cV(a[2]),d=by(t,B(a[1][2],c));return[0,B(a[1][1],d),b]},j),T=ie(k),C=by(t,p),U=function(c){var
+b=a[11],d=b?d8(O,b[1][2],c[1][1]):a[2];return d$(r,d)},l=Q(v,r),V=function(c){var
+b=a[11],d=b?d8(O,b[1][1],c[1][1]):a[3];return d$(r,d)};if(l){var
+m=Q(v,C);if(m){var
 c=A;for(;;){if(c){var
-n=V(u,c[1][1]);if(n){var
+n=N(v,c[1][1]);if(n){var
 c=c[2];continue}var
 d=n}else
 var
 d=1;if(d){var
-p=[0,[0,C,R],A],K=hF(p),P=hE(p),Q=B(q,K);return V(L(hG(U,S,hD(on,y(hC(function(n,o){var
-b=o[1],c=n[1],d=b[1],e=d[2],f=d[1],g=c[1],h=g[2],i=g[1],j=M(i,f);if(j)var
+o=[0,[0,C,T],A],L=h1(o),P=h0(o),S=B(r,L);return N(M(h2(V,U,hZ(o8,z(hY(function(n,o){var
+b=o[1],c=n[1],d=b[1],e=d[2],f=d[1],g=c[1],h=g[2],i=g[1],j=Q(i,f);if(j)var
 a=j;else{var
-k=x(i,f);if(k){var
-l=M(h,e);if(l)var
+k=w(i,f);if(k){var
+l=Q(h,e);if(l)var
 a=l;else{var
-m=x(h,e);if(m)return V(c[2],b[2]);var
+m=w(h,e);if(m)return N(c[2],b[2]);var
 a=m}}else
 var
-a=k}return a}),P))),Q),u)}var
+a=k}return a}),P))),S),v)}var
 e=d;break}}else
 var
 e=m}else
 var
 e=l;return e}var
-E=z}else
+D=y}else
 var
-E=v;return E}return i}var
-I=b[3];if(I)return I;var
-F=aO(hX(a));if(F){var
-Y=T(r,hX(a));return O(a[2],Y)}return F},d)},H);if(au){var
-C=D(function(a){return ae(function(b){var
-d=x(b[1],a[1]),e=d?F(x(a[2],a[3])):d;if(e)var
-f=b[2],c=ae(function(b){return x(b[1],a[2])},f);else
+D=u;return D}return i}var
+J=b[3];if(J)return J;var
+F=ah(ii(a));if(F){var
+Y=R(s,ii(a));return I(a[2],Y)}return F},d)},P);if(aF){var
+D=E(function(a){return ad(function(b){var
+d=w(b[1],a[1]),e=d?G(w(a[2],a[3])):d;if(e)var
+f=b[2],c=ad(function(b){return w(b[1],a[2])},f);else
 var
 c=e;if(c){var
-g=b[2];return ae(function(b){return x(b[1],a[3])},g)}return c},H)},bi);br=1}else
+g=b[2];return ad(function(b){return w(b[1],a[3])},g)}return c},P)},bv);bK=1}else
 var
-J=au}else
+U=aF}else
 var
-J=at}else
+U=aE}else
 var
-J=I;if(!br)var
-C=J}else
+U=S;if(!bK)var
+D=U}else
 var
-C=ax}else{var
-K=1;E=1}else{var
-K=ay;E=1}}else{var
-K=az;E=1}if(E)var
-C=K;var
-d=dF([0,C])}else
+D=aG}else{var
+V=1;K=1}else{var
+V=aH;K=1}}else{var
+V=aI;K=1}if(K)var
+D=V;var
+d=c8([0,D])}else
 var
 d=1;break;case
 2:var
-ai=c[3],aj=c[2],bl=c[1];if(bl){var
-k=bl[1];if(x(k[1],k[2]))var
-aF=eh(aj,iU),bP=aF?eh(ai,iU):aF,h=[0,bP];else{var
-aG=iT(aj);if(aG){var
-s=aG[1],aH=iT(ai);if(aH)if(x(aH[1],L(s,v))){var
-aA=eg(k,[0,s,fH]);if(aA)if(1===aA[1])var
-h=pY;else{var
-P=eg(k,[0,L(s,v),fH]),ak=0;if(P)if(1===P[1]){var
-aB=pZ;ak=1}else
+ap=c[3],aq=c[2],bA=c[1];if(bA){var
+l=bA[1];if(w(l[1],l[2]))var
+aN=eo(aq,jd),b3=aN?eo(ap,jd):aN,i=[0,b3];else{var
+aO=jc(aq);if(aO){var
+u=aO[1],aP=jc(ap);if(aP)if(w(aP[1],M(u,t))){var
+aJ=en(l,[0,u,f0]);if(aJ)if(1===aJ[1])var
+i=qH;else{var
+W=en(l,[0,M(u,t),f0]),ar=0;if(W)if(1===W[1]){var
+aK=qI;ar=1}else
 var
-h=p0;else{var
-aB=P;ak=1}if(ak)var
-h=aB}else{var
-Q=eg(k,[0,L(s,v),fH]);if(Q)var
-aC=1!==Q[1]?1:0,aD=aC?p1:aC;else
+i=qJ;else{var
+aK=W;ar=1}if(ar)var
+i=aK}else{var
+X=en(l,[0,M(u,t),f0]);if(X)var
+aL=1!==X[1]?1:0,aM=aL?qK:aL;else
 var
-aD=Q;var
-h=aD}}else
+aM=X;var
+i=aM}}else
 var
-h=p6;else
+i=qP;else
 var
-h=p7}else
+i=qQ}else
 var
-h=p8}}else
+i=qR}}else
 var
-aI=eh(aj,iV),bQ=aI?eh(ai,iV):aI,h=[0,bQ];var
-d=dF(h);break;case
+aQ=eo(aq,je),b4=aQ?eo(ap,je):aQ,i=[0,b4];var
+d=c8(i);break;case
 3:var
-bm=c[1],b4=c[2];if(bm)var
-bN=eg(bm[1],b4),bn=av(function(a){return 2<=a?0:1},bN);else
+bC=c[1],ch=c[2];if(bC)var
+b2=en(bC[1],ch),bE=aA(function(a){return 2<=a?0:1},b2);else
 var
-bn=pX;var
-b5=c[3],d=dF(av(function(a){return bL(b5,a)},bn));break;case
+bE=qG;var
+cj=c[3],d=c8(aA(function(a){return bx(cj,a)},bE));break;case
 4:var
-aK=j[1],bo=0===aK[0]?0:[0,aK[1]];if(bo){var
-n=c[2],f=c[1],b=bo[1],am=0;if(typeof
-n==="number")am=1;else
-switch(n[0]){case
+aT=f[1],bF=0===aT[0]?0:[0,aT[1]];if(bF){var
+o=c[2],g=c[1],b=bF[1],at=0;if(typeof
+o==="number")at=1;else
+switch(o[0]){case
 5:var
-bf=n[1];if(1===f[4]){var
-$=f[3];if($){var
-a8=f[2];if(a8)var
-a9=F(f[1]),aa=a9?bU(b):a9;else
+br=o[1];if(1===g[4]){var
+af=g[3];if(af){var
+bj=g[2];if(bj)var
+bk=G(g[1]),ag=bk?bY(b):bk;else
 var
-aa=a8;if(aa){var
-m=$[1],t=m[1],z=m[2],bZ=gw(b),b0=go(b[1]),aX=bU(b),G=0;if(aX){var
-aY=O(Z,m);if(aY){var
-b1=bu(0,ca(b)),aZ=D(function(f){var
-a=gv(b,f);if(a){var
-c=a[1],d=a[2];if(D(function(f){var
+ag=bj;if(ag){var
+n=af[1],y=n[1],A=n[2],ca=gR(b),cc=gJ(b[1]),a_=bY(b),L=0;if(a_){var
+a$=I(T,n);if(a$){var
+cd=bB(0,ce(b)),ba=E(function(f){var
+a=gQ(b,f);if(a){var
+c=a[1],d=a[2];if(E(function(f){var
 b=c,a=f;for(;;){if(b){if(a){var
-d=x(b[1],a[1]);if(d){var
+d=w(b[1],a[1]);if(d){var
 b=b[2],a=a[2];continue}var
 e=d}else
 var
-e=a;return e}return a?0:1}},d))return D(function(a){return V(eT(eS,t,z,c,c,a),u)},b0);var
-e=gm(0,aw(bZ,a));return D(function(a){var
-b=gn(a[1][1],a[2][1]);return V(eT(eS,t,z,a[1][2],a[2][2],b),u)},e)}return a},b1);if(aZ)if(bf){var
-g=bf[1],R=g[1],bs=0;if(R){var
-S=R[1],bR=gv(b,S),aL=bt(g[2],bR,0),bS=gv(b,S),aM=bt(g[3],bS,0),bT=gw(b),bV=bt(g[3],bT,0),bW=gw(b),aP=gn(bt(g[2],bW,0),bV),aQ=fh(S,ca(b)),bv=0;if(aQ){var
-bX=bx(b),aS=fh(g[2],bX);if(aS){var
-bY=bx(b),aT=fh(g[3],bY);if(aT){var
-aU=F(dc(g[2],g[3]));if(aU){var
-aV=x(eT(eS,t,z,aL,aM,aP),u);if(aV){var
-U=M(u,eT(wm,t,z,aL,aM,aP));bs=1;bv=1}else
+e=a;return e}return a?0:1}},d))return E(function(a){return N(e$(e_,y,A,c,c,a),v)},cc);var
+e=gH(0,ay(ca,a));return E(function(a){var
+b=gI(a[1][1],a[2][1]);return N(e$(e_,y,A,a[1][2],a[2][2],b),v)},e)}return a},cd);if(ba)if(br){var
+h=br[1],Z=h[1],bL=0;if(Z){var
+_=Z[1],b5=gQ(b,_),a1=bz(h[2],b5,0),b6=gQ(b,_),a2=bz(h[3],b6,0),b7=gR(b),b8=bz(h[3],b7,0),b9=gR(b),a3=gI(bz(h[2],b9,0),b8),a4=fz(_,ce(b)),bM=0;if(a4){var
+b_=bD(b),a5=fz(h[2],b_);if(a5){var
+b$=bD(b),a6=fz(h[3],b$);if(a6){var
+a7=G(dj(h[2],h[3]));if(a7){var
+a8=w(e$(e_,y,A,a1,a2,a3),v);if(a8){var
+aa=Q(v,e$(yg,y,A,a1,a2,a3));bL=1;bM=1}else
 var
-l=aV}else
+m=a8}else
 var
-l=aU}else
+m=a7}else
 var
-l=aT}else
+m=a6}else
 var
-l=aS}else
+m=a5}else
 var
-l=aQ;if(!bv)var
-aW=l}else
+m=a4;if(!bM)var
+a9=m}else
 var
-aW=R;if(!bs)var
-U=aW;var
-ab=U?F(O(m,Z)):U}else
+a9=Z;if(!bL)var
+aa=a9;var
+ai=aa?G(I(n,T)):aa}else
 var
-ab=O(m,Z);else{var
-W=aZ;G=1}}else{var
-W=aY;G=1}}else{var
-W=aX;G=1}if(G)var
-ab=W;var
-ac=[0,ab]}else
+ai=I(n,T);else{var
+ab=ba;L=1}}else{var
+ab=a$;L=1}}else{var
+ab=a_;L=1}if(L)var
+ai=ab;var
+aj=[0,ai]}else
 var
-ac=aa}else
+aj=ag}else
 var
-ac=$;var
-i=ac}else
+aj=af;var
+j=aj}else
 var
-i=0;break;case
+j=0;break;case
 6:var
-i=0;break;case
+j=0;break;case
 7:var
-b3=n[1];if(5===f[4]){var
-ad=f[3],bw=0;if(ad)if(b3){var
-i=0;bw=1}else{var
-a_=F(f[2]);if(a_)var
-ba=F(f[1]),af=ba?bU(b):ba;else
+cg=o[1];if(5===g[4]){var
+al=g[3],bN=0;if(al)if(cg){var
+j=0;bN=1}else{var
+bl=G(g[2]);if(bl)var
+bm=G(g[1]),am=bm?bY(b):bm;else
 var
-af=a_;if(af){var
-ag=ad[1],X=b[8][1],by=0;if(X){var
-a0=X[1],Y=b[8][2],bz=0;if(Y){var
-a1=Y[1],a2=ki(b),bB=0;if(a2){var
-a3=bU(b);if(a3){var
-a4=O(Z,ag);if(a4){var
-a5=O(a1,a0);if(a5){var
-b2=bu(0,ca(b)),bb=D(function(f){var
-c=kF(b,function(a){return a[2]},f,a0),a=kF(b,function(a){return a[3]},f,a1),g=bA(c,a),d=jv(ci(b),g),e=O(a,c);if(e){var
-h=cj(b)[2];return D(function(e){var
-f=T(a,bA(ag,Z)),g=kg(cj(b)[1],ag,e);return O(aN(d,T(bA(bA(c,d),a),g)),f)},h)}return e},b2);by=1;bz=1;bB=1}else
+am=bl;if(am){var
+an=al[1],ac=b[8][1],bO=0;if(ac){var
+bb=ac[1],ae=b[8][2],bP=0;if(ae){var
+bc=ae[1],bd=k3(b),bQ=0;if(bd){var
+be=bY(b);if(be){var
+bf=I(T,an);if(bf){var
+bg=I(bc,bb);if(bg){var
+cf=bB(0,ce(b)),bn=E(function(f){var
+c=lo(b,function(a){return a[2]},f,bb),a=lo(b,function(a){return a[3]},f,bc),g=bG(c,a),d=jP(cn(b),g),e=I(a,c);if(e){var
+h=co(b)[2];return E(function(e){var
+f=R(a,bG(an,T)),g=k1(co(b)[1],an,e);return I(ak(d,R(bG(bG(c,d),a),g)),f)},h)}return e},cf);bO=1;bP=1;bQ=1}else
 var
-A=a5}else
+C=bg}else
 var
-A=a4}else
+C=bf}else
 var
-A=a3}else
+C=be}else
 var
-A=a2;if(!bB)var
-a6=A}else
+C=bd;if(!bQ)var
+bh=C}else
 var
-a6=Y;if(!bz)var
-a7=a6}else
+bh=ae;if(!bP)var
+bi=bh}else
 var
-a7=X;if(!by)var
-bb=a7;var
-ah=[0,bb]}else
+bi=ac;if(!bO)var
+bn=bi;var
+ao=[0,bn]}else
 var
-ah=af}else
+ao=am}else
 var
-ah=ad;if(!bw)var
-i=ah}else
+ao=al;if(!bN)var
+j=ao}else
 var
-i=0;break;default:am=1}if(am){var
-bc=ki(b);if(bc)var
-bd=F(f[2]),be=bd?vl(b,f,n):bd;else
+j=0;break;default:at=1}if(at){var
+bo=k3(b);if(bo)var
+bp=G(g[2]),bq=bp?xf(b,g,o):bp;else
 var
-be=bc;var
-i=[0,be]}var
-d=dF(i)}else
+bq=bo;var
+j=[0,bq]}var
+d=c8(j)}else
 var
 d=1;break;case
 5:var
-d=bp?iP(bp[1],c[1]):1;break;default:var
-d=dF([0,c[1]])}switch(b6){case
+d=bt?i_(bt[1],c[1]):1;break;case
+6:var
+bH=c[1],bI=j4(f,bH);if(bI){var
+k=c[2],F=bI[1],Y=function(b,a){return b?a?I(b[1],a[1]):1:a?0:1};if(typeof
+k==="number")var
+J=1;else
+if(0===k[0])var
+aV=H(k[1],F[2]),J=aV?Y(F[1][10],k[2]):aV;else{var
+aW=k[2],aX=H(k[1],F[2]),au=0;if(aX){var
+aY=Y([0,T],aW);if(aY)var
+J=Y(aW,F[1][9]);else{var
+aZ=aY;au=1}}else{var
+aZ=aX;au=1}if(au)var
+J=aZ}if(J)var
+ck=bH?cl:ci,d=c8(ck);else
+var
+d=1}else
+var
+d=2;break;default:var
+d=c8([0,c[1]])}switch(cp){case
 0:return d;case
-1:return 1;default:return d?d:2}},c,b);return[0,a[1],d]},aU);if(j[3]&&F(ae(function(a){return 1===a[2]?1:0},ap)))return[1,k(xm)];return[0,ap]}return[1,k(xn)]}var
-aZ=i[1];return[0,o(function(a){return[0,a[1],2]},aZ)]}}return[1,z[1]]}function
-kK(c){var
-a=aj(c)-1|0,b=0;for(;;){if(0<=a){var
-d=[0,a5(c,a),b],a=a-1|0,b=d;continue}return b}}function
-kL(a){return fa(xq,e$(g$(function(a){if(32<=a&&!(ls<a))return hc(1,a);return y(hi(xp),a)},a)))}function
-xu(g,f){try{var
-h=l$(kK,f),a=xo(oe,kK(g),h)}catch(a){a=l0(a);if(a!==g8&&a!==g7)throw a;return xv}if(typeof
-a==="number")return xw;else{if(0===a[0]){var
+1:return 1;default:return d?d:2}},c,b);return[0,a[1],d]},aH);if(f[5]&&G(ad(function(a){return 1===a[2]?1:0},ao)))return[1,k(zg)];return[0,ao]}return[1,k(zh)]}var
+aI=e[1];return[0,q(function(a){return[0,a[1],2]},aI)]}}return[1,p[1]]}function
+lu(c){var
+a=ao(c)-1|0,b=0;for(;;){if(0<=a){var
+d=[0,a9(c,a),b],a=a-1|0,b=d;continue}return b}}function
+lv(a){return fs(zk,fr(hu(function(a){if(32<=a&&!(mc<a))return hx(1,a);return z(hD(zj),a)},a)))}function
+zo(g,f){try{var
+h=mV(lu,f),a=zi(o0,lu(g),h)}catch(a){a=mK(a);if(a!==hr&&a!==hq)throw a;return zp}if(typeof
+a==="number")return zq;else{if(0===a[0]){var
 b=a[1],c=function(e){var
 a=b;for(;;){if(a){var
 c=a[1][2]===e?1:0,d=a[2];if(c)return c;var
 a=d;continue}return 0}};if(c(1))var
 d=1;else
 var
-e=c(2),d=e?3:e;return[0,e$(g$(function(b){var
-c=c_(xx,kL(b[1]));switch(b[2]){case
+e=c(2),d=e?3:e;return[0,fr(hu(function(b){var
+c=df(zr,lv(b[1]));switch(b[2]){case
 0:var
-a=xr;break;case
+a=zl;break;case
 1:var
-a=xs;break;default:var
-a=xt}return c_(a,c)},b)),d]}return[0,[0,c_(xy,kL(a[1])),0],2]}}yH(function(b){var
-a=xu(b,0);return fa(xz,[0,p(Q+a[2]),a[1]])});g_(0);return}(globalThis));
+a=zm;break;default:var
+a=zn}return df(a,c)},b)),d]}return[0,[0,df(zs,lv(a[1])),0],2]}}AB(function(b){var
+a=zo(b,0);return fs(zt,[0,s(U+a[2]),a[1]])});ht(0);return}(globalThis));

@@ -5,7 +5,7 @@
 From Coq Require Import ZArith QArith List Ascii String.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
 From FairauditKernel Require WorstCase.
-From FairauditChecker Require Import Json Canonical Reading Table Statements Checker Nats TableText ClassText Document PolicyText PolicyDocument.
+From FairauditChecker Require Import Json Canonical Reading Table Statements Checker Nats TableText ClassText Document Drawn DrawnText PolicyText PolicyDocument.
 From FairauditChecker Require Policy PolicyChecker.
 From FairauditKernel Require Import Fractions.
 Import ListNotations.
@@ -122,10 +122,19 @@ Definition read_table_certificate (top subject : list (text * json)) (file : opt
     let ratio_of (local : bool) := match in_table metrics (if local then k_local else k_global) with Some (_, r) => r | None => None end in
     let* entries_left := get (many (left_out_of a H with_truth)) k_not_compared top in
     (* claims and targets *)
-    let* claims := get (fun v => let* vs := list_of v in numbered_each (read_claim digest (option_map class_of cl)) vs) k_claims top in
+    let special := [|| has_unknown H, has k_undecided subject | has k_changed top] in
+    let stated_intervals := match found k_intervals top with Some (Members ms) => ms | _ => [] end in
+    let covered := ~~ (special || has k_preparation subject || has k_evaluation subject) in
+    let of_local := if covered then drawn_of T true stated_intervals else None in
+    let of_global := if covered then drawn_of T false stated_intervals else None in
+    let interval_of (local : bool) := if local then of_local else of_global in
+    let gamma := match found k_utility subject with
+      | Some (Members us) => match found k_gamma us with Some (Text t) => t | _ => [] end
+      | _ => [] end in
+    let* claims := get (fun v => let* vs := list_of v in
+      numbered_each (fun i v => let* c := read_claim digest (option_map class_of cl) i v in with_population H gamma interval_of c v) vs) k_claims top in
     let* ts := get (fun v => let* vs := list_of v in numbered_each (read_target ratio_of (signed T) differences) vs) k_targets top in
     let* verdict := get string_of k_verdict top in
-    let special := [|| has_unknown H, has k_undecided subject | has k_changed top] in
     let* last := verdict_parts ts verdict in
     let* constants := get constant_items k_utility subject in
     let '(same_kind, same_population, same_columns) := same_about a (about_of H) in
@@ -141,7 +150,7 @@ Definition read_table_certificate (top subject : list (text * json)) (file : opt
       ++ constants
       ++ uncovered_items extra_keys subject "subject."
       ++ (if has k_spellings subject || no_spellings H then [] else [Item (of_string "subject.spellings") [Uncovered]])
-      ++ uncovered_items [k_intervals; k_changed] top ""
+      ++ interval_items interval_of claims (found k_intervals top) ++ uncovered_items [k_changed] top ""
       ++ (match cl with Some _ => [Item (of_string "the utility is in subject.class") [Uncovered]] | None => [] end)
       ++ map (fun n => Item (metric_name n.1) (by_names n.2.1)) metrics
       ++ map (fun n => Item n.1 (by_names n.2)) rate_items
@@ -152,7 +161,7 @@ Definition read_table_certificate (top subject : list (text * json)) (file : opt
     demand (match cl with Some _ => ~~ has k_intervals top | None => true end) "has intervals, which do not go with a class of utilities"
     (demand (match kind_of a with Probabilities => ~~ has k_intervals top | Counts => true end) "has intervals, which are not for probabilities"
     (demand (~~ signed T || (differences && match cl with Some _ => false | None => true end)) "has utilities below 0, of which differences have to be stated"
-    (Good (Some (Certificate (A_table T C) its (existsb (fun c => is_covered c && match assumed c with [] => false | _ => true end) claims
+    (Good (Some (Certificate (A_table T C) (interval_of true) (interval_of false) its (existsb (fun c => is_covered c && match assumed c with [] => false | _ => true end) claims
                                       && ~~ (has k_preparation subject || has k_evaluation subject)))))))
   end.
 
@@ -243,7 +252,7 @@ Definition read_policy_certificate (top subject : list (text * json)) (file : op
       ++ [Item k_verdict (judged_otherwise last)] in
     demand (rows_in_order rs) "the rows of the policy are not in order"
       (demand (forallb drawn rs || forallb (fun r => ~~ drawn r) rs) "the table gives draws for some rows of the policy only"
-        (Good (Read (Certificate (A_policy B U) its false))))
+        (Good (Read (Certificate (A_policy B U) None None its false))))
   end.
 
 Definition read_certificate (v : json) (file : option text) : read stated :=
@@ -264,8 +273,15 @@ Definition read_certificate (v : json) (file : option text) : read stated :=
 
 Definition decided (b : option bool) : outcome := match b with Some true => True_ | Some false => False_ | None => Not_covered end.
 
-(* What is known of a certificate, found out once: the facts of its table, and those of the policy without filters *)
-Record computed := Computed { of_table : facts; of_unfiltered : option facts }.
+(* What is known of a certificate, found out once: the facts of its table, those of the policy without filters, and its intervals *)
+Record computed := Computed { of_table : facts; of_unfiltered : option facts; of_local : option bool; of_global : option bool }.
+
+(* Whether the draws that the table counts prove an interval *)
+Definition proved_by_draws (c : certificate) (local : bool) : option bool :=
+  match interval_in c local with Some i => judged_by_draws (about_table c) local (its_interval i) | None => None end.
+
+Definition worked_out (c : certificate) : computed :=
+  Computed (facts_of (about_table c)) (option_map facts_of (without_filters c)) (proved_by_draws c true) (proved_by_draws c false).
 
 Definition outcome_of_part (c : certificate) (D : computed) (p : part) : outcome :=
   match p with
@@ -276,6 +292,11 @@ Definition outcome_of_part (c : certificate) (D : computed) (p : part) : outcome
   | Log_at_most r limit b => decided (option_map (Bool.eqb b) (log_at_most r limit))
   | Of_policy s r => match about_policy c with Some B => decided (PolicyChecker.policy_claim B s r) | None => False_ end
   | Unfiltered s => match of_unfiltered D with Some D => outcome_of D s | None => False_ end
+  | Of_population local s =>
+      match interval_in c local with
+      | Some i => if about_interval i s then decided (if local then of_local D else of_global D) else False_
+      | None => Not_covered
+      end
   | Fact b => decided (Some b)
   | Uncovered => Not_covered
   end.
@@ -309,7 +330,7 @@ Definition judged (s : stated) : report :=
   | Read c =>
       let T := about_table c in
       if well_formed c && valid T then
-        let D := Computed (facts_of T) (option_map facts_of (without_filters c)) in
+        let D := worked_out c in
         let os := map (outcome_of_item c D) (items c) in
         if unasked c && ~~ existsb (fun o => is_false o.2) os then Malformed (of_string "a claim lists assumptions that it does not rest on")
         else Outcomes os

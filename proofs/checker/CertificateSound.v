@@ -1,6 +1,6 @@
 (* What it means that the checker calls a statement of a certificate true, and that it is so.
 
-   The first part has to be read, with Document.v, PolicyDocument.v and Certificate.v, which say what the parts of each statement
+   The first part has to be read, with Document.v, PolicyDocument.v, DrawnText.v and Certificate.v, which say what the parts of each statement
    are, Meaning.v, which says when a statement about a table holds, and PolicyMeaning.v, which says it of a policy behind filters. *)
 
 From Coq Require Import ZArith QArith List.
@@ -8,7 +8,8 @@ From mathcomp Require Import all_ssreflect all_algebra.
 From mathcomp Require Import reals.
 From FairauditKernel Require Import Fractions FractionsSound.
 From FairauditKernel Require WorstCase WorstCaseSound ClaimSound.
-From FairauditChecker Require Import Json JsonSound Reading Table Statements Meaning Checker CheckerSound Nats NatsSound Document Certificate.
+From FairauditChecker Require Import Json JsonSound Reading Table Statements Meaning Checker CheckerSound Nats NatsSound Document Drawn DrawnText Certificate.
+From FairauditChecker Require DrawnMeaning DrawnSound.
 From FairauditChecker Require Policy PolicyMeaning PolicyChecker PolicyCheckerSound.
 
 Set Implicit Arguments.
@@ -32,6 +33,8 @@ Definition part_holds (c : certificate) (p : part) : Prop :=
   | Log_at_most r limit b => b = in_nats_at_most (omap (@ratio R) r) limit
   | Of_policy s _ => if about_policy c is Some B then PolicyMeaning.policy_holds R B s else False
   | Unfiltered s => if without_filters c is Some T then holds R T s else False
+  | Of_population local s =>
+      if interval_in c local is Some i then about_interval i s /\ DrawnMeaning.population_holds R (about_table c) local (its_interval i) else False
   | Fact b => b
   | Uncovered => False
   end.
@@ -48,8 +51,6 @@ Definition stated_and_true (file : text) (table_file : option text) (name : text
 Lemma decided_true b : decided b = True_ -> b = Some true.
 Proof. by case: b => [[]|]. Qed.
 
-Definition worked_out (c : certificate) : computed := Computed (facts_of (about_table c)) (option_map facts_of (without_filters c)).
-
 Lemma statement_true T s : valid T -> outcome_of (facts_of T) s = True_ -> holds R T s.
 Proof.
 by move=> ok; rewrite /outcome_of; case cov: (covered _ s) => //; case true_: (is_true_of _ s) => // _; apply: statement_sound.
@@ -57,7 +58,7 @@ Qed.
 
 Lemma part_sound c p : well_formed c -> valid (about_table c) -> outcome_of_part c (worked_out c) p = True_ -> part_holds c p.
 Proof.
-move=> formed ok; case: p => [s|local v es|r low high|r limit b|s r|s|b|] //=.
+move=> formed ok; case: p => [s|local v es|r low high|r limit b|s r|s|local s|b|] //=.
 - exact: statement_true.
 - case: (about_class c) => [[K T]|] //; case claimed: (WorstCase.claim_true K T local v es) => // _.
   exact: ClaimSound.claim_true_sound claimed.
@@ -68,6 +69,8 @@ move=> formed ok; case: p => [s|local v es|r low high|r limit b|s r|s|b|] //=.
   exact: PolicyCheckerSound.policy_claim_sound.
 - move: formed; rewrite /well_formed /without_filters; case: (its_subject c) => [//|B [T|//]] /andP[_ okT] /=.
   exact: statement_true.
+- case found: (interval_in c local) => [i|] //; case: (about_interval i s) => // /decided_true proved_; split=> //.
+  by apply: DrawnSound.drawn_sound; move: found proved_; rewrite /proved_by_draws; case: local => ->.
 - by case: b.
 Qed.
 

@@ -79,8 +79,9 @@ Definition to_the (q : Q) (n : Z) : Q := Qmake (power (Qnum q) n) (match power (
 
 (* How many cells are informative, and how many of them two compared cells can be. *)
 Definition used (ss : list sample) : Z := Z.of_nat (length (filter informative ss)).
+Definition lesser (a b : Z) : Z := if a <=? b then a else b.
 Definition spanned (ss : list sample) : Z :=
-  if strictly_rising (map block (filter informative ss)) then Z.min 1 (used ss) else Z.min 2 (used ss).
+  if strictly_rising (map block (filter informative ss)) then lesser 1 (used ss) else lesser 2 (used ss).
 
 (* The chance that one of s ends at the level u, or of the 2K - s others at the level l, is wrong, is at most 1 - c; if cells are independent
    chances that all are right multiply. *)
@@ -96,6 +97,12 @@ Definition levels_hold (i : interval) (ss : list sample) : bool :=
    else [&& positive_fraction u, positive_fraction l, positive_fraction (rest_of u) & positive_fraction (rest_of l)])
   && if each i then affordable (confidence i) (independent i) K s u zero && affordable (confidence i) (independent i) K s l l
      else at_most l u && affordable (confidence i) (independent i) K s u l.
+
+(* Of ends that hold together one number is free in the levels then; it may be chosen after the draws were seen. *)
+Definition in_proportion (i : interval) (ss : list sample) : bool :=
+  let (K, s) := (used ss, spanned ss) in
+  [|| each i, K =? 0
+    | let (a, b) := (times (number s) (upper_level i), times (number (2 * K - s)) (lower_level i)) in at_most a b && at_most b a].
 
 (* ---- The ends of the ratio ---- *)
 

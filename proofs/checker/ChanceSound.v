@@ -205,10 +205,13 @@ Qed.
 
 Let s w : nat := Z.to_nat (spanned (samples w)).
 
+Lemma lesserE a b : lesser a b = Z.min a b.
+Proof. by rewrite /lesser; case: Z.leb_spec => ?; lia. Qed.
+
 Lemma spannedE w : spanned (samples w) = Z.of_nat (s w) /\ (s w <= K)%N /\
   forall i j, compared blk i j -> (Coverage.informative n (fun i => val i) i + Coverage.informative n (fun i => val i) j <= s w)%N.
 Proof.
-rewrite /s /spanned usedE; case: ifP => [rise|_]; split; try lia; split; try lia.
+rewrite /s /spanned usedE !lesserE; case: ifP => [rise|_]; split; try lia; split; try lia.
   move=> i j /andP[/eqP e ne]; have := pair_informative ne; have := @rising_apart w i j rise.
   case: (Coverage.informative _ _ i) (Coverage.informative _ _ j) => -[] /= apart; [by case: (apart isT isT ne e) | lia..].
 move=> i j /andP[/eqP e ne]; have := pair_informative ne.
@@ -364,6 +367,49 @@ have [_ /andP[l0 l1] /andP[_ aff]] := levels set_i' lev; move: aff.
 have [-> [sK span]] := spannedE w' => aff; apply: affordable_prob indep sK span aff l0 (lexx _) l1 _ => x /others[j [[_ /and3P[_ _ low] wrong] le_l]].
 right; have [lo [hi [q [in_box ends_ false_]]]] := missed_below low wrong; exists lo, hi, q; split=> //.
 exact: box_wider le_l in_box.
+Qed.
+
+(* If the levels of ends that hold together are in proportion, they may be chosen after looking as well. *)
+Lemma spanned_same w w' : spanned (samples w) = spanned (samples w').
+Proof.
+have blocks x : List.map block (List.filter Chance.informative (samples x)) = [seq blk i | i <- enum 'I_N & Coverage.informative n (fun i => val i) i].
+  by rewrite -[List.map _ _]/(map block (filter Chance.informative (samples x))) filterE -map_comp.
+by rewrite /spanned !usedE !blocks.
+Qed.
+
+Lemma in_proportionE i w : each i = false -> in_proportion i (samples w) ->
+  K = 0%N \/ (s w)%:R * ratio (upper_level i) = (2 * K - s w)%:R * ratio (lower_level i) :> R.
+Proof.
+have [e [sK _]] := spannedE w; rewrite /in_proportion usedE => -> /=.
+case/orP=> [/Z.eqb_eq/(Nat2Z.inj K 0)|le]; [by left | right].
+move: le; rewrite e (sub_twice sK) !(at_mostE R) !ratio_times !numberE !embed_nat => le; by apply/eqP; rewrite eq_le.
+Qed.
+
+Theorem box_proportional :
+  (forall w, w \in S -> exists i, [/\ [/\ confidence i = c, each i = false & independent i = ind], in_proportion i (samples w),
+    box_accepted i (samples w) & ~ most_true (most i) \/ ~ least_true (least i)]) ->
+  prob P S <= 1 - ratio c.
+Proof.
+move=> all_w; have [->|[w wS]] := set_0Vmem S; first by rewrite /prob big_set0 subr_ge0.
+have [w' [i' [w'S [[ci ei ii] prop_i /and3P[lev _ _] _] others]]] := greatest_level upper_level wS all_w.
+have set_i : settled c false ind (upper_level i') (lower_level i') i' by [].
+have [/andP[u0 u1] /andP[l0 l1] /andP[/(at_mostP R) lu]] := levels set_i lev.
+have [-> [sK span]] := spannedE w' => aff; apply: (affordable_prob indep sK span aff l0 lu u1) => x /others[j [[[cj ej ij] prop_j /and3P[lev_j up low] wrong] le_u]].
+have le_l : ratio (lower_level j) <= ratio (lower_level i').
+  have set_j : settled c false ind (upper_level j) (lower_level j) j by [].
+  have [_ /andP[lj0 _] /andP[/(at_mostP R) lju _]] := levels set_j lev_j.
+  have sx : s x = s w' by rewrite /s (spanned_same x w').
+  have [K0|K0] := posnP K.
+    have /and4P[_ lz _ l0'] : [&& at_most (upper_level j) zero, at_most (lower_level j) zero, nonnegative (upper_level j) & nonnegative (lower_level j)].
+      by move: lev_j; rewrite /levels_hold usedE K0 => /andP[].
+    by rewrite (zeroE l0' lz).
+  have pos : 0 < (2 * K - s w')%:R :> R by rewrite ltr0n subn_gt0 (leq_ltn_trans sK) // mul2n -addnn -[X in (X < _)%N]addn0 ltn_add2l.
+  case: (in_proportionE ei prop_i) => [K0'|pi]; first by move: K0; rewrite K0'.
+  case: (in_proportionE ej prop_j) => [K0'|]; first by move: K0; rewrite K0'.
+  by rewrite sx => pj; rewrite -(ler_pmul2l pos) -pi -pj ler_wpmul2l ?ler0n.
+case: wrong => wrong; [left | right].
+  by have [lo [hi [r [in_box ends_ false_]]]] := missed_above up wrong; exists lo, hi, r; split=> //; apply: box_wider le_u in_box.
+by have [lo [hi [q [in_box ends_ false_]]]] := missed_below low wrong; exists lo, hi, q; split=> //; apply: box_wider le_l in_box.
 Qed.
 
 End Settled.

@@ -7,7 +7,7 @@
 From Coq Require Import ZArith QArith List Ascii String.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
 From FairauditKernel Require WorstCase.
-From FairauditChecker Require Policy.
+From FairauditChecker Require Policy Chance.
 From FairauditChecker Require Import Json Canonical Reading Table Statements TableText ClassText.
 From FairauditKernel Require Import Fractions.
 Import ListNotations.
@@ -18,6 +18,9 @@ Unset Printing Implicit Defensive.
 
 Local Open Scope list_scope.
 
+(* What is said of the interval of a ratio of the population: itself, or a claim with its scope about one of its ends *)
+Inductive of_interval := The_interval | Its_most (scope : text) (v : option Q) | Its_least (scope : text) (v : option Q).
+
 Inductive part :=
 | About (s : statement)                                        (* what is stated of the table *)
 | Worst_case (local : bool) (v : option Q) (es : list WorstCase.evidence) (* of every utility of the class, the ratio is at most v *)
@@ -25,6 +28,7 @@ Inductive part :=
 | Log_at_most (r : option Q) (limit : Q) (b : bool)            (* whether log r is at most the limit *)
 | Of_policy (s : Policy.statement) (r : Policy.reason)          (* what is claimed of a policy behind filters, by a theorem *)
 | Unfiltered (s : statement)                                   (* what is stated of the table of the policy without its filters *)
+| Of_population (local : bool) (s : of_interval)                (* what is stated of the population that was drawn from *)
 | Fact (b : bool)                                              (* what the document alone decides: labels, digests *)
 | Uncovered.
 
@@ -34,8 +38,13 @@ Inductive subject :=
 | A_table (T : table) (C : option (WorstCase.utilities * WorstCase.table)) (* with a class of utilities, if there is one *)
 | A_policy (B : Policy.behind) (unfiltered : option table).                (* without its filters, where that makes sense *)
 
+(* An interval as it is stated, and the scope of the claims about it *)
+Record drawn := Drawn { its_interval : Chance.interval; its_scope : text }.
+
 Record certificate := Certificate {
   its_subject : subject;
+  local_interval : option drawn; (* of the ratio of the population, where what is stated of it is covered *)
+  global_interval : option drawn;
   items : list item;
   unasked : bool (* a claim lists assumptions that it does not rest on *)
 }.
@@ -44,6 +53,7 @@ Record certificate := Certificate {
 Definition about_table (c : certificate) : table := match its_subject c with A_table T _ => T | A_policy B _ => Policy.induced_table B end.
 Definition about_class (c : certificate) := match its_subject c with A_table _ C => C | A_policy _ _ => None end.
 Definition about_policy (c : certificate) := match its_subject c with A_policy B _ => Some B | A_table _ _ => None end.
+Definition interval_in (c : certificate) (local : bool) : option drawn := if local then local_interval c else global_interval c.
 Definition without_filters (c : certificate) := match its_subject c with A_policy _ T => T | A_table _ _ => None end.
 
 (* ---- Names ---- *)

@@ -6,6 +6,7 @@ import copy
 import io
 import json
 import os
+import re
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 from itertools import islice, pairwise
@@ -197,8 +198,10 @@ def test_the_verified_program_runs_in_the_page(kind: Callable[..., Any], browser
     state, *lines = browser.proved()
     assert state == "agrees", lines
     assert browser.console() == []
-    about_drawn = [line for line in lines if "binomial" in line or line.endswith("intervals")]
-    assert all(line.startswith("– not checked in this page") for line in about_drawn)
+    about_drawn = [line for line in lines if "binomial" in line or "intervals" in line]
+    covered = [line for line in about_drawn if kind is given_truth and re.search(r"intervals\.(local|global)$|_ratio", line)]
+    assert all(line.startswith("✓ " if line in covered else "– not checked in this page") for line in about_drawn)
+    assert len(covered) == 6 * (kind is given_truth)
     assert not any(line.startswith("✗") for line in lines)
     digest = certificate.document["subject"]["table"]["sha256"]
     other = certificate.text.replace(digest, digest[::-1]).encode()

@@ -64,8 +64,8 @@ def altered(pick: random.Random, box: Box) -> Box:
         place, side = pick.randrange(len(box[what])), pick.randrange(2)
         box[what][place][side] *= factor
     elif what == "levels":
-        side = pick.randrange(2)  # of ends that hold together both: the checker wants them in proportion, the program takes any
-        box["levels"] = [level * factor if i == side or not box["each"] else level for i, level in enumerate(box["levels"])]
+        sides = pick.choice([(0,), (1,), (0, 1)])
+        box["levels"] = [level * factor if i in sides else level for i, level in enumerate(box["levels"])]
     elif what == "confidence":
         box["confidence"] = min(box["confidence"] * (1 + TINY), 1 - TINY)
     elif what == "ratio":
@@ -139,7 +139,8 @@ def applied(box: Box) -> str:
     flags = f"{boolean(box['each'])} {boolean(box['independent'])}"
     levels = " ".join(map(quotient, box["levels"]))
     ends = " ".join(map(in_coq, box["ratio"]))
-    return f"box_accepted (Interval {quotient(box['confidence'])} {flags} {levels} [{upper}] [{lower}] {pair} {ends}) [{samples}]"
+    interval = f"(Interval {quotient(box['confidence'])} {flags} {levels} [{upper}] [{lower}] {pair} {ends})"
+    return f"(let ss := [{samples}] in let i := {interval} in andb (in_proportion i ss) (box_accepted i ss))"
 
 
 def by_program(program: Path, folder: Path, boxes: list[Box]) -> list[bool]:

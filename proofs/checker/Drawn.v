@@ -1,0 +1,93 @@
+(* Whether an interval of a ratio is proved by the draws that a table counts.
+
+   This file only computes; DrawnMeaning.v says what it means and DrawnSound.v proves it.  It follows docs/certificate-samples.md for
+   tables of counts.  A pool holds the draws that have one mean: of the local ratio those of a cell, in each context with two cells or
+   more; of the global ratio those of a group in all contexts.  Pools of one block are compared. *)
+
+From Coq Require Import ZArith QArith List Ascii.
+From mathcomp Require Import ssreflect ssrfun ssrbool.
+From FairauditKernel Require Import Fractions.
+From FairauditChecker Require Import Table Chance.
+Import ListNotations.
+
+Set Implicit Arguments.
+Unset Strict Implicit.
+Unset Printing Implicit Defensive.
+
+Local Open Scope Z_scope.
+
+Record pool := Pool {
+  of_block : Z;
+  values : list Q; (* of each decision *)
+  counts : list Z  (* how often it was drawn *)
+}.
+
+(* ---- The pools of a table ---- *)
+
+Definition whole (q : Q) : option Z := match Qden q with xH => Some (Qnum q) | _ => None end.
+
+Fixpoint all_of {A B} (f : A -> option B) (xs : list A) : option (list B) :=
+  match xs with
+  | x :: rest => match f x, all_of f rest with Some y, Some ys => Some (y :: ys) | _, _ => None end
+  | [] => Some []
+  end.
+
+Definition values_of (T : table) (c : cell) : option (list Q) :=
+  match utility T with Some gs => Some gs | None => all_of id (gains c) end.
+
+(* The cells of contexts with two or more, each with the number of its block; n is that of the block of the context [before]. *)
+Fixpoint compared_cells (n before : Z) (cs : list cell) : list (Z * cell) :=
+  match cs with
+  | c :: rest =>
+      if context c =? before then (n, c) :: compared_cells n before rest
+      else if (match rest with d :: _ => context d =? context c | [] => false end) then (n + 1, c) :: compared_cells (n + 1) (context c) rest
+      else compared_cells n before rest
+  | [] => []
+  end.
+
+Definition local_pools (T : table) : option (list pool) :=
+  all_of (fun nc : Z * cell =>
+    match values_of T nc.2, all_of whole (weights nc.2) with Some gs, Some ns => Some (Pool nc.1 gs ns) | _, _ => None end)
+    (compared_cells (-1) (-1) (cells T)).
+
+Fixpoint added (ms ns : list Z) : list Z :=
+  match ms, ns with m :: ms, n :: ns => m + n :: added ms ns | [], ns => ns | ms, [] => ms end.
+
+Definition global_pools (T : table) : option (list pool) :=
+  match utility T with
+  | None => None
+  | Some gs =>
+      let own a := filter (fun c => group c =? a) (cells T) in
+      all_of (fun cs => option_map (fun nss => Pool 0 gs (fold_left added nss [])) (all_of (fun c => all_of whole (weights c)) cs))
+        (filter (fun cs => match cs with [] => false | _ => true end) (map own (range (groups T))))
+  end.
+
+(* None: what is not covered *)
+Definition pools_of (T : table) (local : bool) : option (list pool) :=
+  match population T with Counted => if local then local_pools T else global_pools T | _ => None end.
+
+(* ---- Draws that are worth one number or nothing ---- *)
+
+Definition sum (ns : list Z) : Z := fold_left Z.add ns 0.
+Definition greatest (qs : list Q) : Q := fold_left (fun m q => if at_most q m then m else q) qs zero.
+Definition is_nothing (q : Q) : bool := Qnum q =? 0.
+
+Definition sample_of (p : pool) : option sample :=
+  let v := greatest (values p) in
+  if nonnegative v && forallb (fun q => is_nothing q || (at_most q v && at_most v q)) (values p) then
+    Some (Sample (of_block p) (sum (counts p)) (sum (map (fun gn => if is_nothing gn.1 then 0 else gn.2) (combine (values p) (counts p)))) v)
+  else None.
+
+(* ---- The judgement ---- *)
+
+(* None: not covered *)
+Definition judged_by_pools (i : interval) (ps : list pool) : option bool :=
+  match all_of sample_of ps with
+  | Some ((_ :: _) as ss) => if forallb is_summed ss then Some [&& at_most (confidence i) one, in_proportion i ss & box_accepted i ss] else None
+  | _ => None
+  end.
+
+Definition proved_by_pools (i : interval) (ps : list pool) : bool := match judged_by_pools i ps with Some b => b | None => false end.
+
+Definition judged_by_draws (T : table) (local : bool) (i : interval) : option bool :=
+  match pools_of T local with Some ps => judged_by_pools i ps | None => None end.
