@@ -22,7 +22,6 @@ STEPS = ((0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 1))
 # 3880899/2744210 is a convergent of √2: no fraction with a smaller denominator lies between the two. Two routes whose numbers of diagonal
 # steps differ by less than the denominator are therefore ordered as √2 orders them, and all sums are integers below 2^53, exact in float64.
 DIAGONAL, STRAIGHT = 3_880_899, 2_744_210
-BLOCK = 1 << 14
 
 
 @dataclass(frozen=True)
@@ -159,27 +158,22 @@ def _allowed(free: NDArray[np.bool_], *, corner_cutting: bool) -> NDArray[np.uin
 
 
 def _graph(allowed: NDArray[np.uint8]) -> Any:
-    """Sparse matrix of the costs of steps, built in blocks that stay in the cache."""
+    """Sparse matrix of the costs of steps, filled in step by step."""
     from scipy.sparse import csr_array
 
-    columns, cells = allowed.shape[1], allowed.size
-    flat = allowed.ravel()
-    ends = np.zeros(cells + 1, np.int64)
-    np.cumsum(np.bitwise_count(flat), out=ends[1:], dtype=np.int64)
+    flat, cells = allowed.ravel(), allowed.size
+    ends = np.concatenate([[0], np.cumsum(np.bitwise_count(flat), dtype=np.int64)])
     size = int(ends[-1])
     if max(size, cells) > np.iinfo(np.int32).max:
         raise InputError(f"a map of {cells:,} cells with {size:,} steps is too large to plan on; use a coarser resolution or bounds")
-    targets, costs = np.empty(size, np.int32), np.empty(size)
-    block = min(BLOCK, cells)
-    offsets = np.array([i * columns + j for i, j in STEPS], np.int32)
-    ahead = (np.arange(block, dtype=np.int32)[:, None] + offsets).ravel()
-    prices = np.tile(np.array([STRAIGHT] * 4 + [DIAGONAL] * 4, np.float64), block)
-    for first in range(0, cells, block):
-        chosen = np.unpackbits(flat[first : first + block], bitorder="little").view(np.bool_)
-        there = slice(int(ends[first]), int(ends[min(first + block, cells)]))
-        np.add(ahead[: chosen.size][chosen], first, out=targets[there])
-        costs[there] = prices[: chosen.size][chosen]
-    return csr_array((costs, targets, ends.astype(np.int32)), shape=(cells, cells))
+    ends = ends.astype(np.int32)
+    targets, costs, filled = np.empty(size, np.int32), np.empty(size), ends[:-1].copy()
+    for bit, (i, j) in enumerate(STEPS):
+        sources = np.flatnonzero(flat & np.uint8(1 << bit))
+        there = filled[sources]
+        targets[there], costs[there] = sources + (i * allowed.shape[1] + j), DIAGONAL if i and j else STRAIGHT
+        filled[sources] += 1
+    return csr_array((costs, targets, ends), shape=(cells, cells))
 
 
 def waypoints(route: Route, frame: Frame) -> list[tuple[float, float]]:
