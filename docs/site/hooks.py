@@ -181,7 +181,9 @@ def executed(name: str, source: str) -> tuple[str, dict[str, bytes]]:
     notebook = nbformat.reads(source, as_version=4)
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ.get('PATH', '')}"}
     with tempfile.TemporaryDirectory() as folder:
-        NotebookClient(notebook, timeout=120, resources={"metadata": {"path": folder}}).execute(env=environment)
+        (Path(folder) / "gallery").symlink_to(ROOT / "docs" / "gallery")
+        (here := Path(folder) / "notebooks").mkdir()
+        NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(here)}}).execute(env=environment)
     title, *cells = notebook.cells
     needs = "`pip install 'fairaudit-certify[plots,report]' jupyterlab pytest`"
     parts = [title.source, f"This page is a notebook: [download it]({name}.ipynb). It needs {needs}."]
