@@ -156,12 +156,14 @@ def test_every_file_of_data_has_its_source_and_licence() -> None:
 # Every certificate is true, by each road
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", CERTIFICATES, ids=lambda path: f"{path.parent.name}-{path.stem}")
 def test_every_certificate_is_true(path: Path) -> None:
     assert main(["verify", "--quiet", str(path)]) == 0
     assert checker.main(["--quiet", str(path)]) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ENTRIES)
 def test_every_page_holds_a_true_certificate(name: str) -> None:
     pages = list((GALLERY / name).glob("*.html"))
@@ -170,6 +172,7 @@ def test_every_page_holds_a_true_certificate(name: str) -> None:
         assert main(["verify", "--quiet", str(page)]) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", CERTIFICATES, ids=lambda path: f"{path.parent.name}-{path.stem}")
 def test_the_verified_program_finds_nothing_false(path: Path) -> None:
     """What it judges it finds true; what it leaves is the Python checker's, and the page says what that is."""
@@ -414,6 +417,7 @@ def test_every_headline_has_a_second_computation() -> None:
     assert list(SECOND) == list(ENTRIES)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SECOND)
 def test_headlines_are_those_of_plain_loops(name: str, tmp_path: Path) -> None:
     SECOND[name](*([tmp_path] if SECOND[name] is stream else []))
