@@ -87,6 +87,7 @@ OPTIONS = (
     ("clearance", "M", "height up to which the way must be clear (default 1.5)"),
     ("robot-radius", "M", "radius of the robot (default 0)"),
     ("keepout", "MASK", "a map.yaml whose occupied cells are not to be entered"),
+    ("room-names", "FILE", "lines x,y,name: names of rooms that are not labelled, each by a point in it (default: room 1, room 2 …)"),
     ("free-below", "PERCENT", "occupancy below which cells of a map are free (default 1, of a recording 20)"),
 )
 
@@ -117,6 +118,7 @@ def _maps(arguments: argparse.Namespace) -> Answer:
     from dataclasses import asdict
 
     from fairaudit.plugins.navigation.render import draw_maps
+    from fairaudit.plugins.navigation.rooms import rooms_of
     from fairaudit.plugins.navigation.scenario import KEYS, read_scan
     from fairaudit.words import plain
 
@@ -131,7 +133,9 @@ def _maps(arguments: argparse.Namespace) -> Answer:
     if sys.stderr.isatty():
         print(f"reading {plain(arguments.scan)} …", file=sys.stderr)
     maps, points, _, notes = read_scan(Path(arguments.scan), reading, options)
-    draw_maps(maps, points, Path(arguments.folder))
+    rooms, said = rooms_of(maps, points, arguments.room_names)
+    notes = (*notes, *said)
+    draw_maps(maps, rooms, Path(arguments.folder))
     frame = maps.frame
     lines = [f"note: {note}" for note in notes]
     if points is not None:

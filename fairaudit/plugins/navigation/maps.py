@@ -35,6 +35,7 @@ class Maps:
     height: NDArray[np.float64] = field(repr=False)  # its z in metres, -inf where there is none
     free: NDArray[np.bool_] = field(repr=False)  # which cells can be traversed
     floor: float  # its z in metres
+    ground: NDArray[np.bool_] = field(repr=False)  # which cells are free, whatever the robot's radius and a keepout mask
 
     @property
     def grid(self) -> OccupancyGrid:
@@ -120,7 +121,7 @@ def rasterise(
     _shade(rgb, top, ground)
     shape = (frame.rows, frame.columns)
     free = (low & ~blocked).reshape(shape)
-    return Maps(frame, rgb.reshape(*shape, 3), top.reshape(shape), inflate(free, robot_radius / frame.resolution), ground)
+    return Maps(frame, rgb.reshape(*shape, 3), top.reshape(shape), inflate(free, robot_radius / frame.resolution), ground, free)
 
 
 def raise_tops(
@@ -244,7 +245,7 @@ def maps_of_grid(grid: OccupancyGrid, robot_radius: float = 0.0) -> Maps:
     shade = np.select([grid.free, grid.states == UNKNOWN], [255, 205], 150 - 1.5 * grid.states).astype(np.uint8)
     rgb = np.repeat(shade[:, :, None], 3, axis=2)
     free = inflate(grid.free, robot_radius / grid.frame.resolution)
-    return Maps(grid.frame, rgb, np.where(grid.states == UNKNOWN, -inf, 0.0), free, 0.0)
+    return Maps(grid.frame, rgb, np.where(grid.states == UNKNOWN, -inf, 0.0), free, 0.0, grid.free)
 
 
 def shut(frame: Frame, mask: OccupancyGrid) -> NDArray[np.bool_]:

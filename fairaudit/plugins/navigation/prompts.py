@@ -153,7 +153,7 @@ def draw(
         )
     floorplan = image.fromarray(np.ascontiguousarray(rgb)).resize((columns * factor, rows * factor), image.Resampling.NEAREST)
     if not routes:
-        return _picture(floorplan, (0, 0, factor), [])
+        return finished(floorplan, (0, 0, factor), [])
     size, line = text_size(side), line_width(side)
     left, top, ring = size, 3 * size, max(1, round(line / 3))
     width, height = max(floorplan.width + 2 * left, 16 * size), floorplan.height + top + left
@@ -161,7 +161,7 @@ def draw(
     shown = range(len(routes)) if chosen is None else (chosen,)
     fills = [colour(number, 0) if chosen is None else RED for number in range(len(routes))]
 
-    sheet = _Sheet(_kept(paths, width, height, top, (line + 4 * ring, 3 * line + 2 * ring), step := ceil(side / LAYOUT_SIDE)), step, size)
+    sheet = Sheet(_kept(paths, width, height, top, (line + 4 * ring, 3 * line + 2 * ring), step := ceil(side / LAYOUT_SIDE)), step, size)
     goals = [sheet.put(f"{n + 1} {name}", path[-1], fills[n]) for n, (path, name) in enumerate(zip(paths, names, strict=True))]
     labels = [*sheet.put("start", paths[0][0], INK), *(label for n in shown for label in goals[n])]
     labels += sheet.put_rooms(*rooms, (left, top, factor)) if rooms else []
@@ -177,10 +177,10 @@ def draw(
     for number, stretch, turn in _stretches(paths, shown, max(1, round(4 * line / factor))):
         pen.line(stretch, fill=colour(number, turn) if chosen is None else RED, width=line, joint="curve")
     for radius, fill in ((2 * line + 2 * ring, PAPER), (2 * line + ring, INK), (2 * line, PAPER), (line, INK)):
-        _disc(pen, paths[0][0], radius, fill)
+        disc(pen, paths[0][0], radius, fill)
     for number in shown:
         for radius, fill in ((3 * line + 2 * ring, PAPER), (3 * line, INK), (3 * line - 2 * ring, fills[number])):
-            _star(pen, paths[number][-1], radius, fill)
+            star(pen, paths[number][-1], radius, fill)
     if chosen is not None:
         letters, extent = set_text(str(chosen + 1), 3 * size // 2, width)
         labels.append(Label(str(chosen + 1), (size // 2, 0), extent, (0, 0), PAPER, letters))
@@ -188,10 +188,10 @@ def draw(
         labels.append(_bar(pen, resolution / factor, width, size, ring))
     for label in labels:
         label.draw(pen, ring)
-    return _picture(picture, (left, top, factor), labels)
+    return finished(picture, (left, top, factor), labels)
 
 
-def _picture(picture: Any, place: tuple[int, int, int], labels: Sequence[Label]) -> Picture:
+def finished(picture: Any, place: tuple[int, int, int], labels: Sequence[Label]) -> Picture:
     buffer = io.BytesIO()
     picture.save(buffer, "PNG")
     digest = hashlib.sha256(picture.tobytes()).hexdigest()
@@ -206,15 +206,15 @@ def _kept(paths: Sequence[list[Point]], width: int, height: int, top: int, wide:
     for path in paths:
         pen.line([(x / step, y / step) for x, y in path], fill=1, width=ceil(wide[0] / step) + 1)
         for x, y in (path[0], path[-1]):
-            _disc(pen, (x / step, y / step), wide[1] / step + 1, 1)
+            disc(pen, (x / step, y / step), wide[1] / step + 1, 1)
     return np.array(kept)
 
 
-def _disc(pen: Any, at: Point, radius: float, fill: Any) -> None:
+def disc(pen: Any, at: Point, radius: float, fill: Any) -> None:
     pen.ellipse([at[0] - radius, at[1] - radius, at[0] + radius, at[1] + radius], fill=fill)
 
 
-def _star(pen: Any, at: Point, radius: float, fill: Any) -> None:
+def star(pen: Any, at: Point, radius: float, fill: Any) -> None:
     reach = [radius * (1.0, 0.5)[k % 2] for k in range(10)]
     pen.polygon([(at[0] + r * sin(pi * k / 5), at[1] - r * cos(pi * k / 5)) for k, r in enumerate(reach)], fill=fill)
 
@@ -241,7 +241,7 @@ def _stretches(paths: Sequence[list[Point]], shown: Sequence[int], steps: int) -
 
 
 @dataclass
-class _Sheet:
+class Sheet:
     """Where a picture is taken, in squares of so many pixels, and the height of letters."""
 
     taken: NDArray[np.bool_]

@@ -15,7 +15,7 @@ from fairaudit.plugins.navigation.exports import FORMAT
 
 if TYPE_CHECKING:
     from fairaudit.plugins.navigation.maps import Maps
-    from fairaudit.plugins.navigation.readers import Points
+    from fairaudit.plugins.navigation.rooms import Rooms
     from fairaudit.plugins.navigation.scenario import CandidateSet
 
 __all__ = ["FORMAT", "add", "draw_maps", "render", "run"]
@@ -96,15 +96,15 @@ def render(found: CandidateSet, folder: Path) -> dict[str, Any]:
         If pillow is missing, or a file cannot be written.
     """
     from fairaudit.files import write_atomically
+    from fairaudit.plugins.navigation.diagram import draw_topology
     from fairaudit.plugins.navigation.prompts import draw, view
     from fairaudit.plugins.navigation.routes import Route
-    from fairaudit.plugins.navigation.topology import footprints
 
-    scenario, frame, points = found.scenario, found.maps.frame, found.points
-    draw_maps(found.maps, points, folder, scale=scenario.scale)
+    scenario, frame = found.scenario, found.maps.frame
+    draw_maps(found.maps, found.rooms, folder, scale=scenario.scale)
     part = view(found.maps, [candidate.route for candidate in found.candidates])
     routes = [Route(candidate.route.cells - [part[0].start, part[1].start]) for candidate in found.candidates]
-    rooms = (points.rooms, footprints(points, frame)[part]) if points is not None and points.rooms else None
+    rooms = (found.rooms.names, found.rooms.owner[part]) if found.rooms is not None else None
     listed = []
     for chosen in (None, *range(len(routes))):
         picture = draw(
@@ -121,6 +121,9 @@ def render(found: CandidateSet, folder: Path) -> dict[str, Any]:
             continue
         candidate = found.candidates[chosen]
         write_atomically(folder / picture_name(candidate.index), [picture.png])
+        if found.rooms is not None:
+            diagram = draw_topology(found.maps, found.rooms, candidate.route, scale=scenario.scale)
+            write_atomically(folder / f"topology-{candidate.index}.png", [diagram.png])
         listed.append(
             {
                 "index": candidate.index,
@@ -150,8 +153,8 @@ def render(found: CandidateSet, folder: Path) -> dict[str, Any]:
     return document
 
 
-def draw_maps(maps: Maps, points: Points | None, folder: Path, *, scale: int | None = None) -> None:
-    """Write top view, traversability map (as a picture, and for ROS) and, of an annotated scan, the topological map.
+def draw_maps(maps: Maps, rooms: Rooms | None, folder: Path, *, scale: int | None = None) -> None:
+    """Write top view, traversability map (as a picture, and for ROS) and, where there are rooms, the topological map.
 
     Raises
     ------
@@ -159,10 +162,11 @@ def draw_maps(maps: Maps, points: Points | None, folder: Path, *, scale: int | N
         If a library of the extra is missing, or a file cannot be written.
     """
     from fairaudit.files import write_atomically
+    from fairaudit.plugins.navigation.diagram import draw_topology
     from fairaudit.plugins.navigation.grids import write_ros_map
     from fairaudit.plugins.navigation.maps import maps_of_grid
     from fairaudit.plugins.navigation.prompts import draw
-    from fairaudit.plugins.navigation.topology import topology, topology_json
+    from fairaudit.plugins.navigation.topology import topology_json
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -171,6 +175,7 @@ def draw_maps(maps: Maps, points: Points | None, folder: Path, *, scale: int | N
     write_atomically(folder / "top-view.png", [draw(maps.rgb, scale=scale).png])
     write_atomically(folder / "traversability.png", [draw(maps_of_grid(maps.grid).rgb, scale=scale).png])
     write_ros_map(maps.grid, folder / "map.yaml")
-    if points is not None and points.rooms:
-        text = json.dumps(topology_json(topology(points)), ensure_ascii=False, indent=1)
+    if rooms is not None:
+        text = json.dumps(topology_json(rooms.graph), ensure_ascii=False, indent=1)
         write_atomically(folder / "topology.json", [text.encode(), b"\n"])
+        write_atomically(folder / "topology.png", [draw_topology(maps, rooms, scale=scale).png])

@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 from fairaudit.errors import InputError, shown
 from fairaudit.libraries import library
 from fairaudit.plugins.navigation.grids import Frame
-from fairaudit.plugins.navigation.topology import NOWHERE, middle
+from fairaudit.plugins.navigation.maps import Maps
+from fairaudit.plugins.navigation.readers import Points
+from fairaudit.plugins.navigation.topology import NOWHERE, footprints, middle, topology
 
-__all__ = ["Rooms", "find_rooms", "read_names"]
+__all__ = ["Rooms", "find_rooms", "read_names", "rooms_of"]
 
 NARROWEST, WIDEST = 0.6, 1.4  # doors
 WIDER = 0.12  # by how much half the width of a room is more than that of its doors
@@ -52,6 +54,22 @@ class Rooms:
     names: tuple[str, ...]
     owner: NDArray[np.integer[Any]] = field(repr=False)
     graph: Any = field(repr=False)
+
+
+def rooms_of(maps: Maps, points: Points | None, names: str | Path | None = None) -> tuple[Rooms | None, tuple[str, ...]]:
+    """Rooms of a scan or map as they are labelled, else as they are found; and a note of what was found, or why nothing was."""
+    if points is not None and points.rooms:
+        if names is not None:
+            raise InputError("the scan has rooms with names of their own; room_names goes with scans and maps without")
+        return Rooms(maps.frame, points.rooms, footprints(points, maps.frame), topology(points)), ()
+    try:
+        rooms = find_rooms(maps.ground, maps.frame, read_names(Path(names)) if names is not None else ())
+    except InputError as error:
+        if names is not None:
+            raise
+        return None, (f"no rooms: {error}",)
+    doors = sum(len(edge["doors"]) for *_, edge in rooms.graph.edges(data=True))
+    return rooms, (f"rooms are not labelled; found: {len(rooms.names)}, and doors between them: {doors}",)
 
 
 def find_rooms(free: Mask, frame: Frame, names: Sequence[tuple[float, float, str]] = ()) -> Rooms:

@@ -19,8 +19,8 @@ from fairaudit.plugins.navigation.grids import FREE, OCCUPIED, OccupancyGrid, re
 from fairaudit.plugins.navigation.ground import advice, prepare
 from fairaudit.plugins.navigation.maps import BAND, RESOLUTION, Maps, clearances, maps_of_grid, rasterise, shut
 from fairaudit.plugins.navigation.readers import Points, read_points
+from fairaudit.plugins.navigation.rooms import Rooms, rooms_of
 from fairaudit.plugins.navigation.routes import Cell, Flood, Route, flood, nearest_free, waypoints
-from fairaudit.plugins.navigation.topology import footprints
 
 __all__ = ["Candidate", "CandidateSet", "Place", "Scenario", "plan_candidates", "read_scan", "read_scenario", "scenarios_of"]
 
@@ -83,6 +83,7 @@ class CandidateSet:
     start: tuple[float, float]
     candidates: tuple[Candidate, ...]
     notes: tuple[str, ...]
+    rooms: Rooms | None = field(repr=False)
 
 
 def read_scenario(path: str | Path) -> Scenario:
@@ -140,8 +141,8 @@ def _scenario(path: Path, digest: str, document: Mapping[str, Any]) -> Scenario:
     scan, options, context, routes, pictures = (_section(document, name) for name in ("scan", "map", "context", "routes", "pictures"))
     start = read_section(document, "start")
     check_keys(start, PLACE_KEYS, "[start]")
-    if "keepout" in options:
-        options["keepout"] = path.parent / options["keepout"]
+    for key in {"keepout", "room_names"} & options.keys():
+        options[key] = path.parent / options[key]
     for key in CONTEXT_KEYS if context else ():
         if key not in context:
             raise InputError(f"the {key} of [context] is missing; column and values are needed")
@@ -222,7 +223,7 @@ KEYS: Mapping[str, Mapping[str, Callable[[object, str], Any]]] = {
     },
     "map": {
         "resolution": _number, "bounds": _numbers(4), "floor": _number, "ceiling": _number, "band": _numbers(2), "clearance": _number,
-        "robot_radius": _number, "keepout": _text, "free_below": _count,
+        "robot_radius": _number, "keepout": _text, "room_names": _text, "free_below": _count,
     },
     "context": {"column": _text, "values": _texts},
     "routes": {"corner_cutting": _flag, "equal_within": _positive},
@@ -252,6 +253,7 @@ def _profile(value: object, label: str) -> dict[str, str | int | float]:
 def read_scan(path: Path, reading: Mapping[str, Any], options: Mapping[str, Any]) -> tuple[Maps, Points | None, str, tuple[str, ...]]:
     """Read a scan or a grid map: its maps, its points (None for a grid map), its SHA-256, and notes."""
     chosen, radius = dict(options), float(options.get("robot_radius", 0.0))
+    chosen.pop("room_names", None)
     keepout, below = chosen.pop("keepout", None), {key: chosen.pop(key) for key in ("free_below",) if key in chosen}
     points, notes, grid = None, [], _grid(path, reading, below)
     if grid is None:
@@ -294,25 +296,26 @@ def plan_candidates(scenario: Scenario) -> CandidateSet:
     """
     try:
         maps, points, digest, notes = read_scan(scenario.path.parent / scenario.scan, scenario.reading, scenario.options)
-        start = _cell(maps, points, scenario.start, "the start")
+        rooms, said = rooms_of(maps, points, scenario.options.get("room_names"))
+        start = _cell(maps, rooms, scenario.start, "the start")
         found = flood(maps.free, start, corner_cutting=scenario.corner_cutting)
         goals = [
-            _cell(maps, points, place, f"candidate {shown(label)}") for label, place in zip(scenario.labels, scenario.places, strict=True)
+            _cell(maps, rooms, place, f"candidate {shown(label)}") for label, place in zip(scenario.labels, scenario.places, strict=True)
         ]
         candidates = tuple(_candidate(scenario, maps, found, index, goal) for index, goal in enumerate(goals))
         _equal(scenario, maps, found, goals, candidates)
     except InputError as error:
         raise InputError(f"{scenario.path}: {error}") from None
-    return CandidateSet(scenario, maps, points, digest, maps.frame.centre(*start), candidates, notes)
+    return CandidateSet(scenario, maps, points, digest, maps.frame.centre(*start), candidates, (*notes, *said), rooms)
 
 
-def _cell(maps: Maps, points: Points | None, place: Place, what: str) -> Cell:
+def _cell(maps: Maps, rooms: Rooms | None, place: Place, what: str) -> Cell:
     """Cell of a place: that of a point, or the one of a room that is farthest from obstacles."""
     if place.room is not None:
-        if points is None or place.room not in points.rooms:
-            known = points.rooms if points is not None else ()
+        if rooms is None or place.room not in rooms.names:
+            known = rooms.names if rooms is not None else ()
             raise InputError(f"{what} is in the room {shown(place.room)}, which the scan does not have; {nearest(place.room, known)}")
-        inside = maps.free & (footprints(points, maps.frame) == points.rooms.index(place.room))
+        inside = maps.free & (rooms.owner == rooms.names.index(place.room))
         if not inside.any():
             raise InputError(f"{what} is in the room {shown(place.room)}, which has no free cell; a smaller robot_radius may help")
         room = np.where(inside, clearances(maps.free), -1.0)

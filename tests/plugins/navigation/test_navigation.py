@@ -217,7 +217,9 @@ def test_office_and_maps_commands(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert sorted(p.name for p in (tmp_path / "o").iterdir()) == sorted(["area", *(p.name for p in EXAMPLES.iterdir())])
     assert fairaudit("navigation", "maps", str(tmp_path / "o" / "area"), "--resolution", "0.25", "-o", str(tmp_path / "m")) == 0
     assert "points in 6 rooms, floor at z = 0 m" in capsys.readouterr().out
-    assert {p.name for p in (tmp_path / "m").iterdir()} == {"map.pgm", "map.yaml", "top-view.png", "topology.json", "traversability.png"}
+    assert {p.name for p in (tmp_path / "m").iterdir()} == {
+        "map.pgm", "map.yaml", "top-view.png", "topology.json", "topology.png", "traversability.png",
+    }  # fmt: skip
     for words, said in (
         (("office", str(tmp_path / "o")), "is not empty"),
         (("maps", str(tmp_path / "o" / "area"), "-o", str(tmp_path / "m"), "--bounds", "1,2"), "4 numbers separated by commas"),
