@@ -95,8 +95,8 @@ def test_example_from_scan_to_candidates(copy: Path, capsys: pytest.CaptureFixtu
             assert (shown.getpixel((round(at[0]), round(at[1]))) == (255, 0, 0)) == is_red
         assert f"{candidate['index']}  {candidate['label']}: {candidate['length']:.2f} m" in printed
     assert {file.name for file in folder.iterdir()} == {
-        "candidate-1.png", "candidate-2.png", "candidates.json", "candidates.png", "map.pgm", "map.yaml", "top-view.png", "topology.json",
-        "traversability.png",
+        "candidate-1.png", "candidate-2.png", "candidates.json", "candidates.png", "map.pgm", "map.yaml", "top-view.png", "topology-1.png",
+        "topology-2.png", "topology.json", "topology.png", "traversability.png",
     }  # fmt: skip
     before = {file.name: file.read_bytes() for file in folder.iterdir()}
     assert fairaudit("experiment", "render", str(copy / "documents-experiment.toml")) == 0
