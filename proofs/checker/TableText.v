@@ -183,14 +183,15 @@ Definition of_numbers : text := list_ascii_of_string "0123456789.+-e".
 Definition never_a_second_spelling (k : text) : bool :=
   existsb (fun c => ~~ existsb (Ascii.eqb c) of_numbers) k || ~~ existsb is_digit k || match natural_read k with Some _ => true | None => false end.
 
-Fixpoint without_equal_neighbours (ts : list text) : list text :=
+(* in reverse *)
+Fixpoint without_equal_neighbours (done ts : list text) : list text :=
   match ts with
-  | s :: ((t :: _) as rest) => if same s t then without_equal_neighbours rest else s :: without_equal_neighbours rest
-  | _ => ts
+  | s :: ((t :: _) as rest) => without_equal_neighbours (if same s t then done else s :: done) rest
+  | _ => rev_append ts done
   end.
 
 Definition evidently_different (labels : list text) : bool :=
-  match without_equal_neighbours (Sorting.sort labels) with
+  match without_equal_neighbours [] (Sorting.sort labels) with
   | [] | [_] => true
   | ls =>
       let ks := map (folded_onto []) ls in

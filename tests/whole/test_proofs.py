@@ -151,6 +151,19 @@ def test_every_theorem_is_in_the_index() -> None:
     assert sorted(set(listed)) == sorted(there)
 
 
+def test_every_loop_is_proved_to_be_the_function_that_it_replaces() -> None:
+    replaced = re.findall(
+        r'^Extract Inlined Constant ([\w.]+) => "\(?(loop_\w+)', (PROOFS / "checker" / "Extract.v").read_text("utf-8"), re.M
+    )
+    proved = re.findall(
+        r"^Theorem \w+ [^=]*?: (loop_\w+)[^=]* = (?:[A-Z]\w*\.)*(\w+(?:\.sort)?) ",
+        (PROOFS / "checker" / "LoopsSound.v").read_text("utf-8"),
+        re.M,
+    )
+    assert {(loop, name.rpartition(".")[2]) for name, loop in replaced} == {(loop, name) for loop, name in proved}
+    assert len(replaced) == len(proved) > 20
+
+
 @pytest.mark.parametrize("name", ["T2_pure", "worst_case_local"])
 def test_renaming_a_theorem_breaks_the_index(name: str, tmp_path: Path) -> None:
     proofs = tmp_path
