@@ -88,15 +88,6 @@ class Browser:
         """What the page found out about itself: agrees, differs, refused or unknown."""
         return str(self.run("return document.documentElement.dataset.checked"))
 
-    def proved(self) -> list[str]:
-        """Wait for the verified program; what it says of the page's certificate, and then of each statement, with their signs."""
-        deadline = time.monotonic() + 60
-        while not self.run("return document.documentElement.dataset.proved"):
-            assert time.monotonic() < deadline, "the verified program did not finish"
-            time.sleep(0.02)
-        lines = self.run("return [...document.querySelectorAll('#proved-list li')].map((e) => e.textContent)")
-        return [self.run("return document.documentElement.dataset.proved"), *lines]
-
     @property
     def findings(self) -> list[str]:
         """The statements that the page lists, with their signs."""

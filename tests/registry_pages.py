@@ -1,4 +1,4 @@
-"""What the registry of claims says on the pages, in the schema, in the index of proofs and in the page's script, as each should have it.
+"""What the registry of claims says on the pages, in the schema and in the index of proofs, as each should have it.
 
 FAIRAUDIT_GOLDEN=1 pytest tests/theorems/test_registry.py writes it.
 """
@@ -30,7 +30,6 @@ from fairaudit.theorems.registry import (
     EXPECTED_DIFFERENCES,
     KINDS,
     ONE_SIDED,
-    RATIOS,
     SAMPLED,
     is_sampled,
     under,
@@ -43,28 +42,28 @@ PROOFS = ROOT / "proofs"
 STATED = re.compile(r"^(?:Theorem|Corollary) (\w+)", re.MULTILINE)
 WIDTH = 140
 
-# Scopes by the short names that the tables of the pages use, and by the names of constants in the page's script.
+# Scopes by the short names that the tables of the pages use.
 SCOPES = {
-    THIS_LAW: ("law", "LAW"),
-    ANY_POLICY: ("policies", "POLICIES"),
-    NEAR_POLICY: ("near", "NEAR"),
-    FLOORED: ("floored", "FLOORED"),
-    ANY_UTILITY: ("range", "RANGE"),
-    ANY_UTILITY_FLOORED: ("floored range", "RANGE_FLOORED"),
-    THIS_POLICY: ("group filters", "GROUP_FILTERS"),
-    ANY_CONTEXT_FILTER: ("context filters", "CONTEXT_FILTERS"),
-    EVERY_UTILITY: ("class", "CLASS"),
-    f"{THIS_LAW}, {WHOEVER}": ("law, whoever the unknown are", "WHOEVER_IN_LAW"),
-    SAMPLED: ("population", "POPULATION"),
-    ONE_SIDED: ("one-sided", "ONE_SIDED"),
-    f"{THIS_LAW}, {DRIFTING}": ("law, drifting", "LAW_DRIFTING"),
-    f"{ONE_SIDED}, {DRIFTING}": ("one-sided, drifting", "ONE_SIDED_DRIFTING"),
-    under(THIS_LAW, WHATEVER): ("law, whatever the undecided meant", "under(LAW, WHATEVER)"),
-    under(SAMPLED, WHATEVER): ("population, whatever the undecided meant", "under(POPULATION, WHATEVER)"),
-    under(ONE_SIDED, WHATEVER): ("one-sided, whatever the undecided meant", "under(ONE_SIDED, WHATEVER)"),
-    under(THIS_LAW, HIDDEN): ("law, hidden context", "under(LAW, HIDDEN)"),
-    under(SAMPLED, HIDDEN): ("population, hidden context", "under(POPULATION, HIDDEN)"),
-    under(ONE_SIDED, HIDDEN): ("one-sided, hidden context", "under(ONE_SIDED, HIDDEN)"),
+    THIS_LAW: "law",
+    ANY_POLICY: "policies",
+    NEAR_POLICY: "near",
+    FLOORED: "floored",
+    ANY_UTILITY: "range",
+    ANY_UTILITY_FLOORED: "floored range",
+    THIS_POLICY: "group filters",
+    ANY_CONTEXT_FILTER: "context filters",
+    EVERY_UTILITY: "class",
+    f"{THIS_LAW}, {WHOEVER}": "law, whoever the unknown are",
+    SAMPLED: "population",
+    ONE_SIDED: "one-sided",
+    f"{THIS_LAW}, {DRIFTING}": "law, drifting",
+    f"{ONE_SIDED}, {DRIFTING}": "one-sided, drifting",
+    under(THIS_LAW, WHATEVER): "law, whatever the undecided meant",
+    under(SAMPLED, WHATEVER): "population, whatever the undecided meant",
+    under(ONE_SIDED, WHATEVER): "one-sided, whatever the undecided meant",
+    under(THIS_LAW, HIDDEN): "law, hidden context",
+    under(SAMPLED, HIDDEN): "population, hidden context",
+    under(ONE_SIDED, HIDDEN): "one-sided, hidden context",
 }
 RULES = {
     "any": "certificate.md#claims",
@@ -135,7 +134,7 @@ def kinds_table() -> str:
     ]
     for kind in KINDS:
         relations = ", ".join(f"`{relation}`" for relation in kind.relations)
-        scopes = ", ".join(SCOPES[scope][0] for scope in kind.scopes)
+        scopes = ", ".join(SCOPES[scope] for scope in kind.scopes)
         always = unique(name for scope in kind.scopes for quantity in kind.quantities for name in kind.listed(scope, quantity))
         only = {"declared-floor": " (floored)", **(dict.fromkeys(kind.overall, " (global)") if len(kind.quantities) > 1 else {})}
         floor = [f"`{name}`{only.get(name, '')}" for name in always]
@@ -150,7 +149,7 @@ def kinds_table() -> str:
 
 def _needed(kind: Kind) -> str:
     """What has to hold, with the scopes where that is more."""
-    more = {need: [SCOPES[scope][0] for scope in kind.scopes if need in kind.asks(scope)] for s in kind.scopes for need in kind.asks(s)}
+    more = {need: [SCOPES[scope] for scope in kind.scopes if need in kind.asks(scope)] for s in kind.scopes for need in kind.asks(s)}
     return ", ".join(need + ("" if len(where) == len(kind.scopes) else f" ({', '.join(where)})") for need, where in more.items())
 
 
@@ -163,7 +162,7 @@ def with_confidence(scope: str, confidence: str = "c") -> str:
 def scopes_table() -> str:
     """The scopes by their short names."""
     lines = ["| | `scope` |", "| --- | --- |"]
-    lines += [f"| {short} | `{with_confidence(scope)}` |" for scope, (short, _) in SCOPES.items()]
+    lines += [f"| {short} | `{with_confidence(scope)}` |" for scope, short in SCOPES.items()]
     return "\n".join(lines)
 
 
@@ -343,22 +342,6 @@ def _json(value: Any, indent: int) -> str:
     return left + "\n" + ",\n".join(lines) + f"\n{' ' * indent}{right}"
 
 
-# The script of the page
-
-
-def script_text() -> str:
-    """The list of claims that the page knows, but those about a population, which it reads by their interval."""
-    names = {RATIOS: "RATIOS"}
-    lines = []
-    for kind in KINDS:
-        if kind.evidence != "interval":
-            quantities = names.get(kind.quantities) or json.dumps(list(kind.quantities))
-            scopes = ", ".join(SCOPES[scope][1] for scope in kind.scopes)
-            rest = f'"{kind.by}", {quantities}, [{scopes}], "{kind.subject}"],\n'
-            lines += [f'    ["{relation}", {rest}' for relation in kind.relations]
-    return "".join(lines)
-
-
 # Where each stands
 
 PLACES: dict[str, list[tuple[str, str, Callable[[], str]]]] = {
@@ -372,7 +355,6 @@ PLACES: dict[str, list[tuple[str, str, Callable[[], str]]]] = {
     ],
     # JSON has no comments: what is made is all from the definition of a claim up to the one after it.
     "fairaudit/certificates/certificate.schema.json": [('    "claim": {', '    "population_at_confidence": {', schema_text)],
-    "fairaudit/reports/check.js": [("  const KNOWN = [\n", "  ];\n", script_text)],
 }
 
 

@@ -14,7 +14,7 @@ DESCRIPTION = """\
 Write a certificate as one self-contained HTML page, as that in print (PDF), as markdown, or as part of a model card. Every statement is
 checked first, as `fairaudit verify` does; a false certificate gets no report, and one whose table is in another file that --table does not
 name, a report marked as not checked. With an attestation it says who made this, of what: what was checked of that apart from what is only
-stated. The page loads nothing, embeds the certificate, and recomputes its figures in the reader's browser."""
+stated. The page loads nothing, embeds the certificate, and checks it in the reader's browser."""
 
 
 EPILOG = """\

@@ -1,4 +1,4 @@
-"""A report as one self-contained HTML page, which loads nothing and recomputes its figures in the reader's browser."""
+"""A report as one self-contained HTML page, which loads nothing; a program that is itself proved checks it in the reader's browser."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from functools import cache
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.certificates.certificate import Certificate, schema
+from fairaudit.certificates.certificate import Certificate
 from fairaudit.errors import InputError
 from fairaudit.reports.content import UNCHECKED, Content, describe, refusing_other_documents
 from fairaudit.reports.hidden_context import area
@@ -33,7 +33,8 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "", pro
     """Write a certificate as one self-contained HTML page.
 
     The page loads nothing. It shows the verdict, what each group gets, the bounds and what the reader has to judge, embeds the certificate,
-    and recomputes its figures in the reader's browser. What the certificate says is believed here: `fairaudit report` checks it first.
+    and has it checked in the reader's browser by the program of ``proofs/checker``. What the certificate says is believed here:
+    `fairaudit report` checks it first.
 
     Parameters
     ----------
@@ -65,8 +66,8 @@ def html(certificate: Certificate | Mapping[str, Any], *, checked: str = "", pro
     """
     environment, markup = templates()
     page = describe(certificate.document if isinstance(certificate, Certificate) else certificate)
-    css, script = (files("fairaudit.reports").joinpath(name).read_text("utf-8") for name in ("page.css", "check.js"))
-    script = script.replace('"certificate.schema.json"', _shape(), 1).replace('"verified.js"', _verified(), 1)
+    css, script = (files("fairaudit.reports").joinpath(name).read_text("utf-8") for name in ("page.css", "page.js"))
+    script = script.replace('"verified.js"', _verified(), 1)
     views = Views(page)
     text: str = environment.get_template("page.html.j2").render(
         page=page,
@@ -102,7 +103,7 @@ def scriptless(
     found: tuple[str, str],
     provenance: Provenance | None = None,
 ) -> str:
-    """Write what is said of a certificate as a page that recomputes nothing, by a template that extends ``scriptless.html.j2``.
+    """Write what is said of a certificate as a page without a script, by a template that extends ``scriptless.html.j2``.
 
     Its first section has the name and title `found`.
     """
@@ -183,30 +184,10 @@ def templates(package: str = "fairaudit.reports") -> tuple[Any, type[Markup]]:
 
 
 @cache
-def _shape() -> str:
-    """The schema of certificates as a literal for the page's script, without what is only for people."""
-    return json.dumps(_bare(schema()), ensure_ascii=True, separators=(",", ":")).replace("<", "\\u003c")
-
-
-@cache
 def _verified() -> str:
     """The checker that is extracted from its proof, as a literal for the page's script, which runs it in a worker."""
     text = files("fairaudit.reports").joinpath("verified.js").read_text("utf-8")
     return json.dumps(text, ensure_ascii=True).replace("<", "\\u003c")
-
-
-def _bare(of: Any) -> Any:
-    if isinstance(of, list):
-        return [_bare(item) for item in of]
-    if not isinstance(of, dict):
-        return of
-    bare: dict[str, Any] = {}
-    for key, value in of.items():
-        if key in ("properties", "$defs", "dependentSchemas"):
-            bare[key] = {name: _bare(item) for name, item in value.items()}
-        elif key not in ("$schema", "$id", "title", "description"):
-            bare[key] = value if key in ("const", "enum", "required") else _bare(value)
-    return bare
 
 
 def digest(text: str) -> str:
