@@ -3,27 +3,27 @@
 globalThis!=="object"&&(this?b():(a.defineProperty(a.prototype,"_T_",{configurable:true,get:b}),_T_));function
 b(){var
 b=this||self;b.globalThis=b;delete
-a.prototype._T_}}(Object));(function(X){"use strict";var
-lA="%Li",l3=" : flags Open_text and Open_binary are not compatible",c=115,d=105,lW="Invalid_argument",e=111,fg='"',gX=1255,g3=-15,gW=255,l_=0x800,bK=0xffff,g9=123,lJ="jsError",bI=0x8000,lV="%ni",lQ=12520,aB=107,l9=256,lI="End_of_file",g2="Unix.Unix_error",gV="Failure",md="infinity",b2=0xff,p=109,gU="mkdir",fd=1000,mc=126,U="",l2="Stack_overflow",g5="ENOENT",lP="^",cF=122,fc=": No such file or directory",a8="0",l1="/static/",l8="([^/]+)",c_=0x3f,l0=-97,lZ="Not_found",g4=0xf,da=128,lG=-48,lH=0xdc00,lU="Sys_blocked_io",mg="fd ",dR=125,l7="ENOTEMPTY",u=112,lO="Match_failure",aX=248,aF="camlinternalFormat.ml",l6="Division_by_zero",mf=1027,lF="Sys_error",c$=".",c9="+",g1="rmdir",mb=0xf0,lT="%u",f=110,lE="EEXIST",l5="%d",b=116,lN="%li",lY=1026,A=118,K=121,l4="buffer.ml",D=119,j=108,fe=127,dQ=1024,m=104,ma=-32,ly="Pervasives.do_at_exit",lz="utf8",an=106,bZ=" ",bv=0x80,g8="e",lx="Undefined_recursive_module",ag=120,C=103,lS=" : flags Open_rdonly and Open_wronly are not compatible",y=102,lD=512,cE="-",gZ="nan",b1=113,lC=0x7ff0,g7=": Not a directory",lM=0xe0,lR=" : file already exists",a=101,l=117,lL=0xdfff,b0=0xffffff,bJ="/",g0="compare: functional value",l$="Assert_failure",lB="0x",lw="%i",me="Out_of_memory",gY="ENOTDIR",h=114,lX="true",ff=254,g6="index out of bounds",o=100,lK=250,fh="_bigarr02";function
-zQ(d,b,e,c,f){if(c<=b)for(var
+a.prototype._T_}}(Object));(function(Y){"use strict";var
+lv="%Li",lY=" : flags Open_text and Open_binary are not compatible",c=115,d=105,lR="Invalid_argument",e=111,fh='"',gY=1255,g4=-15,gX=255,l5=0x800,bJ=0xffff,g_=123,lE="jsError",bH=0x8000,lQ="%ni",lL=12520,aA=107,l4=256,lD="End_of_file",g3="Unix.Unix_error",gW="Failure",l_="infinity",b1=0xff,p=109,gV="mkdir",fe=1000,l9=126,V="",lX="Stack_overflow",g6="ENOENT",lK="^",cF=122,fd=": No such file or directory",a8="0",lW="/static/",l3="([^/]+)",c9=0x3f,lV=-97,lU="Not_found",g5=0xf,c$=128,lB=-48,lC=0xdc00,lP="Sys_blocked_io",mb="fd ",dQ=125,l2="ENOTEMPTY",v=112,lJ="Match_failure",aX=248,aD="camlinternalFormat.ml",l1="Division_by_zero",ma=1027,lA="Sys_error",c_=".",c8="+",g2="rmdir",l8=0xf0,lO="%u",f=110,lz="EEXIST",l0="%d",b=116,lI="%li",lT=1026,z=118,L=121,lZ="buffer.ml",D=119,j=108,ff=127,dP=1024,m=104,l7=-32,lt="Pervasives.do_at_exit",lu="utf8",an=106,bY=" ",bw=0x80,g9="e",ls="Undefined_recursive_module",ag=120,C=103,lN=" : flags Open_rdonly and Open_wronly are not compatible",y=102,ly=512,cE="-",g0="nan",b0=113,lx=0x7ff0,g8=": Not a directory",lH=0xe0,lM=" : file already exists",a=101,l=117,lG=0xdfff,bZ=0xffffff,bI="/",g1="compare: functional value",l6="Assert_failure",lw="0x",lr="%i",l$="Out_of_memory",gZ="ENOTDIR",h=114,lS="true",fg=254,g7="index out of bounds",o=100,lF=250,fi="_bigarr02";function
+zK(d,b,e,c,f){if(c<=b)for(var
 a=1;a<=f;a++)e[c+a]=d[b+a];else
 for(var
 a=f;a>=1;a--)e[c+a]=d[b+a];return 0}function
-zT(e,f,d){var
+zN(e,f,d){var
 a=new
 Array(d+1);a[0]=0;for(var
 b=1,c=f+1;b<=d;b++,c++)a[b]=e[c];return a}function
-hj(c,b,a){var
+hk(c,b,a){var
 d=String.fromCharCode;if(b==0&&a<=4096&&a==c.length)return d.apply(null,c);var
-e=U;for(;0<a;b+=dQ,a-=dQ)e+=d.apply(null,c.slice(b,b+Math.min(a,dQ)));return e}function
-fj(b){if(X.Uint8Array)var
-c=new(X.Uint8Array)(b.l);else
+e=V;for(;0<a;b+=dP,a-=dP)e+=d.apply(null,c.slice(b,b+Math.min(a,dP)));return e}function
+fk(b){if(Y.Uint8Array)var
+c=new(Y.Uint8Array)(b.l);else
 var
 c=new
 Array(b.l);var
 e=b.c,d=e.length,a=0;for(;a<d;a++)c[a]=e.charCodeAt(a);for(d=b.l;a<d;a++)c[a]=0;b.c=c;b.t=4;return c}function
-cG(d,e,b,f,c){if(c==0)return 0;if(f==0&&(c>=b.l||b.t==2&&c>=b.c.length)){b.c=d.t==4?hj(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else
-if(b.t==2&&f==b.c.length){b.c+=d.t==4?hj(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else{if(b.t!=4)fj(b);var
+cG(d,e,b,f,c){if(c==0)return 0;if(f==0&&(c>=b.l||b.t==2&&c>=b.c.length)){b.c=d.t==4?hk(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else
+if(b.t==2&&f==b.c.length){b.c+=d.t==4?hk(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else{if(b.t!=4)fk(b);var
 g=d.c,h=b.c;if(d.t==4)if(f<=e)for(var
 a=0;a<c;a++)h[f+a]=g[e+a];else
 for(var
@@ -31,47 +31,47 @@ a=c-1;a>=0;a--)h[f+a]=g[e+a];else{var
 i=Math.min(c,g.length-e);for(var
 a=0;a<i;a++)h[f+a]=g.charCodeAt(e+a);for(;a<c;a++)h[f+a]=0}}return 0}function
 cH(a){return a}function
-bN(a,b,c,d,e){cG(cH(a),b,c,d,e);return 0}function
-Av(b,a){throw[0,b,a]}function
-dd(b,a){if(b==0)return U;if(a.repeat)return a.repeat(b);var
-d=U,c=0;for(;;){if(b&1)d+=a;b>>=1;if(b==0)return d;a+=a;c++;if(c==9)a.slice(0,1)}}function
-fk(a){if(a.t==2)a.c+=dd(a.l-a.c.length,"\0");else
-a.c=hj(a.c,0,a.c.length);a.t=0}function
-mQ(a){if(a.length<24){for(var
-b=0;b<a.length;b++)if(a.charCodeAt(b)>fe)return false;return true}else
+bM(a,b,c,d,e){cG(cH(a),b,c,d,e);return 0}function
+Ap(b,a){throw[0,b,a]}function
+dc(b,a){if(b==0)return V;if(a.repeat)return a.repeat(b);var
+d=V,c=0;for(;;){if(b&1)d+=a;b>>=1;if(b==0)return d;a+=a;c++;if(c==9)a.slice(0,1)}}function
+fl(a){if(a.t==2)a.c+=dc(a.l-a.c.length,"\0");else
+a.c=hk(a.c,0,a.c.length);a.t=0}function
+mL(a){if(a.length<24){for(var
+b=0;b<a.length;b++)if(a.charCodeAt(b)>ff)return false;return true}else
 return!/[^\x00-\x7f]/.test(a)}function
-hl(e){for(var
-j=U,c=U,g,f,h,a,b=0,i=e.length;b<i;b++){f=e.charCodeAt(b);if(f<bv){for(var
-d=b+1;d<i&&(f=e.charCodeAt(d))<bv;d++);if(d-b>lD){c.substr(0,1);j+=c;c=U;j+=e.slice(b,d)}else
-c+=e.slice(b,d);if(d==i)break;b=d}a=1;if(++b<i&&((h=e.charCodeAt(b))&-64)==da){g=h+(f<<6);if(f<lM){a=g-0x3080;if(a<bv)a=1}else{a=2;if(++b<i&&((h=e.charCodeAt(b))&-64)==da){g=h+(g<<6);if(f<mb){a=g-0xe2080;if(a<l_||a>=0xd7ff&&a<0xe000)a=2}else{a=3;if(++b<i&&((h=e.charCodeAt(b))&-64)==da&&f<0xf5){a=h-0x3c82080+(g<<6);if(a<0x10000||a>0x10ffff)a=3}}}}}if(a<4){b-=a;c+="\ufffd"}else
-if(a>bK)c+=String.fromCharCode(0xd7c0+(a>>10),lH+(a&0x3FF));else
-c+=String.fromCharCode(a);if(c.length>dQ){c.substr(0,1);j+=c;c=U}}return j+c}function
-bL(c,a,b){this.t=c;this.c=a;this.l=b}bL.prototype.toString=function(){switch(this.t){case
-9:return this.c;default:fk(this);case
-0:if(mQ(this.c)){this.t=9;return this.c}this.t=8;case
-8:return this.c}};bL.prototype.toUtf16=function(){var
-a=this.toString();if(this.t==9)return a;return hl(a)};bL.prototype.slice=function(){var
+hm(e){for(var
+j=V,c=V,g,f,h,a,b=0,i=e.length;b<i;b++){f=e.charCodeAt(b);if(f<bw){for(var
+d=b+1;d<i&&(f=e.charCodeAt(d))<bw;d++);if(d-b>ly){c.substr(0,1);j+=c;c=V;j+=e.slice(b,d)}else
+c+=e.slice(b,d);if(d==i)break;b=d}a=1;if(++b<i&&((h=e.charCodeAt(b))&-64)==c$){g=h+(f<<6);if(f<lH){a=g-0x3080;if(a<bw)a=1}else{a=2;if(++b<i&&((h=e.charCodeAt(b))&-64)==c$){g=h+(g<<6);if(f<l8){a=g-0xe2080;if(a<l5||a>=0xd7ff&&a<0xe000)a=2}else{a=3;if(++b<i&&((h=e.charCodeAt(b))&-64)==c$&&f<0xf5){a=h-0x3c82080+(g<<6);if(a<0x10000||a>0x10ffff)a=3}}}}}if(a<4){b-=a;c+="\ufffd"}else
+if(a>bJ)c+=String.fromCharCode(0xd7c0+(a>>10),lC+(a&0x3FF));else
+c+=String.fromCharCode(a);if(c.length>dP){c.substr(0,1);j+=c;c=V}}return j+c}function
+bK(c,a,b){this.t=c;this.c=a;this.l=b}bK.prototype.toString=function(){switch(this.t){case
+9:return this.c;default:fl(this);case
+0:if(mL(this.c)){this.t=9;return this.c}this.t=8;case
+8:return this.c}};bK.prototype.toUtf16=function(){var
+a=this.toString();if(this.t==9)return a;return hm(a)};bK.prototype.slice=function(){var
 a=this.t==4?this.c.slice():this.c;return new
-bL(this.t,a,this.l)};function
-mq(a){return new
-bL(0,a,a.length)}function
-s(a){return mq(a)}function
-hi(b,a){Av(b,s(a))}var
-au=[0];function
-aH(a){hi(au.Invalid_argument,a)}function
-fi(){aH(g6)}function
-b4(a,b){switch(a.t&6){default:if(b>=a.c.length)return 0;case
+bK(this.t,a,this.l)};function
+ml(a){return new
+bK(0,a,a.length)}function
+s(a){return ml(a)}function
+hj(b,a){Ap(b,s(a))}var
+as=[0];function
+aF(a){hj(as.Invalid_argument,a)}function
+fj(){aF(g7)}function
+b3(a,b){switch(a.t&6){default:if(b>=a.c.length)return 0;case
 0:return a.c.charCodeAt(b);case
 4:return a.c[b]}}function
-mp(b,a){if(a>>>0>=b.l)fi();return b4(b,a)}function
-zW(b,a){if(a>>>0>=b.l-3)fi();var
-c=b4(b,a),d=b4(b,a+1),e=b4(b,a+2),f=b4(b,a+3);return f<<24|e<<16|d<<8|c}function
-at(a,c,b){b&=b2;if(a.t!=4){if(c==a.c.length){a.c+=String.fromCharCode(b);if(c+1==a.l)a.t=0;return 0}fj(a)}a.c[c]=b;return 0}function
-b3(b,a,c){if(a>>>0>=b.l)fi();return at(b,a,c)}function
+mk(b,a){if(a>>>0>=b.l)fj();return b3(b,a)}function
+zQ(b,a){if(a>>>0>=b.l-3)fj();var
+c=b3(b,a),d=b3(b,a+1),e=b3(b,a+2),f=b3(b,a+3);return f<<24|e<<16|d<<8|c}function
+ar(a,c,b){b&=b1;if(a.t!=4){if(c==a.c.length){a.c+=String.fromCharCode(b);if(c+1==a.l)a.t=0;return 0}fk(a)}a.c[c]=b;return 0}function
+b2(b,a,c){if(a>>>0>=b.l)fj();return ar(b,a,c)}function
 cK(a){return a.toArray()}function
-zZ(c,b,e){if(b>>>0>=c.l-7)fi();var
+zT(c,b,e){if(b>>>0>=c.l-7)fj();var
 d=cK(e);for(var
-a=0;a<8;a++)at(c,b+7-a,d[a]);return 0}function
+a=0;a<8;a++)ar(c,b+7-a,d[a]);return 0}function
 cI(c,a){if(c.fun)return cI(c.fun,a);if(typeof
 c!=="function")return c;var
 b=c.length|0;if(b===0)return c.apply(null,a);var
@@ -82,65 +82,65 @@ e=arguments.length==0?1:arguments.length,d=new
 Array(a.length+e);for(var
 b=0;b<a.length;b++)d[b]=a[b];for(var
 b=0;b<arguments.length;b++)d[a.length+b]=arguments[b];return cI(c,d)}}function
-dS(){aH(g6)}function
-aM(a,b){if(b>>>0>=a.length-1)dS();return a}function
-z0(a){if(isFinite(a)){if(Math.abs(a)>=2.2250738585072014e-308)return 0;if(a!=0)return 1;return 2}return isNaN(a)?4:3}function
-aG(a){if(a<0)aH("Bytes.create");return new
-bL(a?2:9,U,a)}function
-cq(a){a.t&6&&fk(a);return a.c}var
-AF=Math.log2&&Math.log2(1.1235582092889474E+307)==1020;function
-AE(a){if(AF)return Math.floor(Math.log2(a));var
+dR(){aF(g7)}function
+aM(a,b){if(b>>>0>=a.length-1)dR();return a}function
+zU(a){if(isFinite(a)){if(Math.abs(a)>=2.2250738585072014e-308)return 0;if(a!=0)return 1;return 2}return isNaN(a)?4:3}function
+aE(a){if(a<0)aF("Bytes.create");return new
+bK(a?2:9,V,a)}function
+cq(a){a.t&6&&fl(a);return a.c}var
+Az=Math.log2&&Math.log2(1.1235582092889474E+307)==1020;function
+Ay(a){if(Az)return Math.floor(Math.log2(a));var
 b=0;if(a==0)return-Infinity;if(a>=1)while(a>=2){a/=2;b++}else
 while(a<1){a*=2;b--}return b}function
-hb(c){var
-a=new(X.Float32Array)(1);a[0]=c;var
-b=new(X.Int32Array)(a.buffer);return b[0]|0}var
-mA=Math.pow(2,-24);function
-At(a){throw a}function
-mG(){At(au.Division_by_zero)}function
-P(b,c,a){this.lo=b&b0;this.mi=c&b0;this.hi=a&bK}P.prototype.caml_custom="_j";P.prototype.copy=function(){return new
-P(this.lo,this.mi,this.hi)};P.prototype.ucompare=function(a){if(this.hi>a.hi)return 1;if(this.hi<a.hi)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};P.prototype.compare=function(a){var
-b=this.hi<<16,c=a.hi<<16;if(b>c)return 1;if(b<c)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};P.prototype.neg=function(){var
+hc(c){var
+a=new(Y.Float32Array)(1);a[0]=c;var
+b=new(Y.Int32Array)(a.buffer);return b[0]|0}var
+mv=Math.pow(2,-24);function
+An(a){throw a}function
+mB(){An(as.Division_by_zero)}function
+Q(b,c,a){this.lo=b&bZ;this.mi=c&bZ;this.hi=a&bJ}Q.prototype.caml_custom="_j";Q.prototype.copy=function(){return new
+Q(this.lo,this.mi,this.hi)};Q.prototype.ucompare=function(a){if(this.hi>a.hi)return 1;if(this.hi<a.hi)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};Q.prototype.compare=function(a){var
+b=this.hi<<16,c=a.hi<<16;if(b>c)return 1;if(b<c)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};Q.prototype.neg=function(){var
 a=-this.lo,b=-this.mi+(a>>24),c=-this.hi+(b>>24);return new
-P(a,b,c)};P.prototype.add=function(a){var
+Q(a,b,c)};Q.prototype.add=function(a){var
 b=this.lo+a.lo,c=this.mi+a.mi+(b>>24),d=this.hi+a.hi+(c>>24);return new
-P(b,c,d)};P.prototype.sub=function(a){var
+Q(b,c,d)};Q.prototype.sub=function(a){var
 b=this.lo-a.lo,c=this.mi-a.mi+(b>>24),d=this.hi-a.hi+(c>>24);return new
-P(b,c,d)};P.prototype.mul=function(a){var
-b=this.lo*a.lo,c=(b*mA|0)+this.mi*a.lo+this.lo*a.mi,d=(c*mA|0)+this.hi*a.lo+this.mi*a.mi+this.lo*a.hi;return new
-P(b,c,d)};P.prototype.isZero=function(){return(this.lo|this.mi|this.hi)==0};P.prototype.isNeg=function(){return this.hi<<16<0};P.prototype.and=function(a){return new
-P(this.lo&a.lo,this.mi&a.mi,this.hi&a.hi)};P.prototype.or=function(a){return new
-P(this.lo|a.lo,this.mi|a.mi,this.hi|a.hi)};P.prototype.xor=function(a){return new
-P(this.lo^a.lo,this.mi^a.mi,this.hi^a.hi)};P.prototype.shift_left=function(a){a=a&63;if(a==0)return this;if(a<24)return new
-P(this.lo<<a,this.mi<<a|this.lo>>24-a,this.hi<<a|this.mi>>24-a);if(a<48)return new
-P(0,this.lo<<a-24,this.mi<<a-24|this.lo>>48-a);return new
-P(0,0,this.lo<<a-48)};P.prototype.shift_right_unsigned=function(a){a=a&63;if(a==0)return this;if(a<24)return new
-P(this.lo>>a|this.mi<<24-a,this.mi>>a|this.hi<<24-a,this.hi>>a);if(a<48)return new
-P(this.mi>>a-24|this.hi<<48-a,this.hi>>a-24,0);return new
-P(this.hi>>a-48,0,0)};P.prototype.shift_right=function(a){a=a&63;if(a==0)return this;var
+Q(b,c,d)};Q.prototype.mul=function(a){var
+b=this.lo*a.lo,c=(b*mv|0)+this.mi*a.lo+this.lo*a.mi,d=(c*mv|0)+this.hi*a.lo+this.mi*a.mi+this.lo*a.hi;return new
+Q(b,c,d)};Q.prototype.isZero=function(){return(this.lo|this.mi|this.hi)==0};Q.prototype.isNeg=function(){return this.hi<<16<0};Q.prototype.and=function(a){return new
+Q(this.lo&a.lo,this.mi&a.mi,this.hi&a.hi)};Q.prototype.or=function(a){return new
+Q(this.lo|a.lo,this.mi|a.mi,this.hi|a.hi)};Q.prototype.xor=function(a){return new
+Q(this.lo^a.lo,this.mi^a.mi,this.hi^a.hi)};Q.prototype.shift_left=function(a){a=a&63;if(a==0)return this;if(a<24)return new
+Q(this.lo<<a,this.mi<<a|this.lo>>24-a,this.hi<<a|this.mi>>24-a);if(a<48)return new
+Q(0,this.lo<<a-24,this.mi<<a-24|this.lo>>48-a);return new
+Q(0,0,this.lo<<a-48)};Q.prototype.shift_right_unsigned=function(a){a=a&63;if(a==0)return this;if(a<24)return new
+Q(this.lo>>a|this.mi<<24-a,this.mi>>a|this.hi<<24-a,this.hi>>a);if(a<48)return new
+Q(this.mi>>a-24|this.hi<<48-a,this.hi>>a-24,0);return new
+Q(this.hi>>a-48,0,0)};Q.prototype.shift_right=function(a){a=a&63;if(a==0)return this;var
 c=this.hi<<16>>16;if(a<24)return new
-P(this.lo>>a|this.mi<<24-a,this.mi>>a|c<<24-a,this.hi<<16>>a>>>16);var
+Q(this.lo>>a|this.mi<<24-a,this.mi>>a|c<<24-a,this.hi<<16>>a>>>16);var
 b=this.hi<<16>>31;if(a<48)return new
-P(this.mi>>a-24|this.hi<<48-a,this.hi<<16>>a-24>>16,b&bK);return new
-P(this.hi<<16>>a-32,b,b)};P.prototype.lsl1=function(){this.hi=this.hi<<1|this.mi>>23;this.mi=(this.mi<<1|this.lo>>23)&b0;this.lo=this.lo<<1&b0};P.prototype.lsr1=function(){this.lo=(this.lo>>>1|this.mi<<23)&b0;this.mi=(this.mi>>>1|this.hi<<23)&b0;this.hi=this.hi>>>1};P.prototype.udivmod=function(e){var
+Q(this.mi>>a-24|this.hi<<48-a,this.hi<<16>>a-24>>16,b&bJ);return new
+Q(this.hi<<16>>a-32,b,b)};Q.prototype.lsl1=function(){this.hi=this.hi<<1|this.mi>>23;this.mi=(this.mi<<1|this.lo>>23)&bZ;this.lo=this.lo<<1&bZ};Q.prototype.lsr1=function(){this.lo=(this.lo>>>1|this.mi<<23)&bZ;this.mi=(this.mi>>>1|this.hi<<23)&bZ;this.hi=this.hi>>>1};Q.prototype.udivmod=function(e){var
 c=0,b=this.copy(),a=e.copy(),d=new
-P(0,0,0);while(b.ucompare(a)>0){c++;a.lsl1()}while(c>=0){c--;d.lsl1();if(b.ucompare(a)>=0){d.lo++;b=b.sub(a)}a.lsr1()}return{quotient:d,modulus:b}};P.prototype.div=function(a){var
-b=this;if(a.isZero())mG();var
-d=b.hi^a.hi;if(b.hi&bI)b=b.neg();if(a.hi&bI)a=a.neg();var
-c=b.udivmod(a).quotient;if(d&bI)c=c.neg();return c};P.prototype.mod=function(b){var
-a=this;if(b.isZero())mG();var
-d=a.hi;if(a.hi&bI)a=a.neg();if(b.hi&bI)b=b.neg();var
-c=a.udivmod(b).modulus;if(d&bI)c=c.neg();return c};P.prototype.toInt=function(){return this.lo|this.mi<<24};P.prototype.toFloat=function(){return(this.hi<<16)*Math.pow(2,32)+this.mi*Math.pow(2,24)+this.lo};P.prototype.toArray=function(){return[this.hi>>8,this.hi&b2,this.mi>>16,this.mi>>8&b2,this.mi&b2,this.lo>>16,this.lo>>8&b2,this.lo&b2]};P.prototype.lo32=function(){return this.lo|(this.mi&b2)<<24};P.prototype.hi32=function(){return this.mi>>>8&bK|this.hi<<16};function
-dV(b,c,a){return new
-P(b,c,a)}function
-fm(a){if(!isFinite(a)){if(isNaN(a))return dV(1,0,lC);return a>0?dV(0,0,lC):dV(0,0,0xfff0)}var
-f=a==0&&1/a==-Infinity?bI:a>=0?0:bI;if(f)a=-a;var
-b=AE(a)+1023;if(b<=0){b=0;a/=Math.pow(2,-lY)}else{a/=Math.pow(2,b-mf);if(a<16){a*=2;b-=1}if(b==0)a/=2}var
+Q(0,0,0);while(b.ucompare(a)>0){c++;a.lsl1()}while(c>=0){c--;d.lsl1();if(b.ucompare(a)>=0){d.lo++;b=b.sub(a)}a.lsr1()}return{quotient:d,modulus:b}};Q.prototype.div=function(a){var
+b=this;if(a.isZero())mB();var
+d=b.hi^a.hi;if(b.hi&bH)b=b.neg();if(a.hi&bH)a=a.neg();var
+c=b.udivmod(a).quotient;if(d&bH)c=c.neg();return c};Q.prototype.mod=function(b){var
+a=this;if(b.isZero())mB();var
+d=a.hi;if(a.hi&bH)a=a.neg();if(b.hi&bH)b=b.neg();var
+c=a.udivmod(b).modulus;if(d&bH)c=c.neg();return c};Q.prototype.toInt=function(){return this.lo|this.mi<<24};Q.prototype.toFloat=function(){return(this.hi<<16)*Math.pow(2,32)+this.mi*Math.pow(2,24)+this.lo};Q.prototype.toArray=function(){return[this.hi>>8,this.hi&b1,this.mi>>16,this.mi>>8&b1,this.mi&b1,this.lo>>16,this.lo>>8&b1,this.lo&b1]};Q.prototype.lo32=function(){return this.lo|(this.mi&b1)<<24};Q.prototype.hi32=function(){return this.mi>>>8&bJ|this.hi<<16};function
+dU(b,c,a){return new
+Q(b,c,a)}function
+fn(a){if(!isFinite(a)){if(isNaN(a))return dU(1,0,lx);return a>0?dU(0,0,lx):dU(0,0,0xfff0)}var
+f=a==0&&1/a==-Infinity?bH:a>=0?0:bH;if(f)a=-a;var
+b=Ay(a)+1023;if(b<=0){b=0;a/=Math.pow(2,-lT)}else{a/=Math.pow(2,b-ma);if(a<16){a*=2;b-=1}if(b==0)a/=2}var
 d=Math.pow(2,24),c=a|0;a=(a-c)*d;var
 e=a|0;a=(a-e)*d;var
-g=a|0;c=c&g4|f|b<<4;return dV(g,e,c)}function
-mn(c,b,g){c.write(32,b.dims.length);c.write(32,b.kind|b.layout<<8);if(b.caml_custom==fh)for(var
-a=0;a<b.dims.length;a++)if(b.dims[a]<bK)c.write(16,b.dims[a]);else{c.write(16,bK);c.write(32,0);c.write(32,b.dims[a])}else
+g=a|0;c=c&g5|f|b<<4;return dU(g,e,c)}function
+mi(c,b,g){c.write(32,b.dims.length);c.write(32,b.kind|b.layout<<8);if(b.caml_custom==fi)for(var
+a=0;a<b.dims.length;a++)if(b.dims[a]<bJ)c.write(16,b.dims[a]);else{c.write(16,bJ);c.write(32,0);c.write(32,b.dims[a])}else
 for(var
 a=0;a<b.dims.length;a++)c.write(32,b.dims[a]);switch(b.kind){case
 2:case
@@ -161,26 +161,26 @@ e=cK(b.get(a));for(var
 d=0;d<8;d++)c.write(8,e[d])}break;case
 1:for(var
 a=0;a<b.data.length;a++){var
-e=cK(fm(b.get(a)));for(var
+e=cK(fn(b.get(a)));for(var
 d=0;d<8;d++)c.write(8,e[d])}break;case
 0:for(var
 a=0;a<b.data.length;a++){var
-e=hb(b.get(a));c.write(32,e)}break;case
+e=hc(b.get(a));c.write(32,e)}break;case
 10:for(var
 a=0;a<b.data.length/2;a++){var
-d=b.get(a);c.write(32,hb(d[1]));c.write(32,hb(d[2]))}break;case
+d=b.get(a);c.write(32,hc(d[1]));c.write(32,hc(d[2]))}break;case
 11:for(var
 a=0;a<b.data.length/2;a++){var
-f=b.get(a),e=cK(fm(f[1]));for(var
+f=b.get(a),e=cK(fn(f[1]));for(var
 d=0;d<8;d++)c.write(8,e[d]);var
-e=cK(fm(f[2]));for(var
+e=cK(fn(f[2]));for(var
 d=0;d<8;d++)c.write(8,e[d])}break}g[0]=(4+b.dims.length)*4;g[1]=(4+b.dims.length)*8}function
-ml(a){switch(a){case
+mg(a){switch(a){case
 7:case
 10:case
 11:return 2;default:return 1}}function
-zU(c,e){var
-b=X,a;switch(c){case
+zO(c,e){var
+b=Y,a;switch(c){case
 0:a=b.Float32Array;break;case
 1:a=b.Float64Array;break;case
 2:a=b.Int8Array;break;case
@@ -193,44 +193,44 @@ b=X,a;switch(c){case
 9:a=b.Int32Array;break;case
 10:a=b.Float32Array;break;case
 11:a=b.Float64Array;break;case
-12:a=b.Uint8Array;break}if(!a)aH("Bigarray.create: unsupported kind");var
+12:a=b.Uint8Array;break}if(!a)aF("Bigarray.create: unsupported kind");var
 d=new
-a(e*ml(c));return d}function
-hc(c){var
-a=new(X.Int32Array)(1);a[0]=c;var
-b=new(X.Float32Array)(a.buffer);return b[0]}function
-dc(a){return new
-P(a[7]<<0|a[6]<<8|a[5]<<16,a[4]<<0|a[3]<<8|a[2]<<16,a[1]<<0|a[0]<<8)}function
-hd(d){var
-f=d.lo,g=d.mi,b=d.hi,c=(b&0x7fff)>>4;if(c==2047)return(f|g|b&g4)==0?b&bI?-Infinity:Infinity:NaN;var
-e=Math.pow(2,-24),a=(f*e+g)*e+(b&g4);if(c>0){a+=16;a*=Math.pow(2,c-mf)}else
-a*=Math.pow(2,-lY);if(b&bI)a=-a;return a}function
-g_(b){var
+a(e*mg(c));return d}function
+hd(c){var
+a=new(Y.Int32Array)(1);a[0]=c;var
+b=new(Y.Float32Array)(a.buffer);return b[0]}function
+db(a){return new
+Q(a[7]<<0|a[6]<<8|a[5]<<16,a[4]<<0|a[3]<<8|a[2]<<16,a[1]<<0|a[0]<<8)}function
+he(d){var
+f=d.lo,g=d.mi,b=d.hi,c=(b&0x7fff)>>4;if(c==2047)return(f|g|b&g5)==0?b&bH?-Infinity:Infinity:NaN;var
+e=Math.pow(2,-24),a=(f*e+g)*e+(b&g5);if(c>0){a+=16;a*=Math.pow(2,c-ma)}else
+a*=Math.pow(2,-lT);if(b&bH)a=-a;return a}function
+g$(b){var
 d=b.length,c=1;for(var
-a=0;a<d;a++){if(b[a]<0)aH("Bigarray.create: negative dimension");c=c*b[a]}return c}function
-Aa(b,a){return new
-P(b&b0,b>>>24&b2|(a&bK)<<8,a>>>16&bK)}function
-he(a){return a.hi32()}function
-hf(a){return a.lo32()}var
-zV=fh;function
-cp(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}cp.prototype.caml_custom=zV;cp.prototype.offset=function(b){var
+a=0;a<d;a++){if(b[a]<0)aF("Bigarray.create: negative dimension");c=c*b[a]}return c}function
+z6(b,a){return new
+Q(b&bZ,b>>>24&b1|(a&bJ)<<8,a>>>16&bJ)}function
+hf(a){return a.hi32()}function
+hg(a){return a.lo32()}var
+zP=fi;function
+cp(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}cp.prototype.caml_custom=zP;cp.prototype.offset=function(b){var
 c=0;if(typeof
 b==="number")b=[b];if(!(b
 instanceof
-Array))aH("bigarray.js: invalid offset");if(this.dims.length!=b.length)aH("Bigarray.get/set: bad number of dimensions");if(this.layout==0)for(var
-a=0;a<this.dims.length;a++){if(b[a]<0||b[a]>=this.dims[a])dS();c=c*this.dims[a]+b[a]}else
+Array))aF("bigarray.js: invalid offset");if(this.dims.length!=b.length)aF("Bigarray.get/set: bad number of dimensions");if(this.layout==0)for(var
+a=0;a<this.dims.length;a++){if(b[a]<0||b[a]>=this.dims[a])dR();c=c*this.dims[a]+b[a]}else
 for(var
-a=this.dims.length-1;a>=0;a--){if(b[a]<1||b[a]>this.dims[a])dS();c=c*this.dims[a]+(b[a]-1)}return c};cp.prototype.get=function(a){switch(this.kind){case
+a=this.dims.length-1;a>=0;a--){if(b[a]<1||b[a]>this.dims[a])dR();c=c*this.dims[a]+(b[a]-1)}return c};cp.prototype.get=function(a){switch(this.kind){case
 7:var
-d=this.data[a*2+0],b=this.data[a*2+1];return Aa(d,b);case
+d=this.data[a*2+0],b=this.data[a*2+1];return z6(d,b);case
 10:case
 11:var
-e=this.data[a*2+0],c=this.data[a*2+1];return[ff,e,c];default:return this.data[a]}};cp.prototype.set=function(a,b){switch(this.kind){case
-7:this.data[a*2+0]=hf(b);this.data[a*2+1]=he(b);break;case
+e=this.data[a*2+0],c=this.data[a*2+1];return[fg,e,c];default:return this.data[a]}};cp.prototype.set=function(a,b){switch(this.kind){case
+7:this.data[a*2+0]=hg(b);this.data[a*2+1]=hf(b);break;case
 10:case
 11:this.data[a*2+0]=b[1];this.data[a*2+1]=b[2];break;default:this.data[a]=b;break}return 0};cp.prototype.fill=function(b){switch(this.kind){case
 7:var
-c=hf(b),e=he(b);if(c==e)this.data.fill(c);else
+c=hg(b),e=hf(b);if(c==e)this.data.fill(c);else
 for(var
 a=0;a<this.data.length;a++)this.data[a]=a%2==0?c:e;break;case
 10:case
@@ -257,26 +257,26 @@ a=0;a<this.data.length;a+=2){if(this.data[a+1]<b.data[a+1])return-1;if(this.data
 9:case
 12:for(var
 a=0;a<this.data.length;a++){if(this.data[a]<b.data[a])return-1;if(this.data[a]>b.data[a])return 1}break}return 0};function
-db(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}db.prototype=new
-cp();db.prototype.offset=function(a){if(typeof
+da(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}da.prototype=new
+cp();da.prototype.offset=function(a){if(typeof
 a!=="number")if(a
 instanceof
 Array&&a.length==1)a=a[0];else
-aH("Ml_Bigarray_c_1_1.offset");if(a<0||a>=this.dims[0])dS();return a};db.prototype.get=function(a){return this.data[a]};db.prototype.set=function(a,b){this.data[a]=b;return 0};db.prototype.fill=function(a){this.data.fill(a);return 0};function
-mj(c,d,a,b){var
-e=ml(c);if(g_(a)*e!=b.length)aH("length doesn't match dims");if(d==0&&a.length==1&&e==1)return new
-db(c,d,a,b);return new
+aF("Ml_Bigarray_c_1_1.offset");if(a<0||a>=this.dims[0])dR();return a};da.prototype.get=function(a){return this.data[a]};da.prototype.set=function(a,b){this.data[a]=b;return 0};da.prototype.fill=function(a){this.data.fill(a);return 0};function
+me(c,d,a,b){var
+e=mg(c);if(g$(a)*e!=b.length)aF("length doesn't match dims");if(d==0&&a.length==1&&e==1)return new
+da(c,d,a,b);return new
 cp(c,d,a,b)}function
-cJ(a){if(!au.Failure)au.Failure=[aX,s(gV),-3];hi(au.Failure,a)}function
-mk(b,v,r){var
+cJ(a){if(!as.Failure)as.Failure=[aX,s(gW),-3];hj(as.Failure,a)}function
+mf(b,v,r){var
 i=b.read32s();if(i<0||i>16)cJ("input_value: wrong number of bigarray dimensions");var
-p=b.read32s(),j=p&b2,o=p>>8&1,h=[];if(r==fh)for(var
+p=b.read32s(),j=p&b1,o=p>>8&1,h=[];if(r==fi)for(var
 a=0;a<i;a++){var
-n=b.read16u();if(n==bK){var
+n=b.read16u();if(n==bJ){var
 t=b.read32u(),u=b.read32u();if(t!=0)cJ("input_value: bigarray dimension overflow in 32bit");n=u}h.push(n)}else
 for(var
 a=0;a<i;a++)h.push(b.read32u());var
-d=g_(h),f=zU(j,d),g=mj(j,o,h,f);switch(j){case
+d=g$(h),f=zO(j,d),g=me(j,o,h,f);switch(j){case
 2:for(var
 a=0;a<d;a++)f[a]=b.read8s();break;case
 3:case
@@ -297,122 +297,122 @@ e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-q=dc(e);g.set(a,q)}break;case
+q=db(e);g.set(a,q)}break;case
 1:var
 e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-k=hd(dc(e));g.set(a,k)}break;case
+k=he(db(e));g.set(a,k)}break;case
 0:for(var
 a=0;a<d;a++){var
-k=hc(b.read32s());g.set(a,k)}break;case
+k=hd(b.read32s());g.set(a,k)}break;case
 10:for(var
 a=0;a<d;a++){var
-m=hc(b.read32s()),l=hc(b.read32s());g.set(a,[ff,m,l])}break;case
+m=hd(b.read32s()),l=hd(b.read32s());g.set(a,[fg,m,l])}break;case
 11:var
 e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-m=hd(dc(e));for(var
+m=he(db(e));for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-l=hd(dc(e));g.set(a,[ff,m,l])}break}v[0]=(4+i)*4;return mj(j,o,h,f)}function
-mi(a,b,c){return a.compare(b,c)}function
-mE(a,b){return Math.imul(a,b)}function
-b5(b,a){a=mE(a,0xcc9e2d51|0);a=a<<15|a>>>32-15;a=mE(a,0x1b873593);b^=a;b=b<<13|b>>>32-13;return(b+(b<<2)|0)+(0xe6546b64|0)|0}function
-z6(a,b){a=b5(a,hf(b));a=b5(a,he(b));return a}function
-my(a,b){return z6(a,fm(b))}function
-mm(c){var
-b=g_(c.dims),d=0;switch(c.kind){case
+l=he(db(e));g.set(a,[fg,m,l])}break}v[0]=(4+i)*4;return me(j,o,h,f)}function
+md(a,b,c){return a.compare(b,c)}function
+mz(a,b){return Math.imul(a,b)}function
+b4(b,a){a=mz(a,0xcc9e2d51|0);a=a<<15|a>>>32-15;a=mz(a,0x1b873593);b^=a;b=b<<13|b>>>32-13;return(b+(b<<2)|0)+(0xe6546b64|0)|0}function
+z0(a,b){a=b4(a,hg(b));a=b4(a,hf(b));return a}function
+mt(a,b){return z0(a,fn(b))}function
+mh(c){var
+b=g$(c.dims),d=0;switch(c.kind){case
 2:case
 3:case
-12:if(b>l9)b=l9;var
-e=0,a=0;for(a=0;a+4<=c.data.length;a+=4){e=c.data[a+0]|c.data[a+1]<<8|c.data[a+2]<<16|c.data[a+3]<<24;d=b5(d,e)}e=0;switch(b&3){case
+12:if(b>l4)b=l4;var
+e=0,a=0;for(a=0;a+4<=c.data.length;a+=4){e=c.data[a+0]|c.data[a+1]<<8|c.data[a+2]<<16|c.data[a+3]<<24;d=b4(d,e)}e=0;switch(b&3){case
 3:e=c.data[a+2]<<16;case
 2:e|=c.data[a+1]<<8;case
-1:e|=c.data[a+0];d=b5(d,e)}break;case
+1:e|=c.data[a+0];d=b4(d,e)}break;case
 4:case
-5:if(b>da)b=da;var
-e=0,a=0;for(a=0;a+2<=c.data.length;a+=2){e=c.data[a+0]|c.data[a+1]<<16;d=b5(d,e)}if((b&1)!=0)d=b5(d,c.data[a]);break;case
+5:if(b>c$)b=c$;var
+e=0,a=0;for(a=0;a+2<=c.data.length;a+=2){e=c.data[a+0]|c.data[a+1]<<16;d=b4(d,e)}if((b&1)!=0)d=b4(d,c.data[a]);break;case
 6:if(b>64)b=64;for(var
-a=0;a<b;a++)d=b5(d,c.data[a]);break;case
+a=0;a<b;a++)d=b4(d,c.data[a]);break;case
 8:case
 9:if(b>64)b=64;for(var
-a=0;a<b;a++)d=b5(d,c.data[a]);break;case
+a=0;a<b;a++)d=b4(d,c.data[a]);break;case
 7:if(b>32)b=32;b*=2;for(var
-a=0;a<b;a++)d=b5(d,c.data[a]);break;case
+a=0;a<b;a++)d=b4(d,c.data[a]);break;case
 10:b*=2;case
 0:if(b>64)b=64;for(var
-a=0;a<b;a++)d=my(d,c.data[a]);break;case
+a=0;a<b;a++)d=mt(d,c.data[a]);break;case
 11:b*=2;case
 1:if(b>32)b=32;for(var
-a=0;a<b;a++)d=my(d,c.data[a]);break}return d}function
-z9(a,b){b[0]=4;return a.read32s()}function
-Ar(a,b){switch(a.read8u()){case
+a=0;a<b;a++)d=mt(d,c.data[a]);break}return d}function
+z3(a,b){b[0]=4;return a.read32s()}function
+Al(a,b){switch(a.read8u()){case
 1:b[0]=4;return a.read32s();case
 2:cJ("input_value: native integer value too large");default:cJ("input_value: ill-formed native integer")}}function
-Aj(c,d){var
+Ad(c,d){var
 b=new
 Array(8);for(var
-a=0;a<8;a++)b[a]=c.read8u();d[0]=8;return dc(b)}function
-Af(e,d,b){var
+a=0;a<8;a++)b[a]=c.read8u();d[0]=8;return db(b)}function
+z$(e,d,b){var
 c=cK(d);for(var
 a=0;a<8;a++)e.write(8,c[a]);b[0]=8;b[1]=8}function
-z$(a,b,c){return a.compare(b)}function
-Ac(a){return a.lo32()^a.hi32()}var
-mu={"_j":{deserialize:Aj,serialize:Af,fixed_length:8,compare:z$,hash:Ac},"_i":{deserialize:z9,fixed_length:4},"_n":{deserialize:Ar,fixed_length:4},"_bigarray":{deserialize:function(a,b){return mk(a,b,"_bigarray")},serialize:mn,compare:mi,hash:mm},"_bigarr02":{deserialize:function(a,b){return mk(a,b,fh)},serialize:mn,compare:mi,hash:mm}};function
-g$(a){return mu[a.caml_custom]&&mu[a.caml_custom].compare}function
-ms(f,c,d,e){var
-b=g$(c);if(b){var
+z5(a,b,c){return a.compare(b)}function
+z8(a){return a.lo32()^a.hi32()}var
+mp={"_j":{deserialize:Ad,serialize:z$,fixed_length:8,compare:z5,hash:z8},"_i":{deserialize:z3,fixed_length:4},"_n":{deserialize:Al,fixed_length:4},"_bigarray":{deserialize:function(a,b){return mf(a,b,"_bigarray")},serialize:mi,compare:md,hash:mh},"_bigarr02":{deserialize:function(a,b){return mf(a,b,fi)},serialize:mi,compare:md,hash:mh}};function
+ha(a){return mp[a.caml_custom]&&mp[a.caml_custom].compare}function
+mn(f,c,d,e){var
+b=ha(c);if(b){var
 a=d>0?b(c,f,e):b(f,c,e);if(e&&a!=a)return d;if(+a!=+a)return+a;if((a|0)!=0)return a|0}return d}function
-hg(a){return a
+hh(a){return a
 instanceof
-bL}function
-mB(a){return hg(a)}function
-mt(a){if(typeof
-a==="number")return fd;else
-if(hg(a))return 252;else
-if(mB(a))return 1252;else
+bK}function
+mw(a){return hh(a)}function
+mo(a){if(typeof
+a==="number")return fe;else
+if(hh(a))return 252;else
+if(mw(a))return 1252;else
 if(a
 instanceof
-Array&&a[0]===a[0]>>>0&&a[0]<=gW){var
-b=a[0]|0;return b==ff?0:b}else
+Array&&a[0]===a[0]>>>0&&a[0]<=gX){var
+b=a[0]|0;return b==fg?0:b}else
 if(a
 instanceof
-String)return lQ;else
+String)return lL;else
 if(typeof
-a=="string")return lQ;else
+a=="string")return lL;else
 if(a
 instanceof
-Number)return fd;else
-if(a&&a.caml_custom)return gX;else
+Number)return fe;else
+if(a&&a.caml_custom)return gY;else
 if(a&&a.compare)return 1256;else
 if(typeof
 a=="function")return 1247;else
 if(typeof
 a=="symbol")return 1251;return 1001}function
-Ak(a,b){if(a<b)return-1;if(a==b)return 0;return 1}function
-mo(a,b){a.t&6&&fk(a);b.t&6&&fk(b);return a.c<b.c?-1:a.c>b.c?1:0}function
-AI(a,b){return mo(a,b)}function
-mr(a,b,d){var
+Ae(a,b){if(a<b)return-1;if(a==b)return 0;return 1}function
+mj(a,b){a.t&6&&fl(a);b.t&6&&fl(b);return a.c<b.c?-1:a.c>b.c?1:0}function
+AC(a,b){return mj(a,b)}function
+mm(a,b,d){var
 e=[];for(;;){if(!(d&&a===b)){var
-f=mt(a);if(f==lK){a=a[1];continue}var
-g=mt(b);if(g==lK){b=b[1];continue}if(f!==g){if(f==fd){if(g==gX)return ms(a,b,-1,d);return-1}if(g==fd){if(f==gX)return ms(b,a,1,d);return 1}return f<g?-1:1}switch(f){case
-247:aH(g0);break;case
+f=mo(a);if(f==lF){a=a[1];continue}var
+g=mo(b);if(g==lF){b=b[1];continue}if(f!==g){if(f==fe){if(g==gY)return mn(a,b,-1,d);return-1}if(g==fe){if(f==gY)return mn(b,a,1,d);return 1}return f<g?-1:1}switch(f){case
+247:aF(g1);break;case
 248:var
-c=Ak(a[2],b[2]);if(c!=0)return c|0;break;case
-249:aH(g0);break;case
-250:aH("equal: got Forward_tag, should not happen");break;case
-251:aH("equal: abstract value");break;case
+c=Ae(a[2],b[2]);if(c!=0)return c|0;break;case
+249:aF(g1);break;case
+250:aF("equal: got Forward_tag, should not happen");break;case
+251:aF("equal: abstract value");break;case
 252:if(a!==b){var
-c=mo(a,b);if(c!=0)return c|0}break;case
-253:aH("equal: got Double_tag, should not happen");break;case
-254:aH("equal: got Double_array_tag, should not happen");break;case
-255:aH("equal: got Custom_tag, should not happen");break;case
-1247:aH(g0);break;case
+c=mj(a,b);if(c!=0)return c|0}break;case
+253:aF("equal: got Double_tag, should not happen");break;case
+254:aF("equal: got Double_array_tag, should not happen");break;case
+255:aF("equal: got Custom_tag, should not happen");break;case
+1247:aF(g1);break;case
 1255:var
-i=g$(a);if(i!=g$(b))return a.caml_custom<b.caml_custom?-1:1;if(!i)aH("compare: abstract value");var
+i=ha(a);if(i!=ha(b))return a.caml_custom<b.caml_custom?-1:1;if(!i)aF("compare: abstract value");var
 c=i(a,b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;break;case
 1256:var
 c=a.compare(b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;break;case
@@ -426,155 +426,155 @@ a=a.toString(),b=b.toString();if(a!==b){if(a<b)return-1;if(a>b)return 1}break;ca
 246:case
 254:default:if(a.length!=b.length)return a.length<b.length?-1:1;if(a.length>1)e.push(a,b,1);break}}if(e.length==0)return 0;var
 h=e.pop();b=e.pop();a=e.pop();if(h+1<a.length)e.push(a,b,h+1);a=a[h];b=b[h]}}function
-dU(a,b){return+(mr(a,b,false)==0)}function
-z2(a,c,b,d){if(b>0)if(c==0&&(b>=a.l||a.t==2&&b>=a.c.length))if(d==0){a.c=U;a.t=2}else{a.c=dd(b,String.fromCharCode(d));a.t=b==a.l?0:2}else{if(a.t!=4)fj(a);for(b+=c;c<b;c++)a.c[c]=d}return 0}function
-hh(d){d=cq(d);var
-e=d.length;if(e>31)aH("format_int: format too long");var
-a={justify:c9,signstyle:cE,filler:bZ,alternate:false,base:0,signedconv:false,width:0,uppercase:false,sign:1,prec:-1,conv:"f"};for(var
+dT(a,b){return+(mm(a,b,false)==0)}function
+zW(a,c,b,d){if(b>0)if(c==0&&(b>=a.l||a.t==2&&b>=a.c.length))if(d==0){a.c=V;a.t=2}else{a.c=dc(b,String.fromCharCode(d));a.t=b==a.l?0:2}else{if(a.t!=4)fk(a);for(b+=c;c<b;c++)a.c[c]=d}return 0}function
+hi(d){d=cq(d);var
+e=d.length;if(e>31)aF("format_int: format too long");var
+a={justify:c8,signstyle:cE,filler:bY,alternate:false,base:0,signedconv:false,width:0,uppercase:false,sign:1,prec:-1,conv:"f"};for(var
 c=0;c<e;c++){var
 b=d.charAt(c);switch(b){case"-":a.justify=cE;break;case"+":case" ":a.signstyle=b;break;case"0":a.filler=a8;break;case"#":a.alternate=true;break;case"1":case"2":case"3":case"4":case"5":case"6":case"7":case"8":case"9":a.width=0;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.width=a.width*10+b;c++}c--;break;case".":a.prec=0;c++;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.prec=a.prec*10+b;c++}c--;case"d":case"i":a.signedconv=true;case"u":a.base=10;break;case"x":a.base=16;break;case"X":a.base=16;a.uppercase=true;break;case"o":a.base=8;break;case"e":case"f":case"g":a.signedconv=true;a.conv=b;break;case"E":case"F":case"G":a.signedconv=true;a.uppercase=true;a.conv=b.toLowerCase();break}}return a}function
-ha(a,e){if(a.uppercase)e=e.toUpperCase();var
+hb(a,e){if(a.uppercase)e=e.toUpperCase();var
 d=e.length;if(a.signedconv&&(a.sign<0||a.signstyle!=cE))d++;if(a.alternate){if(a.base==8)d+=1;if(a.base==16)d+=2}var
-b=U;if(a.justify==c9&&a.filler==bZ)for(var
-c=d;c<a.width;c++)b+=bZ;if(a.signedconv)if(a.sign<0)b+=cE;else
-if(a.signstyle!=cE)b+=a.signstyle;if(a.alternate&&a.base==8)b+=a8;if(a.alternate&&a.base==16)b+=lB;if(a.justify==c9&&a.filler==a8)for(var
+b=V;if(a.justify==c8&&a.filler==bY)for(var
+c=d;c<a.width;c++)b+=bY;if(a.signedconv)if(a.sign<0)b+=cE;else
+if(a.signstyle!=cE)b+=a.signstyle;if(a.alternate&&a.base==8)b+=a8;if(a.alternate&&a.base==16)b+=lw;if(a.justify==c8&&a.filler==a8)for(var
 c=d;c<a.width;c++)b+=a8;b+=e;if(a.justify==cE)for(var
-c=d;c<a.width;c++)b+=bZ;return s(b)}function
-mw(i,c){function
+c=d;c<a.width;c++)b+=bY;return s(b)}function
+mr(i,c){function
 j(a,b){if(Math.abs(a)<1.0)return a.toFixed(b);else{var
-c=parseInt(a.toString().split(c9)[1]);if(c>20){c-=20;a/=Math.pow(10,c);a+=new
-Array(c+1).join(a8);if(b>0)a=a+c$+new
+c=parseInt(a.toString().split(c8)[1]);if(c>20){c-=20;a/=Math.pow(10,c);a+=new
+Array(c+1).join(a8);if(b>0)a=a+c_+new
 Array(b+1).join(a8);return a}else
 return a.toFixed(b)}}var
-a,e=hh(i),d=e.prec<0?6:e.prec;if(c<0||c==0&&1/c==-Infinity){e.sign=-1;c=-c}if(isNaN(c)){a=gZ;e.filler=bZ}else
-if(!isFinite(c)){a="inf";e.filler=bZ}else
+a,e=hi(i),d=e.prec<0?6:e.prec;if(c<0||c==0&&1/c==-Infinity){e.sign=-1;c=-c}if(isNaN(c)){a=g0;e.filler=bY}else
+if(!isFinite(c)){a="inf";e.filler=bY}else
 switch(e.conv){case"e":var
-a=c.toExponential(d),b=a.length;if(a.charAt(b-3)==g8)a=a.slice(0,b-1)+a8+a.slice(b-1);break;case"f":a=j(c,d);break;case"g":d=d?d:1;a=c.toExponential(d-1);var
-h=a.indexOf(g8),g=+a.slice(h+1);if(g<-4||c>=1e21||c.toFixed(0).length>d){var
-b=h-1;while(a.charAt(b)==a8)b--;if(a.charAt(b)==c$)b--;a=a.slice(0,b+1)+a.slice(h);b=a.length;if(a.charAt(b-3)==g8)a=a.slice(0,b-1)+a8+a.slice(b-1);break}else{var
+a=c.toExponential(d),b=a.length;if(a.charAt(b-3)==g9)a=a.slice(0,b-1)+a8+a.slice(b-1);break;case"f":a=j(c,d);break;case"g":d=d?d:1;a=c.toExponential(d-1);var
+h=a.indexOf(g9),g=+a.slice(h+1);if(g<-4||c>=1e21||c.toFixed(0).length>d){var
+b=h-1;while(a.charAt(b)==a8)b--;if(a.charAt(b)==c_)b--;a=a.slice(0,b+1)+a.slice(h);b=a.length;if(a.charAt(b-3)==g9)a=a.slice(0,b-1)+a8+a.slice(b-1);break}else{var
 f=d;if(g<0){f-=g+1;a=c.toFixed(f)}else
 while(a=c.toFixed(f),a.length>d+1)f--;if(f){var
-b=a.length-1;while(a.charAt(b)==a8)b--;if(a.charAt(b)==c$)b--;a=a.slice(0,b+1)}}break}return ha(e,a)}function
-fl(d,b){if(cq(d)==l5)return s(U+b);var
-a=hh(d);if(b<0)if(a.signedconv){a.sign=-1;b=-b}else
+b=a.length-1;while(a.charAt(b)==a8)b--;if(a.charAt(b)==c_)b--;a=a.slice(0,b+1)}}break}return hb(e,a)}function
+fm(d,b){if(cq(d)==l0)return s(V+b);var
+a=hi(d);if(b<0)if(a.signedconv){a.sign=-1;b=-b}else
 b>>>=0;var
-c=b.toString(a.base);if(a.prec>=0){a.filler=bZ;var
-e=a.prec-c.length;if(e>0)c=dd(e,a8)+c}return ha(a,c)}var
-As=0;function
-z4(){return As++}function
-Am(a){return a.toUtf16()}function
-dY(){return typeof
-X.process!=="undefined"&&typeof
-X.process.versions!=="undefined"&&typeof
-X.process.versions.node!=="undefined"}function
-AG(){function
-a(a){if(a.charAt(0)===bJ)return[U,a.substring(1)];return}function
+c=b.toString(a.base);if(a.prec>=0){a.filler=bY;var
+e=a.prec-c.length;if(e>0)c=dc(e,a8)+c}return hb(a,c)}var
+Am=0;function
+zY(){return Am++}function
+Ag(a){return a.toUtf16()}function
+dX(){return typeof
+Y.process!=="undefined"&&typeof
+Y.process.versions!=="undefined"&&typeof
+Y.process.versions.node!=="undefined"}function
+AA(){function
+a(a){if(a.charAt(0)===bI)return[V,a.substring(1)];return}function
 b(c){var
-g=/^([a-zA-Z]:|[\\/]{2}[^\\/]+[\\/]+[^\\/]+)?([\\/])?([\s\S]*?)$/,a=g.exec(c),b=a[1]||U,e=Boolean(b&&b.charAt(1)!==":");if(Boolean(a[2]||e)){var
-d=a[1]||U,f=a[2]||U;return[d,c.substring(d.length+f.length)]}return}return dY()&&X.process&&X.process.platform?X.process.platform==="win32"?b:a:a}var
-hn=AG();function
-mJ(a){return a.slice(-1)!==bJ?a+bJ:a}if(dY()&&X.process&&X.process.cwd)var
-dT=X.process.cwd().replace(/\\/g,bJ);else
+g=/^([a-zA-Z]:|[\\/]{2}[^\\/]+[\\/]+[^\\/]+)?([\\/])?([\s\S]*?)$/,a=g.exec(c),b=a[1]||V,e=Boolean(b&&b.charAt(1)!==":");if(Boolean(a[2]||e)){var
+d=a[1]||V,f=a[2]||V;return[d,c.substring(d.length+f.length)]}return}return dX()&&Y.process&&Y.process.platform?Y.process.platform==="win32"?b:a:a}var
+ho=AA();function
+mE(a){return a.slice(-1)!==bI?a+bI:a}if(dX()&&Y.process&&Y.process.cwd)var
+dS=Y.process.cwd().replace(/\\/g,bI);else
 var
-dT="/static";dT=mJ(dT);function
-An(a){a=Am(a);if(!hn(a))a=dT+a;var
-e=hn(a),d=e[1].split(bJ),b=[];for(var
+dS="/static";dS=mE(dS);function
+Ah(a){a=Ag(a);if(!ho(a))a=dS+a;var
+e=ho(a),d=e[1].split(bI),b=[];for(var
 c=0;c<d.length;c++)switch(d[c]){case"..":if(b.length>1)b.pop();break;case".":break;default:b.push(d[c]);break}b.unshift(e[0]);b.orig=a;return b}function
-AA(e){for(var
-f=U,b=f,a,h,c=0,g=e.length;c<g;c++){a=e.charCodeAt(c);if(a<bv){for(var
-d=c+1;d<g&&(a=e.charCodeAt(d))<bv;d++);if(d-c>lD){b.substr(0,1);f+=b;b=U;f+=e.slice(c,d)}else
-b+=e.slice(c,d);if(d==g)break;c=d}if(a<l_){b+=String.fromCharCode(0xc0|a>>6);b+=String.fromCharCode(bv|a&c_)}else
-if(a<0xd800||a>=lL)b+=String.fromCharCode(lM|a>>12,bv|a>>6&c_,bv|a&c_);else
-if(a>=0xdbff||c+1==g||(h=e.charCodeAt(c+1))<lH||h>lL)b+="\xef\xbf\xbd";else{c++;a=(a<<10)+h-0x35fdc00;b+=String.fromCharCode(mb|a>>18,bv|a>>12&c_,bv|a>>6&c_,bv|a&c_)}if(b.length>dQ){b.substr(0,1);f+=b;b=U}}return f+b}function
-zY(a){var
-b=9;if(!mQ(a))b=8,a=AA(a);return new
-bL(b,a,a.length)}function
-b7(a){return zY(a)}var
-AH=["E2BIG","EACCES","EAGAIN","EBADF","EBUSY","ECHILD","EDEADLK","EDOM",lE,"EFAULT","EFBIG","EINTR","EINVAL","EIO","EISDIR","EMFILE","EMLINK","ENAMETOOLONG","ENFILE","ENODEV",g5,"ENOEXEC","ENOLCK","ENOMEM","ENOSPC","ENOSYS",gY,l7,"ENOTTY","ENXIO","EPERM","EPIPE","ERANGE","EROFS","ESPIPE","ESRCH","EXDEV","EWOULDBLOCK","EINPROGRESS","EALREADY","ENOTSOCK","EDESTADDRREQ","EMSGSIZE","EPROTOTYPE","ENOPROTOOPT","EPROTONOSUPPORT","ESOCKTNOSUPPORT","EOPNOTSUPP","EPFNOSUPPORT","EAFNOSUPPORT","EADDRINUSE","EADDRNOTAVAIL","ENETDOWN","ENETUNREACH","ENETRESET","ECONNABORTED","ECONNRESET","ENOBUFS","EISCONN","ENOTCONN","ESHUTDOWN","ETOOMANYREFS","ETIMEDOUT","ECONNREFUSED","EHOSTDOWN","EHOSTUNREACH","ELOOP","EOVERFLOW"];function
+Au(e){for(var
+f=V,b=f,a,h,c=0,g=e.length;c<g;c++){a=e.charCodeAt(c);if(a<bw){for(var
+d=c+1;d<g&&(a=e.charCodeAt(d))<bw;d++);if(d-c>ly){b.substr(0,1);f+=b;b=V;f+=e.slice(c,d)}else
+b+=e.slice(c,d);if(d==g)break;c=d}if(a<l5){b+=String.fromCharCode(0xc0|a>>6);b+=String.fromCharCode(bw|a&c9)}else
+if(a<0xd800||a>=lG)b+=String.fromCharCode(lH|a>>12,bw|a>>6&c9,bw|a&c9);else
+if(a>=0xdbff||c+1==g||(h=e.charCodeAt(c+1))<lC||h>lG)b+="\xef\xbf\xbd";else{c++;a=(a<<10)+h-0x35fdc00;b+=String.fromCharCode(l8|a>>18,bw|a>>12&c9,bw|a>>6&c9,bw|a&c9)}if(b.length>dP){b.substr(0,1);f+=b;b=V}}return f+b}function
+zS(a){var
+b=9;if(!mL(a))b=8,a=Au(a);return new
+bK(b,a,a.length)}function
+b6(a){return zS(a)}var
+AB=["E2BIG","EACCES","EAGAIN","EBADF","EBUSY","ECHILD","EDEADLK","EDOM",lz,"EFAULT","EFBIG","EINTR","EINVAL","EIO","EISDIR","EMFILE","EMLINK","ENAMETOOLONG","ENFILE","ENODEV",g6,"ENOEXEC","ENOLCK","ENOMEM","ENOSPC","ENOSYS",gZ,l2,"ENOTTY","ENXIO","EPERM","EPIPE","ERANGE","EROFS","ESPIPE","ESRCH","EXDEV","EWOULDBLOCK","EINPROGRESS","EALREADY","ENOTSOCK","EDESTADDRREQ","EMSGSIZE","EPROTOTYPE","ENOPROTOOPT","EPROTONOSUPPORT","ESOCKTNOSUPPORT","EOPNOTSUPP","EPFNOSUPPORT","EAFNOSUPPORT","EADDRINUSE","EADDRNOTAVAIL","ENETDOWN","ENETUNREACH","ENETRESET","ECONNABORTED","ECONNRESET","ENOBUFS","EISCONN","ENOTCONN","ESHUTDOWN","ETOOMANYREFS","ETIMEDOUT","ECONNREFUSED","EHOSTDOWN","EHOSTUNREACH","ELOOP","EOVERFLOW"];function
 cN(d,f,e,a){var
-b=AH.indexOf(d);if(b<0){if(a==null)a=-9999;b=[0,a]}var
-c=[b,b7(f||U),b7(e||U)];return c}var
-mF={};function
-cL(a){return mF[a]}function
+b=AB.indexOf(d);if(b<0){if(a==null)a=-9999;b=[0,a]}var
+c=[b,b6(f||V),b6(e||V)];return c}var
+mA={};function
+cL(a){return mA[a]}function
 cM(b,a){throw[0,b].concat(a)}function
-zX(a){return new
-bL(4,a,a.length)}function
-ae(a){hi(au.Sys_error,a)}function
-Au(a){ae(a+fc)}function
+zR(a){return new
+bK(4,a,a.length)}function
+ae(a){hj(as.Sys_error,a)}function
+Ao(a){ae(a+fd)}function
 a3(a){return a.l}function
-mh(){}function
+mc(){}function
 aK(a){this.data=a}aK.prototype=new
-mh();aK.prototype.truncate=function(a){var
-b=this.data;this.data=aG(a|0);cG(b,0,this.data,0,a)};aK.prototype.length=function(){return a3(this.data)};aK.prototype.write=function(b,d,g,a){var
+mc();aK.prototype.truncate=function(a){var
+b=this.data;this.data=aE(a|0);cG(b,0,this.data,0,a)};aK.prototype.length=function(){return a3(this.data)};aK.prototype.write=function(b,d,g,a){var
 c=this.length();if(b+a>=c){var
-e=aG(b+a),f=this.data;this.data=e;cG(f,0,this.data,0,c)}bN(d,g,this.data,b,a);return 0};aK.prototype.read=function(c,a,d,b){var
-e=this.length();cG(this.data,c,a,d,b);return 0};aK.prototype.read_one=function(a){return mp(this.data,a)};aK.prototype.close=function(){};aK.prototype.constructor=aK;function
+e=aE(b+a),f=this.data;this.data=e;cG(f,0,this.data,0,c)}bM(d,g,this.data,b,a);return 0};aK.prototype.read=function(c,a,d,b){var
+e=this.length();cG(this.data,c,a,d,b);return 0};aK.prototype.read_one=function(a){return mk(this.data,a)};aK.prototype.close=function(){};aK.prototype.constructor=aK;function
 aY(b,a){this.content={};this.root=b;this.lookupFun=a}aY.prototype.nm=function(a){return this.root+a};aY.prototype.create_dir_if_needed=function(d){var
-c=d.split(bJ),b=U;for(var
-a=0;a<c.length-1;a++){b+=c[a]+bJ;if(this.content[b])continue;this.content[b]=Symbol("directory")}};aY.prototype.slash=function(a){return/\/$/.test(a)?a:a+bJ};aY.prototype.lookup=function(a){if(!this.content[a]&&this.lookupFun){var
+c=d.split(bI),b=V;for(var
+a=0;a<c.length-1;a++){b+=c[a]+bI;if(this.content[b])continue;this.content[b]=Symbol("directory")}};aY.prototype.slash=function(a){return/\/$/.test(a)?a:a+bI};aY.prototype.lookup=function(a){if(!this.content[a]&&this.lookupFun){var
 b=this.lookupFun(s(this.root),s(a));if(b!==0){this.create_dir_if_needed(a);this.content[a]=new
-aK(cH(b[1]))}}};aY.prototype.exists=function(a){if(a==U)return 1;var
+aK(cH(b[1]))}}};aY.prototype.exists=function(a){if(a==V)return 1;var
 b=this.slash(a);if(this.content[b])return 1;this.lookup(a);return this.content[a]?1:0};aY.prototype.mkdir=function(c,e,d){var
-b=d&&cL(g2);if(this.exists(c))if(b)cM(b,cN(lE,gU,this.nm(c)));else
+b=d&&cL(g3);if(this.exists(c))if(b)cM(b,cN(lz,gV,this.nm(c)));else
 ae(c+": File exists");var
-a=/^(.*)\/[^/]+/.exec(c);a=a&&a[1]||U;if(!this.exists(a))if(b)cM(b,cN(g5,gU,this.nm(a)));else
-ae(a+fc);if(!this.is_dir(a))if(b)cM(b,cN(gY,gU,this.nm(a)));else
-ae(a+g7);this.create_dir_if_needed(this.slash(c))};aY.prototype.rmdir=function(a,f){var
-b=f&&cL(g2),c=a==U?U:this.slash(a),e=new
-RegExp(lP+c+l8);if(!this.exists(a))if(b)cM(b,cN(g5,g1,this.nm(a)));else
-ae(a+fc);if(!this.is_dir(a))if(b)cM(b,cN(gY,g1,this.nm(a)));else
-ae(a+g7);for(var
+a=/^(.*)\/[^/]+/.exec(c);a=a&&a[1]||V;if(!this.exists(a))if(b)cM(b,cN(g6,gV,this.nm(a)));else
+ae(a+fd);if(!this.is_dir(a))if(b)cM(b,cN(gZ,gV,this.nm(a)));else
+ae(a+g8);this.create_dir_if_needed(this.slash(c))};aY.prototype.rmdir=function(a,f){var
+b=f&&cL(g3),c=a==V?V:this.slash(a),e=new
+RegExp(lK+c+l3);if(!this.exists(a))if(b)cM(b,cN(g6,g2,this.nm(a)));else
+ae(a+fd);if(!this.is_dir(a))if(b)cM(b,cN(gZ,g2,this.nm(a)));else
+ae(a+g8);for(var
 d
 in
-this.content)if(d.match(e))if(b)cM(b,cN(l7,g1,this.nm(a)));else
+this.content)if(d.match(e))if(b)cM(b,cN(l2,g2,this.nm(a)));else
 ae(this.nm(a)+": Directory not empty");delete
 this.content[c]};aY.prototype.readdir=function(a){var
-f=a==U?U:this.slash(a);if(!this.exists(a))ae(a+fc);if(!this.is_dir(a))ae(a+g7);var
+f=a==V?V:this.slash(a);if(!this.exists(a))ae(a+fd);if(!this.is_dir(a))ae(a+g8);var
 g=new
-RegExp(lP+f+l8),d={},c=[];for(var
+RegExp(lK+f+l3),d={},c=[];for(var
 e
 in
 this.content){var
-b=e.match(g);if(b&&!d[b[1]]){d[b[1]]=true;c.push(b[1])}}return c};aY.prototype.is_dir=function(a){if(a==U)return true;var
+b=e.match(g);if(b&&!d[b[1]]){d[b[1]]=true;c.push(b[1])}}return c};aY.prototype.is_dir=function(a){if(a==V)return true;var
 b=this.slash(a);return this.content[b]?1:0};aY.prototype.unlink=function(a){var
 b=this.content[a]?true:false;delete
-this.content[a];return b};aY.prototype.open=function(a,b){if(b.rdonly&&b.wronly)ae(this.nm(a)+lS);if(b.text&&b.binary)ae(this.nm(a)+l3);this.lookup(a);if(this.content[a]){if(this.is_dir(a))ae(this.nm(a)+" : is a directory");if(b.create&&b.excl)ae(this.nm(a)+lR);var
+this.content[a];return b};aY.prototype.open=function(a,b){if(b.rdonly&&b.wronly)ae(this.nm(a)+lN);if(b.text&&b.binary)ae(this.nm(a)+lY);this.lookup(a);if(this.content[a]){if(this.is_dir(a))ae(this.nm(a)+" : is a directory");if(b.create&&b.excl)ae(this.nm(a)+lM);var
 c=this.content[a];if(b.truncate)c.truncate();return c}else
 if(b.create){this.create_dir_if_needed(a);this.content[a]=new
-aK(aG(0));return this.content[a]}else
-Au(this.nm(a))};aY.prototype.register=function(c,a){var
-b;if(this.content[c])ae(this.nm(c)+lR);if(hg(a))b=new
-aK(a);if(mB(a))b=new
+aK(aE(0));return this.content[a]}else
+Ao(this.nm(a))};aY.prototype.register=function(c,a){var
+b;if(this.content[c])ae(this.nm(c)+lM);if(hh(a))b=new
+aK(a);if(mw(a))b=new
 aK(cH(a));else
 if(a
 instanceof
 Array)b=new
-aK(zX(a));else
+aK(zR(a));else
 if(typeof
 a==="string")b=new
-aK(mq(a));else
+aK(ml(a));else
 if(a.toString){var
-d=cH(b7(a.toString()));b=new
+d=cH(b6(a.toString()));b=new
 aK(d)}if(b){this.create_dir_if_needed(c);this.content[c]=b}else
 ae(this.nm(c)+" : registering file with invalid content type")};aY.prototype.constructor=aY;function
 ao(a){return a3(a)}function
-dX(b,a){return b4(b,a)}function
-zS(d){var
+dW(b,a){return b3(b,a)}function
+zM(d){var
 c=ao(d),b=new
-Array(c),a=0;for(;a<c;a++)b[a]=dX(d,a);return b}function
-zR(a){if(a.t!=4)fj(a);return a.c}function
-bM(a){this.fs=require("fs");this.fd=a}bM.prototype=new
-mh();bM.prototype.truncate=function(a){try{this.fs.ftruncateSync(this.fd,a|0)}catch(a){ae(a.toString())}};bM.prototype.length=function(){try{return this.fs.fstatSync(this.fd).size}catch(a){ae(a.toString())}};bM.prototype.write=function(f,b,c,e){var
-a=zS(b);if(!(a
+Array(c),a=0;for(;a<c;a++)b[a]=dW(d,a);return b}function
+zL(a){if(a.t!=4)fk(a);return a.c}function
+bL(a){this.fs=require("fs");this.fd=a}bL.prototype=new
+mc();bL.prototype.truncate=function(a){try{this.fs.ftruncateSync(this.fd,a|0)}catch(a){ae(a.toString())}};bL.prototype.length=function(){try{return this.fs.fstatSync(this.fd).size}catch(a){ae(a.toString())}};bL.prototype.write=function(f,b,c,e){var
+a=zM(b);if(!(a
 instanceof
-X.Uint8Array))a=new(X.Uint8Array)(a);var
-d=X.Buffer.from(a);try{this.fs.writeSync(this.fd,d,c,e,f)}catch(a){ae(a.toString())}return 0};bM.prototype.read=function(g,d,c,f){var
-a=zR(d);if(!(a
+Y.Uint8Array))a=new(Y.Uint8Array)(a);var
+d=Y.Buffer.from(a);try{this.fs.writeSync(this.fd,d,c,e,f)}catch(a){ae(a.toString())}return 0};bL.prototype.read=function(g,d,c,f){var
+a=zL(d);if(!(a
 instanceof
-X.Uint8Array))a=new(X.Uint8Array)(a);var
-e=X.Buffer.from(a);try{this.fs.readSync(this.fd,e,c,f,g)}catch(a){ae(a.toString())}for(var
-b=0;b<f;b++)b3(d,c+b,e[c+b]);return 0};bM.prototype.read_one=function(c){var
-b=new(X.Uint8Array)(1),a=X.Buffer.from(b);try{this.fs.readSync(this.fd,a,0,1,c)}catch(a){ae(a.toString())}return a[0]};bM.prototype.close=function(){try{this.fs.closeSync(this.fd)}catch(a){ae(a.toString())}};bM.prototype.constructor=bM;function
+Y.Uint8Array))a=new(Y.Uint8Array)(a);var
+e=Y.Buffer.from(a);try{this.fs.readSync(this.fd,e,c,f,g)}catch(a){ae(a.toString())}for(var
+b=0;b<f;b++)b2(d,c+b,e[c+b]);return 0};bL.prototype.read_one=function(c){var
+b=new(Y.Uint8Array)(1),a=Y.Buffer.from(b);try{this.fs.readSync(this.fd,a,0,1,c)}catch(a){ae(a.toString())}return a[0]};bL.prototype.close=function(){try{this.fs.closeSync(this.fd)}catch(a){ae(a.toString())}};bL.prototype.constructor=bL;function
 aL(a){this.fs=require("fs");this.root=a}aL.prototype.nm=function(a){return this.root+a};aL.prototype.exists=function(a){try{return this.fs.existsSync(this.nm(a))?1:0}catch(a){return 0}};aL.prototype.mkdir=function(b,a,c){try{this.fs.mkdirSync(this.nm(b),{mode:a});return 0}catch(a){this.raise_nodejs_error(a,c)}};aL.prototype.rmdir=function(a,b){try{this.fs.rmdirSync(this.nm(a));return 0}catch(a){this.raise_nodejs_error(a,b)}};aL.prototype.readdir=function(a,b){try{return this.fs.readdirSync(this.nm(a))}catch(a){this.raise_nodejs_error(a,b)}};aL.prototype.is_dir=function(a){try{return this.fs.statSync(this.nm(a)).isDirectory()?1:0}catch(a){ae(a.toString())}};aL.prototype.unlink=function(a,c){try{var
 b=this.fs.existsSync(this.nm(a))?1:0;this.fs.unlinkSync(this.nm(a));return b}catch(a){this.raise_nodejs_error(a,c)}};aL.prototype.open=function(f,c,g){var
 a=require("constants"),b=0;for(var
@@ -582,11 +582,11 @@ e
 in
 c)switch(e){case"rdonly":b|=a.O_RDONLY;break;case"wronly":b|=a.O_WRONLY;break;case"append":b|=a.O_WRONLY|a.O_APPEND;break;case"create":b|=a.O_CREAT;break;case"truncate":b|=a.O_TRUNC;break;case"excl":b|=a.O_EXCL;break;case"binary":b|=a.O_BINARY;break;case"text":b|=a.O_TEXT;break;case"nonblock":b|=a.O_NONBLOCK;break}try{var
 d=this.fs.openSync(this.nm(f),b);return new
-bM(d)}catch(a){this.raise_nodejs_error(a,g)}};aL.prototype.rename=function(b,a,c){try{this.fs.renameSync(this.nm(b),this.nm(a))}catch(a){this.raise_nodejs_error(a,c)}};aL.prototype.stat=function(b,c){try{var
+bL(d)}catch(a){this.raise_nodejs_error(a,g)}};aL.prototype.rename=function(b,a,c){try{this.fs.renameSync(this.nm(b),this.nm(a))}catch(a){this.raise_nodejs_error(a,c)}};aL.prototype.stat=function(b,c){try{var
 a=this.fs.statSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aL.prototype.lstat=function(b,c){try{var
 a=this.fs.lstatSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aL.prototype.symlink=function(d,c,a,b){try{this.fs.symlinkSync(this.nm(c),this.nm(a),d?"dir":"file");return 0}catch(a){this.raise_nodejs_error(a,b)}};aL.prototype.readlink=function(b,c){try{var
-a=this.fs.readlinkSync(this.nm(b),lz);return b7(a)}catch(a){this.raise_nodejs_error(a,c)}};aL.prototype.raise_nodejs_error=function(a,d){var
-b=cL(g2);if(d&&b){var
+a=this.fs.readlinkSync(this.nm(b),lu);return b6(a)}catch(a){this.raise_nodejs_error(a,c)}};aL.prototype.raise_nodejs_error=function(a,d){var
+b=cL(g3);if(d&&b){var
 c=cN(a.code,a.syscall,a.path,a.errno);cM(b,c)}else
 ae(a.toString())};aL.prototype.stats_from_js=function(a){var
 b;if(a.isFile())b=0;else
@@ -596,82 +596,82 @@ if(a.isBlockDevice())b=3;else
 if(a.isSymbolicLink())b=4;else
 if(a.isFIFO())b=5;else
 if(a.isSocket())b=6;return[0,a.dev,a.ino,b,a.mode,a.nlink,a.uid,a.gid,a.rdev,a.size,a.atimeMs,a.mtimeMs,a.ctimeMs]};aL.prototype.constructor=aL;function
-mx(b){var
-a=hn(b);if(!a)return;return a[0]+bJ}var
-fn=mx(dT)||cJ("unable to compute caml_root"),de=[];if(dY())de.push({path:fn,device:new
-aL(fn)});else
-de.push({path:fn,device:new
-aY(fn)});de.push({path:l1,device:new
-aY(l1)});function
-mR(b){var
-g=An(b),b=g.join(bJ),f=mJ(b),c;for(var
-e=0;e<de.length;e++){var
-a=de[e];if(f.search(a.path)==0&&(!c||c.path.length<a.path.length))c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}if(!c&&dY()){var
-d=mx(b);if(d&&d.match(/^[a-zA-Z]:\/$/)){var
+ms(b){var
+a=ho(b);if(!a)return;return a[0]+bI}var
+fo=ms(dS)||cJ("unable to compute caml_root"),dd=[];if(dX())dd.push({path:fo,device:new
+aL(fo)});else
+dd.push({path:fo,device:new
+aY(fo)});dd.push({path:lW,device:new
+aY(lW)});function
+mM(b){var
+g=Ah(b),b=g.join(bI),f=mE(b),c;for(var
+e=0;e<dd.length;e++){var
+a=dd[e];if(f.search(a.path)==0&&(!c||c.path.length<a.path.length))c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}if(!c&&dX()){var
+d=ms(b);if(d&&d.match(/^[a-zA-Z]:\/$/)){var
 a={path:d,device:new
-aL(d)};de.push(a);c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}}if(c)return c;ae("no device found for "+f)}function
-z1(c,b){var
-a=mR(c);if(!a.device.register)cJ("cannot register file");a.device.register(a.rest,b);return 0}function
-mP(b,a){var
-b=s(b),a=s(a);return z1(b,a)}function
-z5(){var
-b=X.caml_fs_tmp;if(b)for(var
-a=0;a<b.length;a++)mP(b[a].name,b[a].content);X.jsoo_create_file=mP;X.caml_fs_tmp=[];return 0}function
-z7(a,c,k){if(!isFinite(a)){if(isNaN(a))return b7(gZ);return b7(a>0?md:"-infinity")}var
+aL(d)};dd.push(a);c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}}if(c)return c;ae("no device found for "+f)}function
+zV(c,b){var
+a=mM(c);if(!a.device.register)cJ("cannot register file");a.device.register(a.rest,b);return 0}function
+mK(b,a){var
+b=s(b),a=s(a);return zV(b,a)}function
+zZ(){var
+b=Y.caml_fs_tmp;if(b)for(var
+a=0;a<b.length;a++)mK(b[a].name,b[a].content);Y.jsoo_create_file=mK;Y.caml_fs_tmp=[];return 0}function
+z1(a,c,k){if(!isFinite(a)){if(isNaN(a))return b6(g0);return b6(a>0?l_:"-infinity")}var
 i=a==0&&1/a==-Infinity?1:a>=0?0:1;if(i)a=-a;var
 d=0;if(a==0);else
 if(a<1)while(a<1&&d>-1022){a*=2;d--}else
 while(a>=2){a/=2;d++}var
-j=d<0?U:c9,e=U;if(i)e=cE;else
+j=d<0?V:c8,e=V;if(i)e=cE;else
 switch(k){case
-43:e=c9;break;case
-32:e=bZ;break;default:break}if(c>=0&&c<13){var
+43:e=c8;break;case
+32:e=bY;break;default:break}if(c>=0&&c<13){var
 g=Math.pow(2,c*4);a=Math.round(a*g)/g}var
 b=a.toString(16);if(c>=0){var
-h=b.indexOf(c$);if(h<0)b+=c$+dd(c,a8);else{var
-f=h+1+c;if(b.length<f)b+=dd(f-b.length,a8);else
-b=b.substr(0,f)}}return b7(e+lB+b+"p"+j+d.toString(10))}function
-z8(a){return(a&0x000000FF)<<24|(a&0x0000FF00)<<8|(a&0x00FF0000)>>>8|(a&0xFF000000)>>>24}function
-z_(b){var
-a=cK(b);return dc([a[7],a[6],a[5],a[4],a[3],a[2],a[1],a[0]])}function
-Ae(a){return+a.isZero()}function
-mz(a){return new
-P(a&b0,a>>24&b0,a>>31&bK)}function
-Ai(a){return a.toInt()}function
-Ad(a){return+a.isNeg()}function
-Ah(a){return a.neg()}function
-Ab(g,c){var
-a=hh(g);if(a.signedconv&&Ad(c)){a.sign=-1;c=Ah(c)}var
-b=U,h=mz(a.base),f="0123456789abcdef";do{var
-e=c.udivmod(h);c=e.quotient;b=f.charAt(Ai(e.modulus))+b}while(!Ae(c));if(a.prec>=0){a.filler=bZ;var
-d=a.prec-b.length;if(d>0)b=dd(d,a8)+b}return ha(a,b)}function
-Ag(a,b){return a.mul(b)}function
+h=b.indexOf(c_);if(h<0)b+=c_+dc(c,a8);else{var
+f=h+1+c;if(b.length<f)b+=dc(f-b.length,a8);else
+b=b.substr(0,f)}}return b6(e+lw+b+"p"+j+d.toString(10))}function
+z2(a){return(a&0x000000FF)<<24|(a&0x0000FF00)<<8|(a&0x00FF0000)>>>8|(a&0xFF000000)>>>24}function
+z4(b){var
+a=cK(b);return db([a[7],a[6],a[5],a[4],a[3],a[2],a[1],a[0]])}function
+z_(a){return+a.isZero()}function
+mu(a){return new
+Q(a&bZ,a>>24&bZ,a>>31&bJ)}function
+Ac(a){return a.toInt()}function
+z9(a){return+a.isNeg()}function
+Ab(a){return a.neg()}function
+z7(g,c){var
+a=hi(g);if(a.signedconv&&z9(c)){a.sign=-1;c=Ab(c)}var
+b=V,h=mu(a.base),f="0123456789abcdef";do{var
+e=c.udivmod(h);c=e.quotient;b=f.charAt(Ac(e.modulus))+b}while(!z_(c));if(a.prec>=0){a.filler=bY;var
+d=a.prec-b.length;if(d>0)b=dc(d,a8)+b}return hb(a,b)}function
+Aa(a,b){return a.mul(b)}function
 n(c){var
 b=0;for(var
 a=c.length-1;a>=0;a--){var
 d=c[a];b=[0,d,b]}return b}function
-mC(a,d){if(a<0)dS();var
+mx(a,d){if(a<0)dR();var
 a=a+1|0,b=new
 Array(a);b[0]=0;for(var
 c=1;c<a;c++)b[c]=d;return b}var
-b6=new
+b5=new
 Array();function
-Ao(c){var
-a=b6[c];if(!a.opened)ae("Cannot flush a closed channel");if(!a.buffer||a.buffer==U)return 0;if(a.fd&&au.fds[a.fd]&&au.fds[a.fd].output){var
-b=au.fds[a.fd].output;switch(b.length){case
-2:b(c,a.buffer);break;default:b(a.buffer)}}a.buffer=U;return 0}function
-mI(d,e){var
-a=b6[d],c=s(e),b=ao(c);a.file.write(a.offset,c,0,b);a.offset+=b;return 0}function
-AC(a){var
-a=hl(a),b=X;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stderr.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
+Ai(c){var
+a=b5[c];if(!a.opened)ae("Cannot flush a closed channel");if(!a.buffer||a.buffer==V)return 0;if(a.fd&&as.fds[a.fd]&&as.fds[a.fd].output){var
+b=as.fds[a.fd].output;switch(b.length){case
+2:b(c,a.buffer);break;default:b(a.buffer)}}a.buffer=V;return 0}function
+mD(d,e){var
+a=b5[d],c=s(e),b=ao(c);a.file.write(a.offset,c,0,b);a.offset+=b;return 0}function
+Aw(a){var
+a=hm(a),b=Y;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stderr.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
 c=b.console;c&&c.error&&c.error(a)}}function
-AD(a){var
-a=hl(a),b=X;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stdout.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
+Ax(a){var
+a=hm(a),b=Y;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stdout.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
 c=b.console;c&&c.log&&c.log(a)}}function
-fo(c,e,d,a){if(au.fds===undefined)au.fds=new
+fp(c,e,d,a){if(as.fds===undefined)as.fds=new
 Array();a=a?a:{};var
-b={};b.file=d;b.offset=a.append?d.length():0;b.flags=a;b.output=e;au.fds[c]=b;if(!au.fd_last_idx||c>au.fd_last_idx)au.fd_last_idx=c;return c}function
-AJ(c,b,g){var
+b={};b.file=d;b.offset=a.append?d.length():0;b.flags=a;b.output=e;as.fds[c]=b;if(!as.fd_last_idx||c>as.fd_last_idx)as.fd_last_idx=c;return c}function
+AD(c,b,g){var
 a={};while(b){switch(b[1]){case
 0:a.rdonly=1;break;case
 1:a.wronly=1;break;case
@@ -681,59 +681,59 @@ a={};while(b){switch(b[1]){case
 5:a.excl=1;break;case
 6:a.binary=1;break;case
 7:a.text=1;break;case
-8:a.nonblock=1;break}b=b[2]}if(a.rdonly&&a.wronly)ae(cq(c)+lS);if(a.text&&a.binary)ae(cq(c)+l3);var
-d=mR(c),e=d.device.open(d.rest,a),f=au.fd_last_idx?au.fd_last_idx:0;return fo(f+1,mI,e,a)}fo(0,mI,new
-aK(aG(0)));fo(1,AD,new
-aK(aG(0)));fo(2,AC,new
-aK(aG(0)));function
-Ap(a){var
-c=au.fds[a];if(c.flags.wronly)ae(mg+a+" is writeonly");var
-d=null;if(a==0&&dY()){var
-e=require("fs");d=function(){return b7(e.readFileSync(0,lz))}}var
-b={file:c.file,offset:c.offset,fd:a,opened:true,out:false,refill:d};b6[b.fd]=b;return b.fd}function
-mD(c){var
-b=au.fds[c];if(b.flags.rdonly)ae(mg+c+" is readonly");var
-a={file:b.file,offset:b.offset,fd:c,opened:true,out:true,buffer:U};b6[a.fd]=a;return a.fd}function
-Aq(){var
+8:a.nonblock=1;break}b=b[2]}if(a.rdonly&&a.wronly)ae(cq(c)+lN);if(a.text&&a.binary)ae(cq(c)+lY);var
+d=mM(c),e=d.device.open(d.rest,a),f=as.fd_last_idx?as.fd_last_idx:0;return fp(f+1,mD,e,a)}fp(0,mD,new
+aK(aE(0)));fp(1,Ax,new
+aK(aE(0)));fp(2,Aw,new
+aK(aE(0)));function
+Aj(a){var
+c=as.fds[a];if(c.flags.wronly)ae(mb+a+" is writeonly");var
+d=null;if(a==0&&dX()){var
+e=require("fs");d=function(){return b6(e.readFileSync(0,lu))}}var
+b={file:c.file,offset:c.offset,fd:a,opened:true,out:false,refill:d};b5[b.fd]=b;return b.fd}function
+my(c){var
+b=as.fds[c];if(b.flags.rdonly)ae(mb+c+" is readonly");var
+a={file:b.file,offset:b.offset,fd:c,opened:true,out:true,buffer:V};b5[a.fd]=a;return a.fd}function
+Ak(){var
 b=0;for(var
-a=0;a<b6.length;a++)if(b6[a]&&b6[a].opened&&b6[a].out)b=[0,b6[a].fd,b];return b}function
-dW(a,b){return+(mr(a,b,false)!=0)}function
-bq(b,c,a){if(a&&X.toplevelReloc)b=X.toplevelReloc(a);au[b+1]=c;if(a)au[a]=c}function
-Aw(a,b){mF[cq(a)]=b;return 0}function
-Ay(){aH(g6)}function
-a9(b,a){if(a>>>0>=ao(b))Ay();return dX(b,a)}function
+a=0;a<b5.length;a++)if(b5[a]&&b5[a].opened&&b5[a].out)b=[0,b5[a].fd,b];return b}function
+dV(a,b){return+(mm(a,b,false)!=0)}function
+br(b,c,a){if(a&&Y.toplevelReloc)b=Y.toplevelReloc(a);as[b+1]=c;if(a)as[a]=c}function
+Aq(a,b){mA[cq(a)]=b;return 0}function
+As(){aF(g7)}function
+a9(b,a){if(a>>>0>=ao(b))As();return dW(b,a)}function
 a4(a){return a}function
-Az(){return 0x7FFFFFFF/4|0}function
-hk(a){var
+At(){return 0x7FFFFFFF/4|0}function
+hl(a){var
 b=1;while(a&&a.joo_tramp){a=a.joo_tramp.apply(null,a.joo_args);b++}return a}function
 aN(b,a){return{joo_tramp:b,joo_args:a}}function
-mH(a){return a}function
-mK(a){if(a
+mC(a){return a}function
+mF(a){if(a
 instanceof
-Array)return a;if(X.RangeError&&a
+Array)return a;if(Y.RangeError&&a
 instanceof
-X.RangeError&&a.message&&a.message.match(/maximum call stack/i))return mH(au.Stack_overflow);if(X.InternalError&&a
+Y.RangeError&&a.message&&a.message.match(/maximum call stack/i))return mC(as.Stack_overflow);if(Y.InternalError&&a
 instanceof
-X.InternalError&&a.message&&a.message.match(/too much recursion/i))return mH(au.Stack_overflow);if(a
+Y.InternalError&&a.message&&a.message.match(/too much recursion/i))return mC(as.Stack_overflow);if(a
 instanceof
-X.Error&&cL(lJ))return[0,cL(lJ),a];return[0,au.Failure,b7(String(a))]}function
-M(a,b){return a+b}function
-mL(a,b){return a<b?-1:a>b?1:0}function
+Y.Error&&cL(lE))return[0,cL(lE),a];return[0,as.Failure,b6(String(a))]}function
+K(a,b){return a+b}function
+mG(a,b){return a<b?-1:a>b?1:0}function
 w(a,b){return a===b?1:0}function
-N(a,b){return a<=b?1:0}function
-mM(b,a){return b<<BigInt(a)}function
-Q(a,b){return a<b?1:0}function
+O(a,b){return a<=b?1:0}function
+mH(b,a){return b<<BigInt(a)}function
+R(a,b){return a<b?1:0}function
 aS(a){return-a}function
 B(a,b){return a*b}function
-bf(a){return BigInt(a)}function
-AB(b){X.fairauditVerified=function(a){return cq(cI(b,[s(a)]))}}function
-hm(b,a){return b>>BigInt(a)}function
+be(a){return BigInt(a)}function
+Av(b){Y.fairauditVerified=function(a){return cq(cI(b,[s(a)]))}}function
+hn(b,a){return b>>BigInt(a)}function
 ap(a,b){return a-b}function
-mN(a){return Number(a)}function
-mO(a,b){return a/b}function
-Al(a){switch(a[2]){case-8:case-11:case-12:return 1;default:return 0}}function
-z3(b){var
-a=U;if(b[0]==0){a+=b[1][1];if(b.length==3&&b[2][0]==0&&Al(b[1]))var
+mI(a){return Number(a)}function
+mJ(a,b){return a/b}function
+Af(a){switch(a[2]){case-8:case-11:case-12:return 1;default:return 0}}function
+zX(b){var
+a=V;if(b[0]==0){a+=b[1][1];if(b.length==3&&b[2][0]==0&&Af(b[1]))var
 e=b[2],f=1;else
 var
 f=2,e=b;a+="(";for(var
@@ -742,25 +742,25 @@ c=e[d];if(typeof
 c=="number")a+=c.toString();else
 if(c
 instanceof
-bL)a+=fg+c.toString()+fg;else
+bK)a+=fh+c.toString()+fh;else
 if(typeof
-c=="string")a+=fg+c.toString()+fg;else
+c=="string")a+=fh+c.toString()+fh;else
 a+="_"}a+=")"}else
 if(b[0]==aX)a+=b[1];return a}function
-mv(a){if(a
+mq(a){if(a
 instanceof
 Array&&(a[0]==0||a[0]==aX)){var
 c=cL("Printexc.handle_uncaught_exception");if(c)c(a,false);else{var
-d=z3(a),b=cL(ly);if(b)b(0);X.console.error("Fatal error: exception "+d+"\n")}}else
+d=zX(a),b=cL(lt);if(b)b(0);Y.console.error("Fatal error: exception "+d+"\n")}}else
 throw a}function
-Ax(){var
-a=X;if(a.process&&a.process.on)a.process.on("uncaughtException",function(b,c){mv(b);a.process.exit(2)});else
-if(a.addEventListener)a.addEventListener("error",function(a){if(a.error)mv(a.error)})}Ax();function
-z(a,b){return a.length==1?a(b):cI(a,[b])}function
-ax(a,b,c){return a.length==2?a(b,c):cI(a,[b,c])}function
-zP(a,b,c,d){return a.length==3?a(b,c,d):cI(a,[b,c,d])}z5();var
-hq=[aX,s(me),-1],hs=[aX,s(lF),-2],hp=[aX,s(gV),-3],ho=[aX,s(lW),-4],hr=[aX,s(l2),-9],av=[aX,s(l$),-11],zu=[0,[0,[0,[0,0]]]],zv=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],zw=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zv]]]]]]]]]]],zx=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zw]]]]]]]]]]],zy=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zx]]]]]]]]]]],zz=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zy]]]]]]]]]]],zA=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]]],zB=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zA]]]]]]]]]]],zC=[0,0],zD=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],zE=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zD]]]]]]]]]]],zF=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zE]]]]]]]]]]],zG=[0,[0,[0,[0,[0,0]]]]],zH=[0,[0,[0,[0,[0,0]]]]],zI=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],zJ=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],dq=n([[0,48,[0,[0,[0,0,0],0],0]],[0,49,[0,[0,[0,0,0],0],1]],[0,50,[0,[0,[0,0,0],1],0]],[0,51,[0,[0,[0,0,0],1],1]],[0,52,[0,[0,[0,0,1],0],0]],[0,53,[0,[0,[0,0,1],0],1]],[0,54,[0,[0,[0,0,1],1],0]],[0,55,[0,[0,[0,0,1],1],1]],[0,56,[0,[0,[0,1,0],0],0]],[0,57,[0,[0,[0,1,0],0],1]],[0,97,[0,[0,[0,1,0],1],0]],[0,98,[0,[0,[0,1,0],1],1]],[0,99,[0,[0,[0,1,1],0],0]],[0,o,[0,[0,[0,1,1],0],1]],[0,a,[0,[0,[0,1,1],1],0]],[0,y,[0,[0,[0,1,1],1],1]],[0,65,[0,[0,[0,1,0],1],0]],[0,66,[0,[0,[0,1,0],1],1]],[0,67,[0,[0,[0,1,1],0],0]],[0,68,[0,[0,[0,1,1],0],1]],[0,69,[0,[0,[0,1,1],1],0]],[0,70,[0,[0,[0,1,1],1],1]]]),fK=[0,[0,[0,0,0],0],0],zK=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],zL=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zK]]]]]]]]]]],zM=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zL]]]]]]]]]]],zN=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zM]]]]]]]]]]],zO=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zN]]]]]]]]]]];bq(11,[aX,s(lx),-12],lx);bq(10,av,l$);bq(9,[aX,s(lU),-10],lU);bq(8,hr,l2);bq(7,[aX,s(lO),-8],lO);bq(6,[aX,s(lZ),-7],lZ);bq(5,[aX,s(l6),-6],l6);bq(4,[aX,s(lI),-5],lI);bq(3,ho,lW);bq(2,hp,gV);bq(1,hs,lF);bq(0,hq,me);var
-mT=s(lX),mU=s("false"),mX=s("\\\\"),mY=s("\\'"),mZ=s("\\b"),m0=s("\\t"),m1=s("\\n"),m2=s("\\r"),mW=s("Char.chr"),m5=s("String.blit / Bytes.blit_string"),m4=s("Bytes.blit"),m3=s("String.sub / Bytes.sub"),m7=s(U),m6=s("String.concat"),m8=s("Array.blit"),m$=s("Buffer.add: cannot grow buffer"),m_=[0,s(l4),93,2],m9=[0,s(l4),94,2],ni=s("%c"),nj=s("%s"),nk=s(lw),nl=s(lN),nm=s(lV),nn=s(lA),no=s("%f"),np=s("%B"),nq=s("%{"),nr=s("%}"),ns=s("%("),nt=s("%)"),nu=s("%a"),nv=s("%t"),nw=s("%?"),nx=s("%r"),ny=s("%_r"),nz=[0,s(aF),850,23],nK=[0,s(aF),814,21],nC=[0,s(aF),815,21],nL=[0,s(aF),818,21],nD=[0,s(aF),819,21],nM=[0,s(aF),822,19],nE=[0,s(aF),823,19],nN=[0,s(aF),826,22],nF=[0,s(aF),827,22],nO=[0,s(aF),831,30],nG=[0,s(aF),832,30],nI=[0,s(aF),836,26],nA=[0,s(aF),837,26],nJ=[0,s(aF),846,28],nB=[0,s(aF),847,28],nH=[0,s(aF),851,23],oR=s(lT),oP=[0,s(aF),1558,4],oQ=s("Printf: bad conversion %["),oS=[0,s(aF),1626,39],oT=[0,s(aF),1649,31],oU=[0,s(aF),1650,31],oV=s("Printf: bad conversion %_"),oW=s("@{"),oX=s("@["),oN=s(gZ),oL=s("neg_infinity"),oM=s(md),oK=s(c$),oF=[0,C],ot=s("%+nd"),ou=s("% nd"),ow=s("%+ni"),ox=s("% ni"),oy=s("%nx"),oz=s("%#nx"),oA=s("%nX"),oB=s("%#nX"),oC=s("%no"),oD=s("%#no"),os=s("%nd"),ov=s(lV),oE=s("%nu"),og=s("%+ld"),oh=s("% ld"),oj=s("%+li"),ok=s("% li"),ol=s("%lx"),om=s("%#lx"),on=s("%lX"),oo=s("%#lX"),op=s("%lo"),oq=s("%#lo"),of=s("%ld"),oi=s(lN),or=s("%lu"),n5=s("%+Ld"),n6=s("% Ld"),n8=s("%+Li"),n9=s("% Li"),n_=s("%Lx"),n$=s("%#Lx"),oa=s("%LX"),ob=s("%#LX"),oc=s("%Lo"),od=s("%#Lo"),n4=s("%Ld"),n7=s(lA),oe=s("%Lu"),nS=s("%+d"),nT=s("% d"),nV=s("%+i"),nW=s("% i"),nX=s("%x"),nY=s("%#x"),nZ=s("%X"),n0=s("%#X"),n1=s("%o"),n2=s("%#o"),nR=s(l5),nU=s(lw),n3=s(lT),na=s("@]"),nb=s("@}"),nc=s("@?"),nd=s("@\n"),ne=s("@."),nf=s("@@"),ng=s("@%"),nh=s("@"),nP=s("CamlinternalFormat.Type_mismatch"),o1=dV(8,0,0),o2=[0,1779033703,-1150833019,1013904242,-1521486534,1359893119,-1694144372,528734635,1541459225],o3=[0,[5,6,[0,2,8],0,0],s("%08lx")],o4=s(U),oY=[0,1116352408,1899447441,-1245643825,-373957723,961987163,1508970993,-1841331548,-1424204075,-670586216,310598401,607225278,1426881987,1925078388,-2132889090,-1680079193,-1046744716,-459576895,-272742522,264347078,604807628,770255983,1249150122,1555081692,1996064986,-1740746414,-1473132947,-1341970488,-1084653625,-958395405,-710438585,113926993,338241895,666307205,773529912,1294757372,1396182291,1695183700,1986661051,-2117940946,-1838011259,-1564481375,-1474664885,-1035236496,-949202525,-778901479,-694614492,-200395387,275423344,430227734,506948616,659060556,883997877,958139571,1322822218,1537002063,1747873779,1955562222,2024104815,-2067236844,-1933114872,-1866530822,-1538233109,-1090935817,-965641998],o9=[0,0],o_=[0,0],pI=[0,f,[0,l,[0,j,[0,j,0]]]],pJ=[0,b,[0,h,[0,l,[0,a,0]]]],pK=[0,y,[0,97,[0,j,[0,c,[0,a,0]]]]],pX=n([d,c,32,f,e,b,32,e,f,a,32,e,y,32,b,m,e,c,a,32,b,m,97,b,32,b,m,a,h,a,32,97,h,a]),p7=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zu]]]]]]]]]]],qB=[0,1],qC=[0,2],qL=[0,0,0],uP=[0,[7,0],0],vs=[0,[7,0],0],vy=[0,0],wY=[0,0,0],xw=[0,0,0],xy=[0,[7,0],0],xx=n([c,l,98,an,a,99,b,46,o,a,99,j,97,h,a,o,46,98,K,95,99,e,f,b,a,ag,b]),yh=n([m,97,c,32,97,32,j,97,c,b,32,j,d,f,a,32,b,m,97,b,32,o,e,a,c,32,f,e,b,32,a,f,o]),zg=n([97,32,99,j,97,d,p,32,j,d,c,b,c,32,97,c,c,l,p,u,b,d,e,f,c,32,b,m,97,b,32,d,b,32,o,e,a,c,32,f,e,b,32,h,a,c,b,32,e,f]),zh=n([b,m,a,32,b,97,98,j,a,32,d,c,32,f,e,b,32,97,c,32,b,m,a,32,y,e,h,p,97,b,32,o,a,p,97,f,o,c]),ze=[0,u,[0,e,[0,j,[0,d,[0,99,[0,K,0]]]]]],zf=n([y,97,d,h,97,l,o,d,b,45,99,a,h,b,d,y,d,99,97,b,a,47,49]),yZ=[7,0],yY=[0,0,0],za=[0,0,0],zb=n([b,m,a,32,97,c,c,l,p,u,b,d,e,f,c,32,e,y,32,b,m,a,32,99,j,97,d,p,c]),y$=[7,0],y9=[0,0,0],y_=n([c,l,98,an,a,99,b,46,c,u,a,j,j,d,f,C,c]),y0=[0,c,[0,l,[0,98,[0,an,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],y1=n([b,m,a,32,b,97,98,j,a,32,y,d,j,a]),y2=n([c,l,98,an,a,99,b,46,99,e,j,l,p,f,c]),y3=n([c,l,98,an,a,99,b,46,u,e,u,l,j,97,b,d,e,f]),y4=n([c,l,98,an,a,99,b,46,aB,d,f,o]),y5=n([c,l,98,an,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),y6=n([c,l,98,an,a,99,b,46,b,97,98,j,a,46,c,m,97,50,53,54]),y7=n([b,m,a,32,b,97,98,j,a,32,C,d,A,a,c,32,o,h,97,D,c,32,y,e,h,32,c,e,p,a,32,h,e,D,c,32,e,y,32,b,m,a,32,u,e,j,d,99,K,32,e,f,j,K]),y8=n([b,m,a,32,h,e,D,c,32,e,y,32,b,m,a,32,u,e,j,d,99,K,32,97,h,a,32,f,e,b,32,d,f,32,e,h,o,a,h]),yX=n([b,m,a,32,b,97,98,j,a,32,j,97,99,aB,c,32,97,32,h,e,D,32,e,y,32,b,m,a,32,u,e,j,d,99,K,32,y,e,h,32,D,m,97,b,32,b,m,a,32,y,d,j,b,a,h,c,32,99,97,f,32,h,a,j,a,97,c,a]),zc=n([b,m,a,32,b,97,98,j,a,32,d,c,32,a,p,u,b,K]),zd=[0,0],yW=[0,[7,0],0],yP=[0,[7,0],0],yQ=[0,[0,[7,0],0]],yz=[7,0],yy=[0,0,0],yO=[7,0],yA=[0,0,0],yB=n([b,m,a,32,l,b,d,j,d,b,K,32,d,c,32,d,f,32,c,l,98,an,a,99,b,46,99,j,97,c,c]),yM=[0,0,0],yN=n([c,l,98,an,a,99,b,46,c,u,a,j,j,d,f,C,c]),yC=[0,c,[0,l,[0,98,[0,an,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],yD=n([b,m,a,32,b,97,98,j,a,32,y,d,j,a]),yE=n([c,l,98,an,a,99,b,46,99,e,j,l,p,f,c]),yF=n([c,l,98,an,a,99,b,46,u,e,u,l,j,97,b,d,e,f]),yG=n([c,l,98,an,a,99,b,46,aB,d,f,o]),yH=n([c,l,98,an,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),yI=n([c,l,98,an,a,99,b,46,b,97,98,j,a,46,c,m,97,50,53,54]),yJ=n([m,97,c,32,l,b,d,j,d,b,d,a,c,32,98,a,j,e,D,32,48,44,32,e,y,32,D,m,d,99,m,32,o,d,y,y,a,h,a,f,99,a,c,32,m,97,A,a,32,b,e,32,98,a,32,c,b,97,b,a,o]),yK=n([m,97,c,32,d,f,b,a,h,A,97,j,c,44,32,D,m,d,99,m,32,97,h,a,32,f,e,b,32,y,e,h,32,u,h,e,98,97,98,d,j,d,b,d,a,c]),yL=n([m,97,c,32,d,f,b,a,h,A,97,j,c,44,32,D,m,d,99,m,32,o,e,32,f,e,b,32,C,e,32,D,d,b,m,32,97,32,99,j,97,c,c,32,e,y,32,l,b,d,j,d,b,d,a,c]),yR=[0,0],yS=[0,0],yT=[0,0],yU=n([b,m,a,32,b,97,98,j,a,32,d,c,32,a,p,u,b,K]),yV=[0,0],yu=[0,0,0],ys=[0,0,0],yt=[0,0,0],yv=[0,0,0],yw=[0,0,0],yx=[0,0,0],yq=[0,0],yo=[0,0,0],yn=[0,p,[0,a,[0,b,[0,h,[0,d,[0,99,[0,c,[0,46,0]]]]]]]],yl=n([c,l,98,an,a,99,b,46,l,b,d,j,d,b,K,46]),ym=n([98,l,h,o,a,f,32,p,l,c,b,32,98,a,32,b,h,l,a,32,D,m,a,h,a,32,d,b,32,d,c,32,c,b,97,b,a,o]),yk=[0,0],yj=n([b,m,a,32,b,97,98,j,a,32,d,c,32,f,e,b,32,b,m,a,32,99,97,f,e,f,d,99,97,j,32,b,a,ag,b,32,e,y,32,d,b,c,32,A,97,j,l,a,c]),yi=n([d,c,32,f,e,b,32,74,83,79,78,32,97,c,32,b,m,a,32,y,e,h,p,97,b,32,m,97,c,32,d,b]),yc=n([32,40,o,a,99,j,97,h,a,o,41]),yd=n([44,32,97,f,o,32,y,e,h,32,b,m,a,32,c,97,p,a,32,o,a,99,d,c,d,e,f,32,97,f,o,32,99,e,f,b,a,ag,b,32,b,m,a,32,l,b,d,j,d,b,d,a,c,32,e,y,32,b,D,e,32,C,h,e,l,u,c,32,o,d,y,y,a,h,32,98,K,32,97,b,32,p,e,c,b,32]),ye=[0,32,[0,97,[0,f,[0,o,[0,32,0]]]]],yf=n([a,A,a,h,K,32,l,b,d,j,d,b,K,32,d,c,32,98,a,b,D,a,a,f,32]),ya=n([32,98,a,m,d,f,o,32,b,m,a,32,y,d,j,b,a,h,32,40,o,a,99,j,97,h,a,o,41]),yb=n([a,A,a,h,K,32,99,e,p,u,97,h,a,o,32,C,h,e,l,u,39,c,32,a,ag,u,a,99,b,a,o,32,l,b,d,j,d,b,K,32,d,c,32,97,b,32,j,a,97,c,b,32]),x3=[0,[7,0],0],xY=[0,1],x8=[0,0],xZ=[0,[0,0,0]],x0=[0,[0,0,0]],x1=[0,[0,0,0]],x6=[0,[0,0,0]],x2=n([j,e,99,97,j,95,h,97,b,d,e,95,c,l,u,h,a,p,l,p]),x4=[0,[0,0,0]],x5=[0,[0,0,0]],x7=[0,[0,0,0]],xW=n([p,l,c,b,32,98,a,32,97,f,32,e,98,an,a,99,b,32,e,h,32,f,l,j,j]),xV=[0,[0,0]],xX=n([p,l,c,b,32,98,a,32,97,f,32,e,98,an,a,99,b,32,e,h,32,f,l,j,j]),xU=[0,[7,0],0],xK=[0,y,[0,j,[0,e,[0,e,[0,h,0]]]]],xL=[0,84,[0,51,0]],xM=[0,84,[0,49,0]],xN=[0,84,[0,49,[0,45,[0,u,[0,97,[0,u,[0,a,[0,h,0]]]]]]]],xO=[0,84,[0,52,0]],xP=[0,84,[0,50,0]],xQ=[7,0],xR=[0,84,[0,49,[0,50,0]]],xS=[0,84,[0,51,0]],xT=[0,84,[0,56,0]],xH=n([p,l,c,b,32,m,97,A,a,32,p,l,j,b,d,u,j,d,a,h,c]),xz=[0,0,0],xA=n([c,l,98,an,a,99,b,46,o,a,99,j,97,h,a,o,46,C,j,e,98,97,j,95,b,97,l]),xv=n([c,l,98,an,a,99,b,46,o,a,99,j,97,h,a,o,46]),xp=n([c,l,98,an,a,99,b,46,u,h,d,A,97,99,K,46]),xq=n([46,97,b,b,h,d,98,l,b,a,c]),xr=n([46,a,ag,u,95,a,u,c,d,j,e,f]),xs=[0,[7,0],0],xt=[0,[7,0],0],xu=[0,[7,1],0],xe=[0,[0,0]],xd=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zz]]]]]]]]]]],xa=n([j,d,c,b,c,32,97,32,99,e,f,b,a,ag,b,32,b,D,d,99,a]),xb=n([p,l,c,b,32,f,e,b,32,98,a,32,a,p,u,b,K]),w$=n([m,97,c,32,97,32,o,h,d,y,b,32,e,y,32,p,e,h,a,32,b,m,97,f,32,49]),xc=[0,0],w_=n([p,l,c,b,32,m,97,A,a,32,C,97,p,p,97,44,32,p,32,e,h,32,b,97,l]),w9=[0,0],w8=n([o,e,a,c,32,f,e,b,32,j,d,c,b,32,a,A,a,h,K,32,b,h,l,a,32,99,a,j,j,44,32,e,h,32,c,e,p,a,32,b,m,97,b,32,97,h,a,32,f,e,b,32,f,a,a,o,a,o]),w7=n([d,c,32,f,e,b,32,b,m,a,32,f,a,ag,b,32,b,h,l,a,32,99,a,j,j]),w4=[0,1],w5=n([m,97,c,32,o,h,97,D,c,32,b,m,97,b,32,o,e,32,f,e,b,32,y,d,b,32,d,b,c,32,D,a,d,C,m,b,c]),w2=n([m,97,c,32,D,a,d,C,m,b,c,32,b,m,97,b,32,o,e,32,f,e,b,32,c,l,p,32,b,e,32,49]),w3=n([d,c,32,e,l,b,32,e,y,32,h,97,f,C,a]),w6=[0,0],w0=n([p,l,c,b,32,m,97,A,a,32,h,a,j,a,97,c,a,c,32,y,h,e,p,32,50,32,b,e,32,49,48,48,48,48]),wZ=n([m,97,c,32,y,a,D,a,h,32,b,m,97,f,32,b,D,e,32,b,h,l,a,32,C,h,e,l,u,c]),wX=n([p,l,c,b,32,m,97,A,a,32,y,97,99,b,e,h,c,32,b,m,97,b,32,99,e,A,a,h,32,b,m,a,32,99,e,j,l,p,f,c,32,b,e,C,a,b,m,a,h]),wT=n([m,97,c,32,u,h,e,98,97,98,d,j,d,b,d,a,c,32,b,m,97,b,32,o,e,32,f,e,b,32,c,l,p,32,b,e,32,49]),wU=n([p,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),wV=n([p,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),wW=n([p,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),wR=n([u,h,e,98,97,98,d,j,d,b,d,a,c]),wD=[0,0,0],wC=[0,46,0],wE=[0,0,0],wF=[0,0,0],wt=n([D,m,97,b,a,A,a,h,32,99,e,l,j,o,32,m,97,A,a,32,98,a,a,f,32,o,h,97,D,f,32,m,97,c,32,97,32,l,b,d,j,d,b,K,32,98,a,b,D,a,a,f,32,48,32,97,f,o,32]),wg=n([p,l,c,b,32,m,97,A,a,32,97,32,99,e,f,y,d,o,a,f,99,a,32,98,a,b,D,a,a,f,32,48,32,97,f,o,32,49]),wh=[0,m,[0,97,[0,c,[0,32,[0,j,[0,d,[0,p,[0,d,[0,b,[0,c,0]]]]]]]]]],wi=[0,98,[0,e,[0,ag,0]]],wj=[0,a,[0,97,[0,99,[0,m,0]]]],wk=[0,b,[0,e,[0,C,[0,a,[0,b,[0,m,[0,a,[0,h,0]]]]]]]],v_=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),v$=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,A,a]),wa=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),wb=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),wc=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),v5=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),v6=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,A,a]),v7=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),v8=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),v9=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),v0=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),v1=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,A,a]),v2=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),v3=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),v4=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),vV=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),vW=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,A,a]),vX=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),vY=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),vZ=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),vQ=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),vR=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,A,a]),vS=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),vT=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),vU=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,h,d,a,c]),vP=[0,0],vt=[0,0,0],vu=[0,[7,0],0],vv=[0,[7,0],0],vw=[0,f,[0,e,[0,f,[0,a,0]]]],vx=[0,[0,0]],ve=[0,58,[0,32,0]],vf=[0,44,[0,32,[0,j,[0,d,[0,p,[0,d,[0,b,[0,32,0]]]]]]]],vg=[0,32,0],vh=[0,58,[0,32,0]],vi=[0,b,[0,97,[0,h,[0,C,[0,a,[0,b,[0,c,0]]]]]]],vj=[0,b,[0,m,[0,d,[0,c,[0,32,[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]]]]]]],vk=[0,0,0],vn=[0,[7,0],0],vo=[0,[7,0],0],vp=[0,[7,0],0],vq=[0,[7,0],0],vl=n([m,97,c,32,97,32,aB,a,K,32,b,m,97,b,32,C,e,a,c,32,D,d,b,m,32,e,b,m,a,h,32,b,97,h,C,a,b,c]),vm=n([b,m,a,32,j,d,p,d,b,32,e,y,32,97,32,h,97,b,d,e,32,p,l,c,b,32,98,a,32,97,b,32,j,a,97,c,b,32,49]),vr=[0,o,[0,d,[0,y,[0,y,[0,a,[0,h,[0,a,[0,f,[0,99,[0,a,0]]]]]]]]]],va=[0,[7,0],0],vb=[0,[7,0],0],vc=[0,[7,0],0],vd=[0,[7,0],0],u$=n([u,e,u,l,j,97,b,d,e,f,32,97,b,32,99,e,f,y,d,o,a,f,99,a,32]),uO=[7,0],uN=[7,0],uI=[0,32,[0,98,[0,K,[0,32,0]]]],uJ=[0,32,0],uK=[0,32,0],uL=[0,58,[0,32,0]],uM=[0,99,[0,j,[0,97,[0,d,[0,p,[0,c,0]]]]]],uH=[0,0],uB=n([C,j,e,98,97,j,95,h,97,b,d,e,95,c,l,u,h,a,p,l,p]),uC=n([j,e,99,97,j,95,h,97,b,d,e,95,c,l,u,h,a,p,l,p]),uD=[0,0,3],uE=n([o,a,p,e,C,h,97,u,m,d,99,95,u,97,h,d,b,K]),uF=[0,1,2],uG=n([a,b1,l,97,j,d,cF,a,o,95,e,o,o,c]),t_=[1,1],t$=n([a,b1,l,97,j,d,cF,a,o,95,e,o,o,c,95,b,h,l,a,95,j,97,98,a,j,95,e,A,a,h,97,j,j]),ua=[0,1],ub=n([a,b1,l,97,j,95,e,u,u,e,h,b,l,f,d,b,K,95,e,A,a,h,97,j,j]),uc=[1,0],ud=n([a,b1,l,97,j,d,cF,a,o,95,e,o,o,c,95,b,h,l,a,95,j,97,98,a,j]),ue=[0,0],uf=n([a,b1,l,97,j,95,e,u,u,e,h,b,l,f,d,b,K]),tW=[0,0],tX=[0,1],tY=[0,0],tZ=n([m,97,c,32,e,b,m,a,h,32,aB,a,K,c,32,b,m,97,f,32,d,b,32,p,97,K,32,m,97,A,a]),ty=n([p,l,c,b,32,m,97,A,a,32,b,D,a,j,A,a,32,o,a,99,d,p,97,j,c]),tw=[0,48,0],tv=[0,0],tt=[0,0,1,0,1,0,0],tu=[0,0,0,0,1,0,0],tm=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,h,d,a,c]),tn=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,h,d,a,c]),to=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,h,d,a,c]),tk=[0,93,0],tl=[0,91,0],sy=[0,[0,0]],sw=[0,0],su=n([u,97,d,h,c,32,p,l,c,b,32,d,f,99,h,a,97,c,a]),sv=[0,0],ss=n([f,l,p,98,a,h,c,32,p,l,c,b,32,d,f,99,h,a,97,c,a]),so=n([p,l,c,b,32,98,a,32,u,e,c,d,b,d,A,a]),sn=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,h,d,a,c]),sp=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,h,d,a,c]),sq=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,h,d,a,c]),sh=[0,0],si=n([y,a,97,b,l,h,a,c,32,o,d,y,y,a,h,32,98,a,b,D,a,a,f,32,C,h,e,l,u,c,44,32,98,l,b,32,b,m,a,32,99,j,97,c,c,32,d,c,32,98,j,d,f,o]),sj=n([y,a,97,b,l,h,a,c,32,p,l,c,b,32,m,97,A,a,32,e,f,a,32,j,d,c,b,32,y,e,h,32,a,97,99,m,32,99,a,j,j,32,97,f,o,32,o,a,99,d,c,d,e,f]),sl=[0,0],sk=n([97,32,99,e,f,c,b,h,97,d,f,b,32,f,97,p,a,c,32,D,m,97,b,32,b,m,a,32,b,97,98,j,a,32,o,e,a,c,32,f,e,b,32,m,97,A,a]),sb=n([b,m,a,32,p,a,b,h,d,99,32,p,l,c,b,32,m,97,A,a,32,97,32,h,e,D,32,y,e,h,32,a,97,99,m,32,C,h,e,l,u]),sc=n([97,32,98,j,d,f,o,32,99,j,97,c,c,32,m,97,c,32,f,e,32,76,d,u,c,99,m,d,b,cF,32,99,e,f,c,b,97,f,b]),sd=n([b,97,l,32,p,l,c,b,32,98,a,32,97,b,32,p,e,c,b,32,C,97,p,p,97]),se=n([C,97,p,p,97,32,p,l,c,b,32,98,a,32,u,e,c,d,b,d,A,a,32,97,f,o,32,97,b,32,j,a,97,c,b,32,p]),sf=[0,97,[0,j,[0,j,0]]],sg=[0,u,[0,97,[0,d,[0,h,0]]]],r9=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,h,d,a,c]),r_=n([f,97,p,a,c,32,97,32,o,a,99,d,c,d,e,f,32,b,m,97,b,32,b,m,a,32,b,97,98,j,a,32,o,e,a,c,32,f,e,b,32,m,97,A,a]),r$=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,h,d,a,c]),sa=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,h,d,a,c]),r8=n([m,97,c,32,97,32,j,e,D,a,h,32,a,f,o,32,97,98,e,A,a,32,b,m,a,32,l,u,u,a,h,32,a,f,o]),r2=n([f,97,p,a,c,32,97,32,C,h,e,l,u,44,32,98,l,b,32,b,m,a,32,99,j,97,c,c,32,d,c,32,98,j,d,f,o]),r1=n([p,l,c,b,32,m,97,A,a,32,52,32,a,f,b,h,d,a,c]),r3=n([p,l,c,b,32,m,97,A,a,32,52,32,a,f,b,h,d,a,c]),r4=n([p,l,c,b,32,m,97,A,a,32,52,32,a,f,b,h,d,a,c]),r5=n([p,l,c,b,32,m,97,A,a,32,52,32,a,f,b,h,d,a,c]),r6=n([p,l,c,b,32,m,97,A,a,32,52,32,a,f,b,h,d,a,c]),r0=n([d,c,32,f,e,b,32,97,32,p,a,b,h,d,99]),ry=n([u,e,c,d,b,d,A,a,32,o,a,99,d,c,d,e,f,c,32,97,h,a,32,f,e,b,32,d,f,32,b,m,a,32,e,h,o,a,h,32,e,y,32,b,m,a,32,o,a,99,d,c,d,e,f,c]),rz=[0,0],rw=n([m,97,c,32,f,e,32,o,a,99,d,c,d,e,f,c,32,e,y,32,l,f,aB,f,e,D,f,32,C,h,e,l,u]),rx=n([m,97,c,32,97,32,99,a,j,j,32,97,y,b,a,h,32,b,m,a,32,o,a,99,d,c,d,e,f,c,32,e,y,32,l,f,aB,f,e,D,f,32,C,h,e,l,u]),ru=[0,0],rv=[0,0],rk=[0,0],rm=[0,1],rn=n([o,a,99,d,c,d,e,f,c,32,e,y,32,l,f,aB,f,e,D,f,32,C,h,e,l,u,32,o,e,32,f,e,b,32,C,e,32,D,d,b,m,32,b,m,97,b]),ro=n([p,l,c,b,32,98,a,32,b,h,l,a,32,D,m,a,h,a,32,d,b,32,d,c,32,c,b,97,b,a,o]),rl=n([p,l,c,b,32,98,a,32,b,h,l,a,32,D,m,a,h,a,32,d,b,32,d,c,32,c,b,97,b,a,o]),rp=[0,0],rq=[0,0],rr=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zB]]]]]]]]]]],rs=[0,0],rt=n([y,97,d,h,97,l,o,d,b,45,b,97,98,j,a,47,49]),re=n([e,f,j,K,32,99,e,l,f,b,c,32,m,97,A,a,32,b,h,l,a,32,j,97,98,a,j,c]),rf=[0,a,[0,b1,[0,l,[0,97,[0,j,0]]]]],rg=[0,D,[0,a,[0,d,[0,C,[0,m,[0,b,[0,c,0]]]]]]],rh=[0,99,[0,e,[0,l,[0,f,[0,b,[0,c,0]]]]]],ri=n([u,h,e,98,97,98,d,j,d,b,d,a,c]),rj=[0,99,[0,e,[0,l,[0,f,[0,b,[0,c,0]]]]]],rb=n([f,97,p,a,c,32,97,32,99,e,j,l,p,f,32,b,D,d,99,a]),rc=n([p,l,c,b,32,f,97,p,a,32,97,b,32,j,a,97,c,b,32,e,f,a,32,99,e,j,l,p,f,32,e,y,32,C,h,e,l,u,c]),rd=[0,0],qP=[0,0],qQ=[0,0],qR=[0,0],qM=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zC]]]]]]]]]]],qJ=[0,0],qI=[0,1],qH=[0,0],qK=[0,0],qG=[0,0],qD=[0,1],qE=[0,1],qF=[0,2],qs=[0,1],qt=[0,3],qu=[0,2],qv=[0,0],qp=[0,[0,0],[0,[0,1],[0,[1,0],[0,[1,1],0]]]],qq=[0,0,[0,1,[0,2,[0,3,[0,4,[0,5,[0,6,[0,7,0]]]]]]]],qm=[0,0,0],qe=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zF]]]]]]]]]]],qd=[0,0],qc=n([p,l,c,b,32,98,a,32,97,32,h,97,b,d,e,f,97,j,44,32,97,32,c,b,h,d,f,C]),qa=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,A,a]),p$=n([p,l,c,b,32,98,a,32,97,32,h,97,b,d,e,f,97,j,32,d,f,32,j,e,D,a,c,b,32,b,a,h,p,c]),p_=n([p,l,c,b,32,98,a,32,97,32,h,97,b,d,e,f,97,j,44,32,97,32,c,b,h,d,f,C]),p8=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zG]]]]]]]]]]],p9=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zH]]]]]]]]]]],p4=n([p,l,c,b,32,98,a,32,m,a,ag,97,o,a,99,d,p,97,j,32,o,d,C,d,b,c]),p2=n([j,d,c,b,c,32,c,e,p,a,b,m,d,f,C,32,b,D,d,99,a]),p3=n([p,l,c,b,32,f,e,b,32,98,a,32,a,p,u,b,K]),p0=n([j,d,c,b,c,32,c,e,p,a,b,m,d,f,C,32,b,D,d,99,a]),p1=n([p,l,c,b,32,f,e,b,32,98,a,32,a,p,u,b,K]),pZ=[0,44,[0,44,0]],pY=[0,44,[0,46,0]],pW=n([p,l,c,b,32,98,a,32,b,h,l,a,32,e,h,32,y,97,j,c,a]),pV=n([d,c,32,e,l,b,32,e,y,32,h,97,f,C,a]),pU=n([p,l,c,b,32,98,a,32,97,f,32,d,f,b,a,C,a,h]),pT=n([m,e,j,o,c,32,97,32,j,e,f,a,32,c,l,h,h,e,C,97,b,a]),pS=n([p,l,c,b,32,98,a,32,97,32,c,b,h,d,f,C]),pR=n([m,97,c,32,97,f,e,b,m,a,h,32,j,a,f,C,b,m]),pQ=n([j,97,99,aB,c,32,97,32,aB,a,K]),pO=n([m,97,c,32,97,f,32,l,f,aB,f,e,D,f,32,aB,a,K]),pP=n([j,97,99,aB,c,32,97,32,aB,a,K]),pN=n([p,l,c,b,32,98,a,32,97,32,j,d,c,b]),pM=n([p,l,c,b,32,98,a,32,97,f,32,e,98,an,a,99,b]),pL=[0,0],pG=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zI]]]]]]]]]]],pA=[0,[0,1,1],1],pB=[0,1,1],pC=[0,[0,[0,1,1],0],1],pD=[0,1,0],pE=[0,[0,[0,1,1],0],1],pu=[0,92,[0,92,0]],pv=[0,92,[0,98,0]],pw=[0,92,[0,y,0]],px=[0,92,[0,f,0]],py=[0,92,[0,h,0]],pz=[0,92,[0,b,0]],pt=[0,0],pq=[6,[4,0]],pr=[0,0],pg=[3,0,0,0],ph=[0,0],pi=[0,1],pj=[1,0,1],pk=[0,l,[0,j,[0,j,0]]],pl=[0,1],pm=[0,h,[0,l,[0,a,0]]],pn=[0,0],po=[0,97,[0,j,[0,c,[0,a,0]]]],pp=[6,[3,0]],pf=[0,0],pb=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zJ]]]]]]]]]]],o5=[0,0],o7=[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]],pc=[0,[0,92,92],[0,[0,47,47],[0,[0,98,8],[0,[0,y,12],[0,[0,f,10],[0,[0,h,13],[0,[0,b,9],0]]]]]]],p6=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zO]]]]]]]]]]],qb=[0,d,[0,f,[0,y,0]]],qN=[0,48,0],qO=[0,d,[0,f,[0,y,0]]],qS=[0,aB,[0,d,[0,f,[0,o,0]]]],qT=[0,99,[0,e,[0,j,[0,l,[0,p,[0,f,[0,c,0]]]]]]],qU=[0,u,[0,e,[0,u,[0,l,[0,j,[0,97,[0,b,[0,d,[0,e,[0,f,0]]]]]]]]]],qV=[0,o,[0,a,[0,99,[0,d,[0,c,[0,d,[0,e,[0,f,0]]]]]]]],qW=[0,C,[0,h,[0,e,[0,l,[0,u,0]]]]],qX=[0,99,[0,e,[0,f,[0,b,[0,a,[0,ag,[0,b,0]]]]]]],qY=[0,b,[0,h,[0,l,[0,b,[0,m,0]]]]],qZ=[0,y,[0,e,[0,h,[0,p,[0,97,[0,b,0]]]]]],q0=[0,o,[0,a,[0,99,[0,d,[0,c,[0,d,[0,e,[0,f,[0,c,0]]]]]]]]],q1=[0,C,[0,h,[0,e,[0,l,[0,u,[0,c,0]]]]]],q2=[0,99,[0,e,[0,f,[0,b,[0,a,[0,ag,[0,b,[0,c,0]]]]]]]],q3=[0,l,[0,b,[0,d,[0,j,[0,d,[0,b,[0,K,0]]]]]]],q4=[0,c,[0,97,[0,j,[0,b,0]]]],q5=[0,u,[0,h,[0,e,[0,y,[0,d,[0,j,[0,a,[0,c,0]]]]]]]],q6=[0,l,[0,f,[0,aB,[0,f,[0,e,[0,D,[0,f,0]]]]]]],q7=[0,b,[0,h,[0,l,[0,b,[0,m,[0,c,0]]]]]],q8=[0,D,[0,a,[0,d,[0,C,[0,m,[0,b,[0,c,0]]]]]]],q9=[0,p,[0,97,[0,c,[0,c,0]]]],q_=[0,j,[0,e,[0,99,[0,97,[0,j,0]]]]],q$=[0,C,[0,j,[0,e,[0,98,[0,97,[0,j,0]]]]]],rA=n([48,49,50,51,52,53,54,55,56,57,46,43,45,a]),rD=[0,b1,[0,l,[0,97,[0,f,[0,b,[0,d,[0,b,[0,K,0]]]]]]]],rE=[0,C,[0,97,[0,p,[0,p,[0,97,0]]]]],rF=[0,p,0],rG=[0,b,[0,97,[0,l,0]]],rH=[0,b,[0,97,[0,l,[0,95,[0,e,[0,f,0]]]]]],rI=[0,98,[0,j,[0,d,[0,f,[0,o,0]]]]],rJ=[0,j,[0,d,[0,u,[0,c,[0,99,[0,m,[0,d,[0,b,[0,cF,0]]]]]]]]],rK=[0,p,[0,a,[0,b,[0,h,[0,d,[0,99,0]]]]]],rL=[0,e,[0,h,[0,o,[0,a,[0,h,0]]]]],rM=[0,h,[0,e,[0,D,[0,c,0]]]],rN=[0,y,[0,97,[0,p,[0,d,[0,j,[0,K,0]]]]]],rO=[0,b,[0,a,[0,h,[0,p,[0,c,0]]]]],rP=[0,98,[0,e,[0,l,[0,f,[0,o,0]]]]],rQ=[0,f,[0,97,[0,p,[0,a,[0,c,0]]]]],rR=[0,j,[0,e,[0,D,[0,a,[0,h,0]]]]],rS=[0,l,[0,u,[0,u,[0,a,[0,h,0]]]]],rT=[0,y,[0,a,[0,97,[0,b,[0,l,[0,h,[0,a,[0,c,0]]]]]]]],rU=n([99,e,a,y,y,d,99,d,a,f,b,c]),rV=[0,u,[0,97,[0,d,[0,h,[0,c,0]]]]],rW=[0,b,[0,m,[0,a,[0,b,[0,97,0]]]]],rX=[0,m,[0,d,[0,C,[0,m,[0,a,[0,h,0]]]]]],rY=n([p,l,j,b,d,u,j,d,a,h,c]),sC=[0,c,[0,l,[0,98,[0,an,[0,a,[0,99,[0,b,0]]]]]]],sD=[0,p,[0,a,[0,b,[0,h,[0,d,[0,99,[0,c,0]]]]]]],sE=n([f,e,b,95,99,e,p,u,97,h,a,o]),sF=[0,99,[0,j,[0,97,[0,d,[0,p,[0,c,0]]]]]],sG=[0,b,[0,97,[0,h,[0,C,[0,a,[0,b,[0,c,0]]]]]]],sH=[0,A,[0,a,[0,h,[0,o,[0,d,[0,99,[0,b,0]]]]]]],sI=[0,A,[0,a,[0,h,[0,c,[0,d,[0,e,[0,f,[0,c,0]]]]]]]],sJ=[0,d,[0,f,[0,b,[0,a,[0,h,[0,A,[0,97,[0,j,[0,c,0]]]]]]]]],sK=[0,99,[0,m,[0,97,[0,f,[0,C,[0,a,[0,o,0]]]]]]],sL=[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]],sM=[0,c,[0,m,[0,97,[0,50,[0,53,[0,54,0]]]]]],sN=[0,99,[0,a,[0,j,[0,j,[0,c,0]]]]],sO=[0,m,[0,a,[0,97,[0,o,[0,a,[0,h,0]]]]]],sP=[0,99,[0,j,[0,97,[0,c,[0,c,0]]]]],sQ=[0,u,[0,e,[0,c,[0,d,[0,b,[0,d,[0,A,[0,a,0]]]]]]]],sR=[0,u,[0,h,[0,d,[0,A,[0,97,[0,99,[0,K,0]]]]]]],sS=[0,o,[0,a,[0,99,[0,j,[0,97,[0,h,[0,a,[0,o,0]]]]]]]],sT=n([u,h,a,u,97,h,97,b,d,e,f]),sU=[0,c,[0,u,[0,a,[0,j,[0,j,[0,d,[0,f,[0,C,[0,c,0]]]]]]]]],sV=[0,l,[0,f,[0,o,[0,a,[0,99,[0,d,[0,o,[0,a,[0,o,0]]]]]]]]],sW=n([l,f,aB,f,e,D,f,95,c,m,97,h,a,c]),sX=[0,p,[0,97,[0,ag,[0,95,[0,o,[0,h,[0,d,[0,y,[0,b,0]]]]]]]]],sY=[0,a,[0,A,[0,97,[0,j,[0,l,[0,97,[0,b,[0,d,[0,e,[0,f,0]]]]]]]]]],sZ=n([o,a,u,a,f,o,c,95,e,f,95,C,h,e,l,u]),s0=[0,98,[0,l,[0,h,[0,o,[0,a,[0,f,0]]]]]],s1=[0,h,[0,97,[0,b,[0,d,[0,e,0]]]]],s2=[0,j,[0,e,[0,C,0]]],s3=[0,A,[0,97,[0,j,[0,l,[0,a,0]]]]],s4=[0,D,[0,d,[0,b,[0,f,[0,a,[0,c,[0,c,0]]]]]]],s5=n([a,ag,u,a,99,b,97,b,d,e,f,c]),s6=n([u,h,e,98,97,98,d,j,d,b,d,a,c]),s7=[0,h,[0,97,[0,b,[0,a,0]]]],s8=[0,h,[0,97,[0,b,[0,a,[0,c,0]]]]],s_=[0,h,[0,a,[0,97,[0,c,[0,e,[0,f,0]]]]]],s$=[0,h,[0,a,[0,j,[0,97,[0,b,[0,d,[0,e,[0,f,0]]]]]]]],ta=[0,c,[0,99,[0,e,[0,u,[0,a,0]]]]],tb=[0,98,[0,K,0]],tc=n([97,c,c,l,p,u,b,d,e,f,c]),td=[0,a,[0,A,[0,d,[0,o,[0,a,[0,f,[0,99,[0,a,0]]]]]]]],te=[0,c,[0,l,[0,u,[0,h,[0,a,[0,p,[0,l,[0,p,0]]]]]]]],tf=[0,j,[0,d,[0,p,[0,d,[0,b,0]]]]],tg=[0,l,[0,f,[0,d,[0,b,0]]]],th=[0,an,[0,l,[0,o,[0,C,[0,a,[0,o,0]]]]]],ti=[0,a,[0,c,[0,b,[0,d,[0,p,[0,97,[0,f,[0,o,0]]]]]]]],tj=[0,b,[0,d,[0,u,[0,c,0]]]],tp=n([y,97,j,c,a,95,u,e,c,d,b,d,A,a,95,h,97,b,a]),tr=n([b,h,l,a,95,u,e,c,d,b,d,A,a,95,h,97,b,a]),tA=n([f,e,32,o,a,99,d,c,d,e,f,c,32,D,d,b,m,32,97,f,e,b,m,a,h,32,b,h,l,a,32,j,97,98,a,j]),tD=n([f,e,32,o,a,99,d,c,d,e,f,c,32,D,d,b,m,32,b,m,a,32,u,e,c,d,b,d,A,a,32,b,h,l,a,32,j,97,98,a,j]),tG=n([97,32,C,h,e,l,u,32,d,c,32,p,d,c,c,d,f,C,32,d,f,32,97,32,99,e,f,b,a,ag,b,32,97,f,o,32,f,e,32,u,e,u,l,j,97,b,d,e,f,32,D,97,c,32,C,d,A,a,f]),tJ=n([f,e,32,u,e,u,l,j,97,b,d,e,f]),tL=n([y,a,D,a,h,32,b,m,97,f,32,b,D,e,32,C,h,e,l,u,c]),tN=n([f,e,32,o,a,99,d,c,d,e,f,c,32,h,a,99,e,h,o,a,o]),tP=n([y,97,j,c,a,95,u,e,c,d,b,d,A,a,95,h,97,b,a,95,e,A,a,h,97,j,j]),tR=n([y,97,j,c,a,95,u,e,c,d,b,d,A,a,95,h,97,b,a]),tT=n([b,h,l,a,95,u,e,c,d,b,d,A,a,95,h,97,b,a,95,e,A,a,h,97,j,j]),tV=n([b,h,l,a,95,u,e,c,d,b,d,A,a,95,h,97,b,a]),t0=n([C,j,e,98,97,j,95,c,l,u,h,a,p,l,p]),t2=n([j,e,99,97,j,95,c,l,u,h,a,p,l,p]),t4=n([a,b1,l,97,j,d,cF,a,o,95,e,o,o,c]),t6=n([o,a,p,e,C,h,97,u,m,d,99,95,u,97,h,d,b,K]),t7=n([C,j,e,98,97,j,95,o,d,y,y,a,h,a,f,99,a]),t9=n([j,e,99,97,j,95,o,d,y,y,a,h,a,f,99,a]),uh=n([a,b1,l,97,j,d,cF,a,o,95,e,o,o,c]),uj=n([o,a,p,e,C,h,97,u,m,d,99,95,u,97,h,d,b,K]),ul=n([C,j,e,98,97,j,95,h,97,b,d,e]),un=n([j,e,99,97,j,95,h,97,b,d,e]),up=[0,61,0],uq=[0,60,[0,61,0]],ur=[0,b,[0,m,[0,d,[0,c,[0,32,[0,j,[0,97,[0,D,0]]]]]]]],us=n([a,A,a,h,K,32,l,b,d,j,d,b,K,32,e,y,32,b,m,a,32,99,j,97,c,c]),uu=n([a,f,l,p,a,h,97,b,d,e,f]),uv=[0,j,[0,u,[0,45,[0,o,[0,l,[0,97,[0,j,0]]]]]]],uw=[0,84,[0,53,0]],ux=[0,84,[0,54,0]],uy=[0,84,[0,55,0]],uz=n([j,e,99,97,j,95,h,97,b,d,e]),uA=n([C,j,e,98,97,j,95,h,97,b,d,e]),uQ=[0,99,[0,m,[0,97,[0,f,[0,C,[0,a,[0,o,0]]]]]]],uS=[0,3],uT=[0,o,[0,a,[0,u,[0,a,[0,f,[0,o,[0,c,0]]]]]]],uV=[0,2],uW=n([d,f,99,e,f,99,j,l,c,d,A,a]),uY=[0,1],uZ=[0,a,[0,ag,[0,99,[0,a,[0,a,[0,o,[0,c,0]]]]]]],u1=[0,0],u2=[0,D,[0,d,[0,b,[0,m,[0,d,[0,f,0]]]]]],u3=n([44,32,D,m,97,b,a,A,a,h,32,b,m,a,32,l,f,o,a,99,d,o,a,o,32,p,a,97,f,b]),u5=n([44,32,D,d,b,m,d,f,32,b,m,a,32,o,a,99,j,97,h,a,o,32,o,h,d,y,b]),u7=n([44,32,D,d,b,m,32,b,m,a,32,o,a,99,j,97,h,a,o,32,m,d,o,o,a,f,32,99,e,f,b,a,ag,b]),u9=n([44,32,D,m,e,a,A,a,h,32,b,m,a,32,l,f,aB,f,e,D,f,32,97,h,a]),vA=[0,99,[0,e,[0,f,[0,y,[0,d,[0,o,[0,a,[0,f,[0,99,[0,a,0]]]]]]]]]],vB=[0,a,[0,f,[0,o,[0,c,0]]]],vC=[0,h,[0,a,[0,C,[0,d,[0,e,[0,f,0]]]]]],vD=n([d,f,o,a,u,a,f,o,a,f,b]),vE=[0,p,[0,a,[0,b,[0,m,[0,e,[0,o,0]]]]]],vF=[0,j,[0,d,[0,p,[0,d,[0,b,[0,c,0]]]]]],vG=[0,j,[0,a,[0,A,[0,a,[0,j,[0,c,0]]]]]],vH=[0,l,[0,u,[0,u,[0,a,[0,h,0]]]]],vI=[0,j,[0,e,[0,D,[0,a,[0,h,0]]]]],vJ=[0,u,[0,97,[0,d,[0,h,0]]]],vK=[0,d,[0,f,[0,b,[0,a,[0,h,[0,A,[0,97,[0,j,0]]]]]]]],vL=[0,l,[0,f,[0,d,[0,b,[0,c,0]]]]],vN=[0,n([m,e,a,y,y,o,d,f,C,45,aB,j]),[0,n([a,p,u,d,h,d,99,97,j,45,98,a,h,f,c,b,a,d,f]),[0,n([d,f,b,a,h,c,a,99,b,d,e,f]),0]]],we=n([u,e,u,l,j,97,b,d,e,f,32,97,b,32,99,e,f,y,d,o,a,f,99,a,32]),wf=n([u,e,u,l,j,97,b,d,e,f,44,32,e,f,a,45,c,d,o,a,o,32,97,b,32,99,e,f,y,d,o,a,f,99,a,32]),wl=[0,98,[0,d,[0,f,[0,e,[0,p,[0,d,[0,97,[0,j,0]]]]]]]],wn=[0,62,[0,61,0]],wp=n([b,m,a,32,o,h,97,D,c,32,D,d,b,m,d,f,32,97,32,99,a,j,j,32,97,h,a,32,d,f,o,a,u,a,f,o,a,f,b,44,32,a,97,99,m,32,D,d,b,m,32,b,m,a,32,j,97,D,32,e,y,32,b,m,a,32,99,a,j,j,44,32,97,f,o,32,m,e,D,32,p,97,f,K,32,b,m,a,h,a,32,97,h,a,32,o,e,a,c,32,f,e,b,32,o,a,u,a,f,o,32,e,f,32,m,e,D,32,b,m,a,K,32,99,97,p,a,32,e,l,b]),wr=n([b,m,a,32,99,e,f,b,a,ag,b,c,32,e,y,32,a,97,99,m,32,C,h,e,l,u,32,D,a,h,a,32,o,h,97,D,f,32,y,h,e,p,32,d,b,c,32,u,e,u,l,j,97,b,d,e,f,44,32,f,e,b,32,c,a,b,32,98,K,32,o,a,c,d,C,f]),wu=n([D,m,97,b,a,A,a,h,32,99,e,l,j,o,32,m,97,A,a,32,98,a,a,f,32,o,h,97,D,f,32,d,f,32,97,32,99,a,j,j,32,m,97,c,32,97,32,l,b,d,j,d,b,K,32,98,a,b,D,a,a,f,32,48,32,97,f,o,32,b,m,a,32,C,h,a,97,b,a,c,b,32,b,m,97,b,32,97,32,o,a,99,d,c,d,e,f,32,m,97,c,32,b,m,a,h,a]),ww=n([l,b,d,j,d,b,K,44,32,p,a,b,m,e,o,32,97,f,o,32,99,e,f,y,d,o,a,f,99,a,32,D,a,h,a,32,99,m,e,c,a,f,32,D,d,b,m,e,l,b,32,j,e,e,aB,d,f,C,32,97,b,32,b,m,a,32,o,h,97,D,c]),wy=n([b,m,a,32,o,h,97,D,c,32,e,y,32,o,d,y,y,a,h,a,f,b,32,99,a,j,j,c,32,97,h,a,32,d,f,o,a,u,a,f,o,a,f,b,32,e,y,32,a,97,99,m,32,e,b,m,a,h]),wA=n([97,32,c,97,p,u,j,d,f,C,32,l,f,d,b,32,99,97,f,32,m,97,A,a,32,f,e,32,p,e,h,a,32,b,m,97,f,32,e,f,a,32,h,e,D,32,d,f,32,97,32,99,a,j,j,44,32,97,c,32,d,c,32,b,m,a,32,99,97,c,a,32,m,a,h,a]),wG=[0,y,[0,d,[0,j,[0,b,[0,a,[0,h,[0,c,0]]]]]]],wH=[0,d,[0,f,[0,u,[0,l,[0,b,[0,c,0]]]]]],wI=[0,e,[0,l,[0,b,[0,u,[0,l,[0,b,[0,c,0]]]]]]],wJ=[0,h,[0,a,[0,j,[0,a,[0,97,[0,c,[0,a,[0,c,0]]]]]]]],wK=[0,o,[0,h,[0,97,[0,D,[0,c,0]]]]],wL=n([b,h,l,a,95,99,e,f,b,a,ag,b]),wM=[0,b,[0,h,[0,l,[0,a,[0,95,[0,C,[0,h,[0,e,[0,l,[0,u,0]]]]]]]]]],wN=[0,C,[0,j,[0,e,[0,98,[0,97,[0,j,[0,95,[0,b,[0,97,[0,l,0]]]]]]]]]],wO=[0,98,[0,K,[0,95,[0,99,[0,e,[0,f,[0,b,[0,a,[0,ag,[0,b,0]]]]]]]]]],wP=[0,u,[0,e,[0,j,[0,d,[0,99,[0,K,0]]]]]],xg=n([a,ag,u,95,a,u,c,d,j,e,f]),xh=[0,97,[0,b,[0,b,[0,h,[0,d,[0,98,[0,l,[0,b,[0,a,[0,c,0]]]]]]]]]],xi=n([p,l,j,b,d,u,j,d,a,h,c]),xj=[0,h,[0,97,[0,D,[0,95,[0,h,[0,97,[0,b,[0,d,[0,e,0]]]]]]]]],xl=n([99,e,p,u,e,c,d,b,d,e,f]),xn=[0,97,[0,b,[0,b,[0,97,[0,d,[0,f,[0,a,[0,o,0]]]]]]]],xo=[0,l,[0,f,[0,y,[0,d,[0,j,[0,b,[0,a,[0,h,[0,a,[0,o,0]]]]]]]]]],xB=n([97,f,K,32,u,e,j,d,99,K,32,98,a,m,d,f,o,32,b,m,d,c,32,y,d,j,b,a,h]),xC=n([32,b,m,97,b,32,aB,a,a,u,c,32,b,m,a,32,o,a,99,j,97,h,a,o,32,y,j,e,e,h]),xD=n([44,32,97,f,K,32,l,b,d,j,d,b,K,32,e,y,32,b,m,a,32,o,a,99,j,97,h,a,o,32,h,97,f,C,a]),xE=n([b,m,d,c,32,u,e,j,d,99,K,32,97,f,o,32,99,e,f,b,a,ag,b,32,y,d,j,b,a,h,44,32,97,f,K,32,C,h,e,l,u,32,y,d,j,b,a,h,32,97,b,32,p,e,c,b,32,b,m,d,c,32,a,u,c,d,j,e,f,32,b,m,97,b,32,h,a,j,a,97,c,a,c,32,b,m,a,32,c,97,p,a,32,A,97,j,l,a,c]),xG=n([b,m,d,c,32,u,e,j,d,99,K,32,97,f,o,32,C,h,e,l,u,32,y,d,j,b,a,h,44,32,97,f,K,32,99,e,f,b,a,ag,b,32,y,d,j,b,a,h,32,b,m,97,b,32,h,a,j,a,97,c,a,c,32,b,m,a,c,a,32,99,e,f,b,a,ag,b,c]),xI=[0,84,[0,49,[0,51,0]]],xJ=n([84,53,45,o,a,99,d,c,d,e,f]),x9=n([b,m,a,32,y,d,j,b,a,h,39,c,32,o,h,97,D,c,32,y,e,h,32,C,h,e,l,u,32,97,f,o,32,99,e,f,b,a,ag,b,32,97,h,a,32,d,f,o,a,u,a,f,o,a,f,b,32,e,y,32,a,97,99,m,32,e,b,m,a,h,32,97,f,o,32,e,y,32,a,A,a,h,K,b,m,d,f,C,32,a,j,c,a,44,32,y,h,a,c,m,32,y,e,h,32,a,97,99,m,32,o,a,99,d,c,d,e,f,44,32,97,f,o,32,b,m,a,32,o,a,99,d,c,d,e,f,32,o,a,u,a,f,o,c,32,e,f,32,C,h,e,l,u,32,97,f,o,32,99,e,f,b,a,ag,b,32,e,f,j,K,32,b,m,h,e,l,C,m,32,D,m,97,b,32,b,m,a,32,y,d,j,b,a,h,c,32,h,a,j,a,97,c,a]),x_=n([b,m,a,32,99,e,f,b,a,ag,b,c,32,e,y,32,a,97,99,m,32,C,h,e,l,u,32,97,h,a,32,o,d,c,b,h,d,98,l,b,a,o,32,97,c,32,d,f,32,b,m,a,32,c,b,97,b,a,o,32,u,e,u,l,j,97,b,d,e,f]),zr=s(": "),zp=[0,[0,s("nothing was judged: the certificate needs more memory than there is"),0],3],zq=[0,[0,s("nothing was judged: the certificate does not embed its table; give it with --table"),0],3],zs=s("malformed: "),zl=s(lX),zm=s("FALSE"),zn=s("not covered"),zj=[0,[11,s("\\x"),[4,6,[0,2,2],0,0]],s("\\x%02x")],zk=s(U),zt=s("\n");function
+Ar(){var
+a=Y;if(a.process&&a.process.on)a.process.on("uncaughtException",function(b,c){mq(b);a.process.exit(2)});else
+if(a.addEventListener)a.addEventListener("error",function(a){if(a.error)mq(a.error)})}Ar();function
+A(a,b){return a.length==1?a(b):cI(a,[b])}function
+aJ(a,b,c){return a.length==2?a(b,c):cI(a,[b,c])}function
+zJ(a,b,c,d){return a.length==3?a(b,c,d):cI(a,[b,c,d])}zZ();var
+hr=[aX,s(l$),-1],ht=[aX,s(lA),-2],hq=[aX,s(gW),-3],hp=[aX,s(lR),-4],hs=[aX,s(lX),-9],at=[aX,s(l6),-11],zo=[0,[0,[0,[0,0]]]],zp=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],zq=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zp]]]]]]]]]]],zr=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zq]]]]]]]]]]],zs=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zr]]]]]]]]]]],zt=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zs]]]]]]]]]]],zu=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]]],zv=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zu]]]]]]]]]]],zw=[0,0],zx=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],zy=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zx]]]]]]]]]]],zz=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zy]]]]]]]]]]],zA=[0,[0,[0,[0,[0,0]]]]],zB=[0,[0,[0,[0,[0,0]]]]],zC=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],zD=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],dr=n([[0,48,[0,[0,[0,0,0],0],0]],[0,49,[0,[0,[0,0,0],0],1]],[0,50,[0,[0,[0,0,0],1],0]],[0,51,[0,[0,[0,0,0],1],1]],[0,52,[0,[0,[0,0,1],0],0]],[0,53,[0,[0,[0,0,1],0],1]],[0,54,[0,[0,[0,0,1],1],0]],[0,55,[0,[0,[0,0,1],1],1]],[0,56,[0,[0,[0,1,0],0],0]],[0,57,[0,[0,[0,1,0],0],1]],[0,97,[0,[0,[0,1,0],1],0]],[0,98,[0,[0,[0,1,0],1],1]],[0,99,[0,[0,[0,1,1],0],0]],[0,o,[0,[0,[0,1,1],0],1]],[0,a,[0,[0,[0,1,1],1],0]],[0,y,[0,[0,[0,1,1],1],1]],[0,65,[0,[0,[0,1,0],1],0]],[0,66,[0,[0,[0,1,0],1],1]],[0,67,[0,[0,[0,1,1],0],0]],[0,68,[0,[0,[0,1,1],0],1]],[0,69,[0,[0,[0,1,1],1],0]],[0,70,[0,[0,[0,1,1],1],1]]]),fL=[0,[0,[0,0,0],0],0],zE=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],zF=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zE]]]]]]]]]]],zG=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zF]]]]]]]]]]],zH=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zG]]]]]]]]]]],zI=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zH]]]]]]]]]]];br(11,[aX,s(ls),-12],ls);br(10,at,l6);br(9,[aX,s(lP),-10],lP);br(8,hs,lX);br(7,[aX,s(lJ),-8],lJ);br(6,[aX,s(lU),-7],lU);br(5,[aX,s(l1),-6],l1);br(4,[aX,s(lD),-5],lD);br(3,hp,lR);br(2,hq,gW);br(1,ht,lA);br(0,hr,l$);var
+mO=s(lS),mP=s("false"),mS=s("\\\\"),mT=s("\\'"),mU=s("\\b"),mV=s("\\t"),mW=s("\\n"),mX=s("\\r"),mR=s("Char.chr"),m0=s("String.blit / Bytes.blit_string"),mZ=s("Bytes.blit"),mY=s("String.sub / Bytes.sub"),m2=s(V),m1=s("String.concat"),m3=s("Array.blit"),m6=s("Buffer.add: cannot grow buffer"),m5=[0,s(lZ),93,2],m4=[0,s(lZ),94,2],nd=s("%c"),ne=s("%s"),nf=s(lr),ng=s(lI),nh=s(lQ),ni=s(lv),nj=s("%f"),nk=s("%B"),nl=s("%{"),nm=s("%}"),nn=s("%("),no=s("%)"),np=s("%a"),nq=s("%t"),nr=s("%?"),ns=s("%r"),nt=s("%_r"),nu=[0,s(aD),850,23],nF=[0,s(aD),814,21],nx=[0,s(aD),815,21],nG=[0,s(aD),818,21],ny=[0,s(aD),819,21],nH=[0,s(aD),822,19],nz=[0,s(aD),823,19],nI=[0,s(aD),826,22],nA=[0,s(aD),827,22],nJ=[0,s(aD),831,30],nB=[0,s(aD),832,30],nD=[0,s(aD),836,26],nv=[0,s(aD),837,26],nE=[0,s(aD),846,28],nw=[0,s(aD),847,28],nC=[0,s(aD),851,23],oM=s(lO),oK=[0,s(aD),1558,4],oL=s("Printf: bad conversion %["),oN=[0,s(aD),1626,39],oO=[0,s(aD),1649,31],oP=[0,s(aD),1650,31],oQ=s("Printf: bad conversion %_"),oR=s("@{"),oS=s("@["),oI=s(g0),oG=s("neg_infinity"),oH=s(l_),oF=s(c_),oA=[0,C],oo=s("%+nd"),op=s("% nd"),or=s("%+ni"),os=s("% ni"),ot=s("%nx"),ou=s("%#nx"),ov=s("%nX"),ow=s("%#nX"),ox=s("%no"),oy=s("%#no"),on=s("%nd"),oq=s(lQ),oz=s("%nu"),ob=s("%+ld"),oc=s("% ld"),oe=s("%+li"),of=s("% li"),og=s("%lx"),oh=s("%#lx"),oi=s("%lX"),oj=s("%#lX"),ok=s("%lo"),ol=s("%#lo"),oa=s("%ld"),od=s(lI),om=s("%lu"),n0=s("%+Ld"),n1=s("% Ld"),n3=s("%+Li"),n4=s("% Li"),n5=s("%Lx"),n6=s("%#Lx"),n7=s("%LX"),n8=s("%#LX"),n9=s("%Lo"),n_=s("%#Lo"),nZ=s("%Ld"),n2=s(lv),n$=s("%Lu"),nN=s("%+d"),nO=s("% d"),nQ=s("%+i"),nR=s("% i"),nS=s("%x"),nT=s("%#x"),nU=s("%X"),nV=s("%#X"),nW=s("%o"),nX=s("%#o"),nM=s(l0),nP=s(lr),nY=s(lO),m7=s("@]"),m8=s("@}"),m9=s("@?"),m_=s("@\n"),m$=s("@."),na=s("@@"),nb=s("@%"),nc=s("@"),nK=s("CamlinternalFormat.Type_mismatch"),oW=dU(8,0,0),oX=[0,1779033703,-1150833019,1013904242,-1521486534,1359893119,-1694144372,528734635,1541459225],oY=[0,[5,6,[0,2,8],0,0],s("%08lx")],oZ=s(V),oT=[0,1116352408,1899447441,-1245643825,-373957723,961987163,1508970993,-1841331548,-1424204075,-670586216,310598401,607225278,1426881987,1925078388,-2132889090,-1680079193,-1046744716,-459576895,-272742522,264347078,604807628,770255983,1249150122,1555081692,1996064986,-1740746414,-1473132947,-1341970488,-1084653625,-958395405,-710438585,113926993,338241895,666307205,773529912,1294757372,1396182291,1695183700,1986661051,-2117940946,-1838011259,-1564481375,-1474664885,-1035236496,-949202525,-778901479,-694614492,-200395387,275423344,430227734,506948616,659060556,883997877,958139571,1322822218,1537002063,1747873779,1955562222,2024104815,-2067236844,-1933114872,-1866530822,-1538233109,-1090935817,-965641998],o3=[0,0],o4=[0,0],pC=[0,f,[0,l,[0,j,[0,j,0]]]],pD=[0,b,[0,h,[0,l,[0,a,0]]]],pE=[0,y,[0,97,[0,j,[0,c,[0,a,0]]]]],pR=n([d,c,32,f,e,b,32,e,f,a,32,e,y,32,b,m,e,c,a,32,b,m,97,b,32,b,m,a,h,a,32,97,h,a]),p1=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zo]]]]]]]]]]],qv=[0,1],qw=[0,2],qF=[0,0,0],uJ=[0,[7,0],0],vm=[0,[7,0],0],vs=[0,0],wS=[0,0,0],xq=[0,0,0],xs=[0,[7,0],0],xr=n([c,l,98,an,a,99,b,46,o,a,99,j,97,h,a,o,46,98,L,95,99,e,f,b,a,ag,b]),yb=n([m,97,c,32,97,32,j,97,c,b,32,j,d,f,a,32,b,m,97,b,32,o,e,a,c,32,f,e,b,32,a,f,o]),za=n([97,32,99,j,97,d,p,32,j,d,c,b,c,32,97,c,c,l,p,v,b,d,e,f,c,32,b,m,97,b,32,d,b,32,o,e,a,c,32,f,e,b,32,h,a,c,b,32,e,f]),zb=n([b,m,a,32,b,97,98,j,a,32,d,c,32,f,e,b,32,97,c,32,b,m,a,32,y,e,h,p,97,b,32,o,a,p,97,f,o,c]),y_=[0,v,[0,e,[0,j,[0,d,[0,99,[0,L,0]]]]]],y$=n([y,97,d,h,97,l,o,d,b,45,99,a,h,b,d,y,d,99,97,b,a,47,49]),yT=[7,0],yS=[0,0,0],y6=[0,0,0],y7=n([b,m,a,32,97,c,c,l,p,v,b,d,e,f,c,32,e,y,32,b,m,a,32,99,j,97,d,p,c]),y5=[7,0],y3=[0,0,0],y4=n([c,l,98,an,a,99,b,46,c,v,a,j,j,d,f,C,c]),yU=[0,c,[0,l,[0,98,[0,an,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],yV=n([b,m,a,32,b,97,98,j,a,32,y,d,j,a]),yW=n([c,l,98,an,a,99,b,46,99,e,j,l,p,f,c]),yX=n([c,l,98,an,a,99,b,46,v,e,v,l,j,97,b,d,e,f]),yY=n([c,l,98,an,a,99,b,46,aA,d,f,o]),yZ=n([c,l,98,an,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),y0=n([c,l,98,an,a,99,b,46,b,97,98,j,a,46,c,m,97,50,53,54]),y1=n([b,m,a,32,b,97,98,j,a,32,C,d,z,a,c,32,o,h,97,D,c,32,y,e,h,32,c,e,p,a,32,h,e,D,c,32,e,y,32,b,m,a,32,v,e,j,d,99,L,32,e,f,j,L]),y2=n([b,m,a,32,h,e,D,c,32,e,y,32,b,m,a,32,v,e,j,d,99,L,32,97,h,a,32,f,e,b,32,d,f,32,e,h,o,a,h]),yR=n([b,m,a,32,b,97,98,j,a,32,j,97,99,aA,c,32,97,32,h,e,D,32,e,y,32,b,m,a,32,v,e,j,d,99,L,32,y,e,h,32,D,m,97,b,32,b,m,a,32,y,d,j,b,a,h,c,32,99,97,f,32,h,a,j,a,97,c,a]),y8=n([b,m,a,32,b,97,98,j,a,32,d,c,32,a,p,v,b,L]),y9=[0,0],yQ=[0,[7,0],0],yJ=[0,[7,0],0],yK=[0,[0,[7,0],0]],yt=[7,0],ys=[0,0,0],yI=[7,0],yu=[0,0,0],yv=n([b,m,a,32,l,b,d,j,d,b,L,32,d,c,32,d,f,32,c,l,98,an,a,99,b,46,99,j,97,c,c]),yG=[0,0,0],yH=n([c,l,98,an,a,99,b,46,c,v,a,j,j,d,f,C,c]),yw=[0,c,[0,l,[0,98,[0,an,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],yx=n([b,m,a,32,b,97,98,j,a,32,y,d,j,a]),yy=n([c,l,98,an,a,99,b,46,99,e,j,l,p,f,c]),yz=n([c,l,98,an,a,99,b,46,v,e,v,l,j,97,b,d,e,f]),yA=n([c,l,98,an,a,99,b,46,aA,d,f,o]),yB=n([c,l,98,an,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),yC=n([c,l,98,an,a,99,b,46,b,97,98,j,a,46,c,m,97,50,53,54]),yD=n([m,97,c,32,l,b,d,j,d,b,d,a,c,32,98,a,j,e,D,32,48,44,32,e,y,32,D,m,d,99,m,32,o,d,y,y,a,h,a,f,99,a,c,32,m,97,z,a,32,b,e,32,98,a,32,c,b,97,b,a,o]),yE=n([m,97,c,32,d,f,b,a,h,z,97,j,c,44,32,D,m,d,99,m,32,97,h,a,32,f,e,b,32,y,e,h,32,v,h,e,98,97,98,d,j,d,b,d,a,c]),yF=n([m,97,c,32,d,f,b,a,h,z,97,j,c,44,32,D,m,d,99,m,32,o,e,32,f,e,b,32,C,e,32,D,d,b,m,32,97,32,99,j,97,c,c,32,e,y,32,l,b,d,j,d,b,d,a,c]),yL=[0,0],yM=[0,0],yN=[0,0],yO=n([b,m,a,32,b,97,98,j,a,32,d,c,32,a,p,v,b,L]),yP=[0,0],yo=[0,0,0],ym=[0,0,0],yn=[0,0,0],yp=[0,0,0],yq=[0,0,0],yr=[0,0,0],yk=[0,0],yi=[0,0,0],yh=[0,p,[0,a,[0,b,[0,h,[0,d,[0,99,[0,c,[0,46,0]]]]]]]],yf=n([c,l,98,an,a,99,b,46,l,b,d,j,d,b,L,46]),yg=n([98,l,h,o,a,f,32,p,l,c,b,32,98,a,32,b,h,l,a,32,D,m,a,h,a,32,d,b,32,d,c,32,c,b,97,b,a,o]),ye=[0,0],yd=n([b,m,a,32,b,97,98,j,a,32,d,c,32,f,e,b,32,b,m,a,32,99,97,f,e,f,d,99,97,j,32,b,a,ag,b,32,e,y,32,d,b,c,32,z,97,j,l,a,c]),yc=n([d,c,32,f,e,b,32,74,83,79,78,32,97,c,32,b,m,a,32,y,e,h,p,97,b,32,m,97,c,32,d,b]),x8=n([32,40,o,a,99,j,97,h,a,o,41]),x9=n([44,32,97,f,o,32,y,e,h,32,b,m,a,32,c,97,p,a,32,o,a,99,d,c,d,e,f,32,97,f,o,32,99,e,f,b,a,ag,b,32,b,m,a,32,l,b,d,j,d,b,d,a,c,32,e,y,32,b,D,e,32,C,h,e,l,v,c,32,o,d,y,y,a,h,32,98,L,32,97,b,32,p,e,c,b,32]),x_=[0,32,[0,97,[0,f,[0,o,[0,32,0]]]]],x$=n([a,z,a,h,L,32,l,b,d,j,d,b,L,32,d,c,32,98,a,b,D,a,a,f,32]),x6=n([32,98,a,m,d,f,o,32,b,m,a,32,y,d,j,b,a,h,32,40,o,a,99,j,97,h,a,o,41]),x7=n([a,z,a,h,L,32,99,e,p,v,97,h,a,o,32,C,h,e,l,v,39,c,32,a,ag,v,a,99,b,a,o,32,l,b,d,j,d,b,L,32,d,c,32,97,b,32,j,a,97,c,b,32]),xX=[0,[7,0],0],xS=[0,1],x2=[0,0],xT=[0,[0,0,0]],xU=[0,[0,0,0]],xV=[0,[0,0,0]],x0=[0,[0,0,0]],xW=n([j,e,99,97,j,95,h,97,b,d,e,95,c,l,v,h,a,p,l,p]),xY=[0,[0,0,0]],xZ=[0,[0,0,0]],x1=[0,[0,0,0]],xQ=n([p,l,c,b,32,98,a,32,97,f,32,e,98,an,a,99,b,32,e,h,32,f,l,j,j]),xP=[0,[0,0]],xR=n([p,l,c,b,32,98,a,32,97,f,32,e,98,an,a,99,b,32,e,h,32,f,l,j,j]),xO=[0,[7,0],0],xE=[0,y,[0,j,[0,e,[0,e,[0,h,0]]]]],xF=[0,84,[0,51,0]],xG=[0,84,[0,49,0]],xH=[0,84,[0,49,[0,45,[0,v,[0,97,[0,v,[0,a,[0,h,0]]]]]]]],xI=[0,84,[0,52,0]],xJ=[0,84,[0,50,0]],xK=[7,0],xL=[0,84,[0,49,[0,50,0]]],xM=[0,84,[0,51,0]],xN=[0,84,[0,56,0]],xB=n([p,l,c,b,32,m,97,z,a,32,p,l,j,b,d,v,j,d,a,h,c]),xt=[0,0,0],xu=n([c,l,98,an,a,99,b,46,o,a,99,j,97,h,a,o,46,C,j,e,98,97,j,95,b,97,l]),xp=n([c,l,98,an,a,99,b,46,o,a,99,j,97,h,a,o,46]),xj=n([c,l,98,an,a,99,b,46,v,h,d,z,97,99,L,46]),xk=n([46,97,b,b,h,d,98,l,b,a,c]),xl=n([46,a,ag,v,95,a,v,c,d,j,e,f]),xm=[0,[7,0],0],xn=[0,[7,0],0],xo=[0,[7,1],0],w_=[0,[0,0]],w9=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zt]]]]]]]]]]],w6=n([j,d,c,b,c,32,97,32,99,e,f,b,a,ag,b,32,b,D,d,99,a]),w7=n([p,l,c,b,32,f,e,b,32,98,a,32,a,p,v,b,L]),w5=n([m,97,c,32,97,32,o,h,d,y,b,32,e,y,32,p,e,h,a,32,b,m,97,f,32,49]),w8=[0,0],w4=n([p,l,c,b,32,m,97,z,a,32,C,97,p,p,97,44,32,p,32,e,h,32,b,97,l]),w3=[0,0],w2=n([o,e,a,c,32,f,e,b,32,j,d,c,b,32,a,z,a,h,L,32,b,h,l,a,32,99,a,j,j,44,32,e,h,32,c,e,p,a,32,b,m,97,b,32,97,h,a,32,f,e,b,32,f,a,a,o,a,o]),w1=n([d,c,32,f,e,b,32,b,m,a,32,f,a,ag,b,32,b,h,l,a,32,99,a,j,j]),wY=[0,1],wZ=n([m,97,c,32,o,h,97,D,c,32,b,m,97,b,32,o,e,32,f,e,b,32,y,d,b,32,d,b,c,32,D,a,d,C,m,b,c]),wW=n([m,97,c,32,D,a,d,C,m,b,c,32,b,m,97,b,32,o,e,32,f,e,b,32,c,l,p,32,b,e,32,49]),wX=n([d,c,32,e,l,b,32,e,y,32,h,97,f,C,a]),w0=[0,0],wU=n([p,l,c,b,32,m,97,z,a,32,h,a,j,a,97,c,a,c,32,y,h,e,p,32,50,32,b,e,32,49,48,48,48,48]),wT=n([m,97,c,32,y,a,D,a,h,32,b,m,97,f,32,b,D,e,32,b,h,l,a,32,C,h,e,l,v,c]),wR=n([p,l,c,b,32,m,97,z,a,32,y,97,99,b,e,h,c,32,b,m,97,b,32,99,e,z,a,h,32,b,m,a,32,99,e,j,l,p,f,c,32,b,e,C,a,b,m,a,h]),wN=n([m,97,c,32,v,h,e,98,97,98,d,j,d,b,d,a,c,32,b,m,97,b,32,o,e,32,f,e,b,32,c,l,p,32,b,e,32,49]),wO=n([p,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),wP=n([p,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),wQ=n([p,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),wL=n([v,h,e,98,97,98,d,j,d,b,d,a,c]),wx=[0,0,0],ww=[0,46,0],wy=[0,0,0],wz=[0,0,0],wn=n([D,m,97,b,a,z,a,h,32,99,e,l,j,o,32,m,97,z,a,32,98,a,a,f,32,o,h,97,D,f,32,m,97,c,32,97,32,l,b,d,j,d,b,L,32,98,a,b,D,a,a,f,32,48,32,97,f,o,32]),wa=n([p,l,c,b,32,m,97,z,a,32,97,32,99,e,f,y,d,o,a,f,99,a,32,98,a,b,D,a,a,f,32,48,32,97,f,o,32,49]),wb=[0,m,[0,97,[0,c,[0,32,[0,j,[0,d,[0,p,[0,d,[0,b,[0,c,0]]]]]]]]]],wc=[0,98,[0,e,[0,ag,0]]],wd=[0,a,[0,97,[0,99,[0,m,0]]]],we=[0,b,[0,e,[0,C,[0,a,[0,b,[0,m,[0,a,[0,h,0]]]]]]]],v4=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),v5=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,z,a]),v6=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),v7=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),v8=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vZ=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),v0=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,z,a]),v1=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),v2=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),v3=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vU=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vV=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,z,a]),vW=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vX=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vY=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vP=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vQ=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,z,a]),vR=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vS=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vT=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vK=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vL=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,z,a]),vM=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vN=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vO=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vJ=[0,0],vn=[0,0,0],vo=[0,[7,0],0],vp=[0,[7,0],0],vq=[0,f,[0,e,[0,f,[0,a,0]]]],vr=[0,[0,0]],u_=[0,58,[0,32,0]],u$=[0,44,[0,32,[0,j,[0,d,[0,p,[0,d,[0,b,[0,32,0]]]]]]]],va=[0,32,0],vb=[0,58,[0,32,0]],vc=[0,b,[0,97,[0,h,[0,C,[0,a,[0,b,[0,c,0]]]]]]],vd=[0,b,[0,m,[0,d,[0,c,[0,32,[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]]]]]]],ve=[0,0,0],vh=[0,[7,0],0],vi=[0,[7,0],0],vj=[0,[7,0],0],vk=[0,[7,0],0],vf=n([m,97,c,32,97,32,aA,a,L,32,b,m,97,b,32,C,e,a,c,32,D,d,b,m,32,e,b,m,a,h,32,b,97,h,C,a,b,c]),vg=n([b,m,a,32,j,d,p,d,b,32,e,y,32,97,32,h,97,b,d,e,32,p,l,c,b,32,98,a,32,97,b,32,j,a,97,c,b,32,49]),vl=[0,o,[0,d,[0,y,[0,y,[0,a,[0,h,[0,a,[0,f,[0,99,[0,a,0]]]]]]]]]],u6=[0,[7,0],0],u7=[0,[7,0],0],u8=[0,[7,0],0],u9=[0,[7,0],0],u5=n([v,e,v,l,j,97,b,d,e,f,32,97,b,32,99,e,f,y,d,o,a,f,99,a,32]),uI=[7,0],uH=[7,0],uC=[0,32,[0,98,[0,L,[0,32,0]]]],uD=[0,32,0],uE=[0,32,0],uF=[0,58,[0,32,0]],uG=[0,99,[0,j,[0,97,[0,d,[0,p,[0,c,0]]]]]],uB=[0,0],uv=n([C,j,e,98,97,j,95,h,97,b,d,e,95,c,l,v,h,a,p,l,p]),uw=n([j,e,99,97,j,95,h,97,b,d,e,95,c,l,v,h,a,p,l,p]),ux=[0,0,3],uy=n([o,a,p,e,C,h,97,v,m,d,99,95,v,97,h,d,b,L]),uz=[0,1,2],uA=n([a,b0,l,97,j,d,cF,a,o,95,e,o,o,c]),t4=[1,1],t5=n([a,b0,l,97,j,d,cF,a,o,95,e,o,o,c,95,b,h,l,a,95,j,97,98,a,j,95,e,z,a,h,97,j,j]),t6=[0,1],t7=n([a,b0,l,97,j,95,e,v,v,e,h,b,l,f,d,b,L,95,e,z,a,h,97,j,j]),t8=[1,0],t9=n([a,b0,l,97,j,d,cF,a,o,95,e,o,o,c,95,b,h,l,a,95,j,97,98,a,j]),t_=[0,0],t$=n([a,b0,l,97,j,95,e,v,v,e,h,b,l,f,d,b,L]),tQ=[0,0],tR=[0,1],tS=[0,0],tT=n([m,97,c,32,e,b,m,a,h,32,aA,a,L,c,32,b,m,97,f,32,d,b,32,p,97,L,32,m,97,z,a]),ts=n([p,l,c,b,32,m,97,z,a,32,b,D,a,j,z,a,32,o,a,99,d,p,97,j,c]),tq=[0,48,0],tp=[0,0],tn=[0,0,1,0,1,0,0],to=[0,0,0,0,1,0,0],tg=n([p,l,c,b,32,m,97,z,a,32,50,32,a,f,b,h,d,a,c]),th=n([p,l,c,b,32,m,97,z,a,32,50,32,a,f,b,h,d,a,c]),ti=n([p,l,c,b,32,m,97,z,a,32,50,32,a,f,b,h,d,a,c]),te=[0,93,0],tf=[0,91,0],ss=[0,[0,0]],sq=[0,0],so=n([v,97,d,h,c,32,p,l,c,b,32,d,f,99,h,a,97,c,a]),sp=[0,0],sm=n([f,l,p,98,a,h,c,32,p,l,c,b,32,d,f,99,h,a,97,c,a]),si=n([p,l,c,b,32,98,a,32,v,e,c,d,b,d,z,a]),sh=n([p,l,c,b,32,m,97,z,a,32,50,32,a,f,b,h,d,a,c]),sj=n([p,l,c,b,32,m,97,z,a,32,50,32,a,f,b,h,d,a,c]),sk=n([p,l,c,b,32,m,97,z,a,32,50,32,a,f,b,h,d,a,c]),sb=[0,0],sc=n([y,a,97,b,l,h,a,c,32,o,d,y,y,a,h,32,98,a,b,D,a,a,f,32,C,h,e,l,v,c,44,32,98,l,b,32,b,m,a,32,99,j,97,c,c,32,d,c,32,98,j,d,f,o]),sd=n([y,a,97,b,l,h,a,c,32,p,l,c,b,32,m,97,z,a,32,e,f,a,32,j,d,c,b,32,y,e,h,32,a,97,99,m,32,99,a,j,j,32,97,f,o,32,o,a,99,d,c,d,e,f]),sf=[0,0],se=n([97,32,99,e,f,c,b,h,97,d,f,b,32,f,97,p,a,c,32,D,m,97,b,32,b,m,a,32,b,97,98,j,a,32,o,e,a,c,32,f,e,b,32,m,97,z,a]),r7=n([b,m,a,32,p,a,b,h,d,99,32,p,l,c,b,32,m,97,z,a,32,97,32,h,e,D,32,y,e,h,32,a,97,99,m,32,C,h,e,l,v]),r8=n([97,32,98,j,d,f,o,32,99,j,97,c,c,32,m,97,c,32,f,e,32,76,d,v,c,99,m,d,b,cF,32,99,e,f,c,b,97,f,b]),r9=n([b,97,l,32,p,l,c,b,32,98,a,32,97,b,32,p,e,c,b,32,C,97,p,p,97]),r_=n([C,97,p,p,97,32,p,l,c,b,32,98,a,32,v,e,c,d,b,d,z,a,32,97,f,o,32,97,b,32,j,a,97,c,b,32,p]),r$=[0,97,[0,j,[0,j,0]]],sa=[0,v,[0,97,[0,d,[0,h,0]]]],r3=n([p,l,c,b,32,m,97,z,a,32,50,32,a,f,b,h,d,a,c]),r4=n([f,97,p,a,c,32,97,32,o,a,99,d,c,d,e,f,32,b,m,97,b,32,b,m,a,32,b,97,98,j,a,32,o,e,a,c,32,f,e,b,32,m,97,z,a]),r5=n([p,l,c,b,32,m,97,z,a,32,50,32,a,f,b,h,d,a,c]),r6=n([p,l,c,b,32,m,97,z,a,32,50,32,a,f,b,h,d,a,c]),r2=n([m,97,c,32,97,32,j,e,D,a,h,32,a,f,o,32,97,98,e,z,a,32,b,m,a,32,l,v,v,a,h,32,a,f,o]),rW=n([f,97,p,a,c,32,97,32,C,h,e,l,v,44,32,98,l,b,32,b,m,a,32,99,j,97,c,c,32,d,c,32,98,j,d,f,o]),rV=n([p,l,c,b,32,m,97,z,a,32,52,32,a,f,b,h,d,a,c]),rX=n([p,l,c,b,32,m,97,z,a,32,52,32,a,f,b,h,d,a,c]),rY=n([p,l,c,b,32,m,97,z,a,32,52,32,a,f,b,h,d,a,c]),rZ=n([p,l,c,b,32,m,97,z,a,32,52,32,a,f,b,h,d,a,c]),r0=n([p,l,c,b,32,m,97,z,a,32,52,32,a,f,b,h,d,a,c]),rU=n([d,c,32,f,e,b,32,97,32,p,a,b,h,d,99]),rs=n([v,e,c,d,b,d,z,a,32,o,a,99,d,c,d,e,f,c,32,97,h,a,32,f,e,b,32,d,f,32,b,m,a,32,e,h,o,a,h,32,e,y,32,b,m,a,32,o,a,99,d,c,d,e,f,c]),rt=[0,0],rq=n([m,97,c,32,f,e,32,o,a,99,d,c,d,e,f,c,32,e,y,32,l,f,aA,f,e,D,f,32,C,h,e,l,v]),rr=n([m,97,c,32,97,32,99,a,j,j,32,97,y,b,a,h,32,b,m,a,32,o,a,99,d,c,d,e,f,c,32,e,y,32,l,f,aA,f,e,D,f,32,C,h,e,l,v]),ro=[0,0],rp=[0,0],re=[0,0],rg=[0,1],rh=n([o,a,99,d,c,d,e,f,c,32,e,y,32,l,f,aA,f,e,D,f,32,C,h,e,l,v,32,o,e,32,f,e,b,32,C,e,32,D,d,b,m,32,b,m,97,b]),ri=n([p,l,c,b,32,98,a,32,b,h,l,a,32,D,m,a,h,a,32,d,b,32,d,c,32,c,b,97,b,a,o]),rf=n([p,l,c,b,32,98,a,32,b,h,l,a,32,D,m,a,h,a,32,d,b,32,d,c,32,c,b,97,b,a,o]),rj=[0,0],rk=[0,0],rl=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zv]]]]]]]]]]],rm=[0,0],rn=n([y,97,d,h,97,l,o,d,b,45,b,97,98,j,a,47,49]),q_=n([e,f,j,L,32,99,e,l,f,b,c,32,m,97,z,a,32,b,h,l,a,32,j,97,98,a,j,c]),q$=[0,a,[0,b0,[0,l,[0,97,[0,j,0]]]]],ra=[0,D,[0,a,[0,d,[0,C,[0,m,[0,b,[0,c,0]]]]]]],rb=[0,99,[0,e,[0,l,[0,f,[0,b,[0,c,0]]]]]],rc=n([v,h,e,98,97,98,d,j,d,b,d,a,c]),rd=[0,99,[0,e,[0,l,[0,f,[0,b,[0,c,0]]]]]],q7=n([f,97,p,a,c,32,97,32,99,e,j,l,p,f,32,b,D,d,99,a]),q8=n([p,l,c,b,32,f,97,p,a,32,97,b,32,j,a,97,c,b,32,e,f,a,32,99,e,j,l,p,f,32,e,y,32,C,h,e,l,v,c]),q9=[0,0],qJ=[0,0],qK=[0,0],qL=[0,0],qG=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zw]]]]]]]]]]],qD=[0,0],qC=[0,1],qB=[0,0],qE=[0,0],qA=[0,0],qx=[0,1],qy=[0,1],qz=[0,2],qm=[0,1],qn=[0,3],qo=[0,2],qp=[0,0],qj=[0,[0,0],[0,[0,1],[0,[1,0],[0,[1,1],0]]]],qk=[0,0,[0,1,[0,2,[0,3,[0,4,[0,5,[0,6,[0,7,0]]]]]]]],qg=[0,0,0],p_=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zz]]]]]]]]]]],p9=[0,0],p8=n([p,l,c,b,32,98,a,32,97,32,h,97,b,d,e,f,97,j,44,32,97,32,c,b,h,d,f,C]),p6=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,z,a]),p5=n([p,l,c,b,32,98,a,32,97,32,h,97,b,d,e,f,97,j,32,d,f,32,j,e,D,a,c,b,32,b,a,h,p,c]),p4=n([p,l,c,b,32,98,a,32,97,32,h,97,b,d,e,f,97,j,44,32,97,32,c,b,h,d,f,C]),p2=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zA]]]]]]]]]]],p3=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zB]]]]]]]]]]],pY=n([p,l,c,b,32,98,a,32,m,a,ag,97,o,a,99,d,p,97,j,32,o,d,C,d,b,c]),pW=n([j,d,c,b,c,32,c,e,p,a,b,m,d,f,C,32,b,D,d,99,a]),pX=n([p,l,c,b,32,f,e,b,32,98,a,32,a,p,v,b,L]),pU=n([j,d,c,b,c,32,c,e,p,a,b,m,d,f,C,32,b,D,d,99,a]),pV=n([p,l,c,b,32,f,e,b,32,98,a,32,a,p,v,b,L]),pT=[0,44,[0,44,0]],pS=[0,44,[0,46,0]],pQ=n([p,l,c,b,32,98,a,32,b,h,l,a,32,e,h,32,y,97,j,c,a]),pP=n([d,c,32,e,l,b,32,e,y,32,h,97,f,C,a]),pO=n([p,l,c,b,32,98,a,32,97,f,32,d,f,b,a,C,a,h]),pN=n([m,e,j,o,c,32,97,32,j,e,f,a,32,c,l,h,h,e,C,97,b,a]),pM=n([p,l,c,b,32,98,a,32,97,32,c,b,h,d,f,C]),pL=n([m,97,c,32,97,f,e,b,m,a,h,32,j,a,f,C,b,m]),pK=n([j,97,99,aA,c,32,97,32,aA,a,L]),pI=n([m,97,c,32,97,f,32,l,f,aA,f,e,D,f,32,aA,a,L]),pJ=n([j,97,99,aA,c,32,97,32,aA,a,L]),pH=n([p,l,c,b,32,98,a,32,97,32,j,d,c,b]),pG=n([p,l,c,b,32,98,a,32,97,f,32,e,98,an,a,99,b]),pF=[0,0],pA=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zC]]]]]]]]]]],pu=[0,[0,1,1],1],pv=[0,1,1],pw=[0,[0,[0,1,1],0],1],px=[0,1,0],py=[0,[0,[0,1,1],0],1],po=[0,92,[0,92,0]],pp=[0,92,[0,98,0]],pq=[0,92,[0,y,0]],pr=[0,92,[0,f,0]],ps=[0,92,[0,h,0]],pt=[0,92,[0,b,0]],pn=[0,0],pk=[6,[4,0]],pl=[0,0],pa=[3,0,0,0],pb=[0,0],pc=[0,1],pd=[1,0,1],pe=[0,l,[0,j,[0,j,0]]],pf=[0,1],pg=[0,h,[0,l,[0,a,0]]],ph=[0,0],pi=[0,97,[0,j,[0,c,[0,a,0]]]],pj=[6,[3,0]],o$=[0,0],o7=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zD]]]]]]]]]]],o1=[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]],o8=[0,[0,92,92],[0,[0,47,47],[0,[0,98,8],[0,[0,y,12],[0,[0,f,10],[0,[0,h,13],[0,[0,b,9],0]]]]]]],p0=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zI]]]]]]]]]]],p7=[0,d,[0,f,[0,y,0]]],qH=[0,48,0],qI=[0,d,[0,f,[0,y,0]]],qM=[0,aA,[0,d,[0,f,[0,o,0]]]],qN=[0,99,[0,e,[0,j,[0,l,[0,p,[0,f,[0,c,0]]]]]]],qO=[0,v,[0,e,[0,v,[0,l,[0,j,[0,97,[0,b,[0,d,[0,e,[0,f,0]]]]]]]]]],qP=[0,o,[0,a,[0,99,[0,d,[0,c,[0,d,[0,e,[0,f,0]]]]]]]],qQ=[0,C,[0,h,[0,e,[0,l,[0,v,0]]]]],qR=[0,99,[0,e,[0,f,[0,b,[0,a,[0,ag,[0,b,0]]]]]]],qS=[0,b,[0,h,[0,l,[0,b,[0,m,0]]]]],qT=[0,y,[0,e,[0,h,[0,p,[0,97,[0,b,0]]]]]],qU=[0,o,[0,a,[0,99,[0,d,[0,c,[0,d,[0,e,[0,f,[0,c,0]]]]]]]]],qV=[0,C,[0,h,[0,e,[0,l,[0,v,[0,c,0]]]]]],qW=[0,99,[0,e,[0,f,[0,b,[0,a,[0,ag,[0,b,[0,c,0]]]]]]]],qX=[0,l,[0,b,[0,d,[0,j,[0,d,[0,b,[0,L,0]]]]]]],qY=[0,c,[0,97,[0,j,[0,b,0]]]],qZ=[0,v,[0,h,[0,e,[0,y,[0,d,[0,j,[0,a,[0,c,0]]]]]]]],q0=[0,l,[0,f,[0,aA,[0,f,[0,e,[0,D,[0,f,0]]]]]]],q1=[0,b,[0,h,[0,l,[0,b,[0,m,[0,c,0]]]]]],q2=[0,D,[0,a,[0,d,[0,C,[0,m,[0,b,[0,c,0]]]]]]],q3=[0,p,[0,97,[0,c,[0,c,0]]]],q4=[0,j,[0,e,[0,99,[0,97,[0,j,0]]]]],q5=[0,C,[0,j,[0,e,[0,98,[0,97,[0,j,0]]]]]],ru=n([48,49,50,51,52,53,54,55,56,57,46,43,45,a]),rx=[0,b0,[0,l,[0,97,[0,f,[0,b,[0,d,[0,b,[0,L,0]]]]]]]],ry=[0,C,[0,97,[0,p,[0,p,[0,97,0]]]]],rz=[0,p,0],rA=[0,b,[0,97,[0,l,0]]],rB=[0,b,[0,97,[0,l,[0,95,[0,e,[0,f,0]]]]]],rC=[0,98,[0,j,[0,d,[0,f,[0,o,0]]]]],rD=[0,j,[0,d,[0,v,[0,c,[0,99,[0,m,[0,d,[0,b,[0,cF,0]]]]]]]]],rE=[0,p,[0,a,[0,b,[0,h,[0,d,[0,99,0]]]]]],rF=[0,e,[0,h,[0,o,[0,a,[0,h,0]]]]],rG=[0,h,[0,e,[0,D,[0,c,0]]]],rH=[0,y,[0,97,[0,p,[0,d,[0,j,[0,L,0]]]]]],rI=[0,b,[0,a,[0,h,[0,p,[0,c,0]]]]],rJ=[0,98,[0,e,[0,l,[0,f,[0,o,0]]]]],rK=[0,f,[0,97,[0,p,[0,a,[0,c,0]]]]],rL=[0,j,[0,e,[0,D,[0,a,[0,h,0]]]]],rM=[0,l,[0,v,[0,v,[0,a,[0,h,0]]]]],rN=[0,y,[0,a,[0,97,[0,b,[0,l,[0,h,[0,a,[0,c,0]]]]]]]],rO=n([99,e,a,y,y,d,99,d,a,f,b,c]),rP=[0,v,[0,97,[0,d,[0,h,[0,c,0]]]]],rQ=[0,b,[0,m,[0,a,[0,b,[0,97,0]]]]],rR=[0,m,[0,d,[0,C,[0,m,[0,a,[0,h,0]]]]]],rS=n([p,l,j,b,d,v,j,d,a,h,c]),sw=[0,c,[0,l,[0,98,[0,an,[0,a,[0,99,[0,b,0]]]]]]],sx=[0,p,[0,a,[0,b,[0,h,[0,d,[0,99,[0,c,0]]]]]]],sy=n([f,e,b,95,99,e,p,v,97,h,a,o]),sz=[0,99,[0,j,[0,97,[0,d,[0,p,[0,c,0]]]]]],sA=[0,b,[0,97,[0,h,[0,C,[0,a,[0,b,[0,c,0]]]]]]],sB=[0,z,[0,a,[0,h,[0,o,[0,d,[0,99,[0,b,0]]]]]]],sC=[0,z,[0,a,[0,h,[0,c,[0,d,[0,e,[0,f,[0,c,0]]]]]]]],sD=[0,d,[0,f,[0,b,[0,a,[0,h,[0,z,[0,97,[0,j,[0,c,0]]]]]]]]],sE=[0,99,[0,m,[0,97,[0,f,[0,C,[0,a,[0,o,0]]]]]]],sF=[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]],sG=[0,c,[0,m,[0,97,[0,50,[0,53,[0,54,0]]]]]],sH=[0,99,[0,a,[0,j,[0,j,[0,c,0]]]]],sI=[0,m,[0,a,[0,97,[0,o,[0,a,[0,h,0]]]]]],sJ=[0,99,[0,j,[0,97,[0,c,[0,c,0]]]]],sK=[0,v,[0,e,[0,c,[0,d,[0,b,[0,d,[0,z,[0,a,0]]]]]]]],sL=[0,v,[0,h,[0,d,[0,z,[0,97,[0,99,[0,L,0]]]]]]],sM=[0,o,[0,a,[0,99,[0,j,[0,97,[0,h,[0,a,[0,o,0]]]]]]]],sN=n([v,h,a,v,97,h,97,b,d,e,f]),sO=[0,c,[0,v,[0,a,[0,j,[0,j,[0,d,[0,f,[0,C,[0,c,0]]]]]]]]],sP=[0,l,[0,f,[0,o,[0,a,[0,99,[0,d,[0,o,[0,a,[0,o,0]]]]]]]]],sQ=n([l,f,aA,f,e,D,f,95,c,m,97,h,a,c]),sR=[0,p,[0,97,[0,ag,[0,95,[0,o,[0,h,[0,d,[0,y,[0,b,0]]]]]]]]],sS=[0,a,[0,z,[0,97,[0,j,[0,l,[0,97,[0,b,[0,d,[0,e,[0,f,0]]]]]]]]]],sT=n([o,a,v,a,f,o,c,95,e,f,95,C,h,e,l,v]),sU=[0,98,[0,l,[0,h,[0,o,[0,a,[0,f,0]]]]]],sV=[0,h,[0,97,[0,b,[0,d,[0,e,0]]]]],sW=[0,j,[0,e,[0,C,0]]],sX=[0,z,[0,97,[0,j,[0,l,[0,a,0]]]]],sY=[0,D,[0,d,[0,b,[0,f,[0,a,[0,c,[0,c,0]]]]]]],sZ=n([a,ag,v,a,99,b,97,b,d,e,f,c]),s0=n([v,h,e,98,97,98,d,j,d,b,d,a,c]),s1=[0,h,[0,97,[0,b,[0,a,0]]]],s2=[0,h,[0,97,[0,b,[0,a,[0,c,0]]]]],s4=[0,h,[0,a,[0,97,[0,c,[0,e,[0,f,0]]]]]],s5=[0,h,[0,a,[0,j,[0,97,[0,b,[0,d,[0,e,[0,f,0]]]]]]]],s6=[0,c,[0,99,[0,e,[0,v,[0,a,0]]]]],s7=[0,98,[0,L,0]],s8=n([97,c,c,l,p,v,b,d,e,f,c]),s9=[0,a,[0,z,[0,d,[0,o,[0,a,[0,f,[0,99,[0,a,0]]]]]]]],s_=[0,c,[0,l,[0,v,[0,h,[0,a,[0,p,[0,l,[0,p,0]]]]]]]],s$=[0,j,[0,d,[0,p,[0,d,[0,b,0]]]]],ta=[0,l,[0,f,[0,d,[0,b,0]]]],tb=[0,an,[0,l,[0,o,[0,C,[0,a,[0,o,0]]]]]],tc=[0,a,[0,c,[0,b,[0,d,[0,p,[0,97,[0,f,[0,o,0]]]]]]]],td=[0,b,[0,d,[0,v,[0,c,0]]]],tj=n([y,97,j,c,a,95,v,e,c,d,b,d,z,a,95,h,97,b,a]),tl=n([b,h,l,a,95,v,e,c,d,b,d,z,a,95,h,97,b,a]),tu=n([f,e,32,o,a,99,d,c,d,e,f,c,32,D,d,b,m,32,97,f,e,b,m,a,h,32,b,h,l,a,32,j,97,98,a,j]),tx=n([f,e,32,o,a,99,d,c,d,e,f,c,32,D,d,b,m,32,b,m,a,32,v,e,c,d,b,d,z,a,32,b,h,l,a,32,j,97,98,a,j]),tA=n([97,32,C,h,e,l,v,32,d,c,32,p,d,c,c,d,f,C,32,d,f,32,97,32,99,e,f,b,a,ag,b,32,97,f,o,32,f,e,32,v,e,v,l,j,97,b,d,e,f,32,D,97,c,32,C,d,z,a,f]),tD=n([f,e,32,v,e,v,l,j,97,b,d,e,f]),tF=n([y,a,D,a,h,32,b,m,97,f,32,b,D,e,32,C,h,e,l,v,c]),tH=n([f,e,32,o,a,99,d,c,d,e,f,c,32,h,a,99,e,h,o,a,o]),tJ=n([y,97,j,c,a,95,v,e,c,d,b,d,z,a,95,h,97,b,a,95,e,z,a,h,97,j,j]),tL=n([y,97,j,c,a,95,v,e,c,d,b,d,z,a,95,h,97,b,a]),tN=n([b,h,l,a,95,v,e,c,d,b,d,z,a,95,h,97,b,a,95,e,z,a,h,97,j,j]),tP=n([b,h,l,a,95,v,e,c,d,b,d,z,a,95,h,97,b,a]),tU=n([C,j,e,98,97,j,95,c,l,v,h,a,p,l,p]),tW=n([j,e,99,97,j,95,c,l,v,h,a,p,l,p]),tY=n([a,b0,l,97,j,d,cF,a,o,95,e,o,o,c]),t0=n([o,a,p,e,C,h,97,v,m,d,99,95,v,97,h,d,b,L]),t1=n([C,j,e,98,97,j,95,o,d,y,y,a,h,a,f,99,a]),t3=n([j,e,99,97,j,95,o,d,y,y,a,h,a,f,99,a]),ub=n([a,b0,l,97,j,d,cF,a,o,95,e,o,o,c]),ud=n([o,a,p,e,C,h,97,v,m,d,99,95,v,97,h,d,b,L]),uf=n([C,j,e,98,97,j,95,h,97,b,d,e]),uh=n([j,e,99,97,j,95,h,97,b,d,e]),uj=[0,61,0],uk=[0,60,[0,61,0]],ul=[0,b,[0,m,[0,d,[0,c,[0,32,[0,j,[0,97,[0,D,0]]]]]]]],um=n([a,z,a,h,L,32,l,b,d,j,d,b,L,32,e,y,32,b,m,a,32,99,j,97,c,c]),uo=n([a,f,l,p,a,h,97,b,d,e,f]),up=[0,j,[0,v,[0,45,[0,o,[0,l,[0,97,[0,j,0]]]]]]],uq=[0,84,[0,53,0]],ur=[0,84,[0,54,0]],us=[0,84,[0,55,0]],ut=n([j,e,99,97,j,95,h,97,b,d,e]),uu=n([C,j,e,98,97,j,95,h,97,b,d,e]),uK=[0,99,[0,m,[0,97,[0,f,[0,C,[0,a,[0,o,0]]]]]]],uM=[0,3],uN=[0,o,[0,a,[0,v,[0,a,[0,f,[0,o,[0,c,0]]]]]]],uP=[0,2],uQ=n([d,f,99,e,f,99,j,l,c,d,z,a]),uS=[0,1],uT=[0,a,[0,ag,[0,99,[0,a,[0,a,[0,o,[0,c,0]]]]]]],uV=[0,0],uW=[0,D,[0,d,[0,b,[0,m,[0,d,[0,f,0]]]]]],uX=n([44,32,D,m,97,b,a,z,a,h,32,b,m,a,32,l,f,o,a,99,d,o,a,o,32,p,a,97,f,b]),uZ=n([44,32,D,d,b,m,d,f,32,b,m,a,32,o,a,99,j,97,h,a,o,32,o,h,d,y,b]),u1=n([44,32,D,d,b,m,32,b,m,a,32,o,a,99,j,97,h,a,o,32,m,d,o,o,a,f,32,99,e,f,b,a,ag,b]),u3=n([44,32,D,m,e,a,z,a,h,32,b,m,a,32,l,f,aA,f,e,D,f,32,97,h,a]),vu=[0,99,[0,e,[0,f,[0,y,[0,d,[0,o,[0,a,[0,f,[0,99,[0,a,0]]]]]]]]]],vv=[0,a,[0,f,[0,o,[0,c,0]]]],vw=[0,h,[0,a,[0,C,[0,d,[0,e,[0,f,0]]]]]],vx=n([d,f,o,a,v,a,f,o,a,f,b]),vy=[0,p,[0,a,[0,b,[0,m,[0,e,[0,o,0]]]]]],vz=[0,j,[0,d,[0,p,[0,d,[0,b,[0,c,0]]]]]],vA=[0,j,[0,a,[0,z,[0,a,[0,j,[0,c,0]]]]]],vB=[0,l,[0,v,[0,v,[0,a,[0,h,0]]]]],vC=[0,j,[0,e,[0,D,[0,a,[0,h,0]]]]],vD=[0,v,[0,97,[0,d,[0,h,0]]]],vE=[0,d,[0,f,[0,b,[0,a,[0,h,[0,z,[0,97,[0,j,0]]]]]]]],vF=[0,l,[0,f,[0,d,[0,b,[0,c,0]]]]],vH=[0,n([m,e,a,y,y,o,d,f,C,45,aA,j]),[0,n([a,p,v,d,h,d,99,97,j,45,98,a,h,f,c,b,a,d,f]),[0,n([d,f,b,a,h,c,a,99,b,d,e,f]),0]]],v_=n([v,e,v,l,j,97,b,d,e,f,32,97,b,32,99,e,f,y,d,o,a,f,99,a,32]),v$=n([v,e,v,l,j,97,b,d,e,f,44,32,e,f,a,45,c,d,o,a,o,32,97,b,32,99,e,f,y,d,o,a,f,99,a,32]),wf=[0,98,[0,d,[0,f,[0,e,[0,p,[0,d,[0,97,[0,j,0]]]]]]]],wh=[0,62,[0,61,0]],wj=n([b,m,a,32,o,h,97,D,c,32,D,d,b,m,d,f,32,97,32,99,a,j,j,32,97,h,a,32,d,f,o,a,v,a,f,o,a,f,b,44,32,a,97,99,m,32,D,d,b,m,32,b,m,a,32,j,97,D,32,e,y,32,b,m,a,32,99,a,j,j,44,32,97,f,o,32,m,e,D,32,p,97,f,L,32,b,m,a,h,a,32,97,h,a,32,o,e,a,c,32,f,e,b,32,o,a,v,a,f,o,32,e,f,32,m,e,D,32,b,m,a,L,32,99,97,p,a,32,e,l,b]),wl=n([b,m,a,32,99,e,f,b,a,ag,b,c,32,e,y,32,a,97,99,m,32,C,h,e,l,v,32,D,a,h,a,32,o,h,97,D,f,32,y,h,e,p,32,d,b,c,32,v,e,v,l,j,97,b,d,e,f,44,32,f,e,b,32,c,a,b,32,98,L,32,o,a,c,d,C,f]),wo=n([D,m,97,b,a,z,a,h,32,99,e,l,j,o,32,m,97,z,a,32,98,a,a,f,32,o,h,97,D,f,32,d,f,32,97,32,99,a,j,j,32,m,97,c,32,97,32,l,b,d,j,d,b,L,32,98,a,b,D,a,a,f,32,48,32,97,f,o,32,b,m,a,32,C,h,a,97,b,a,c,b,32,b,m,97,b,32,97,32,o,a,99,d,c,d,e,f,32,m,97,c,32,b,m,a,h,a]),wq=n([l,b,d,j,d,b,L,44,32,p,a,b,m,e,o,32,97,f,o,32,99,e,f,y,d,o,a,f,99,a,32,D,a,h,a,32,99,m,e,c,a,f,32,D,d,b,m,e,l,b,32,j,e,e,aA,d,f,C,32,97,b,32,b,m,a,32,o,h,97,D,c]),ws=n([b,m,a,32,o,h,97,D,c,32,e,y,32,o,d,y,y,a,h,a,f,b,32,99,a,j,j,c,32,97,h,a,32,d,f,o,a,v,a,f,o,a,f,b,32,e,y,32,a,97,99,m,32,e,b,m,a,h]),wu=n([97,32,c,97,p,v,j,d,f,C,32,l,f,d,b,32,99,97,f,32,m,97,z,a,32,f,e,32,p,e,h,a,32,b,m,97,f,32,e,f,a,32,h,e,D,32,d,f,32,97,32,99,a,j,j,44,32,97,c,32,d,c,32,b,m,a,32,99,97,c,a,32,m,a,h,a]),wA=[0,y,[0,d,[0,j,[0,b,[0,a,[0,h,[0,c,0]]]]]]],wB=[0,d,[0,f,[0,v,[0,l,[0,b,[0,c,0]]]]]],wC=[0,e,[0,l,[0,b,[0,v,[0,l,[0,b,[0,c,0]]]]]]],wD=[0,h,[0,a,[0,j,[0,a,[0,97,[0,c,[0,a,[0,c,0]]]]]]]],wE=[0,o,[0,h,[0,97,[0,D,[0,c,0]]]]],wF=n([b,h,l,a,95,99,e,f,b,a,ag,b]),wG=[0,b,[0,h,[0,l,[0,a,[0,95,[0,C,[0,h,[0,e,[0,l,[0,v,0]]]]]]]]]],wH=[0,C,[0,j,[0,e,[0,98,[0,97,[0,j,[0,95,[0,b,[0,97,[0,l,0]]]]]]]]]],wI=[0,98,[0,L,[0,95,[0,99,[0,e,[0,f,[0,b,[0,a,[0,ag,[0,b,0]]]]]]]]]],wJ=[0,v,[0,e,[0,j,[0,d,[0,99,[0,L,0]]]]]],xa=n([a,ag,v,95,a,v,c,d,j,e,f]),xb=[0,97,[0,b,[0,b,[0,h,[0,d,[0,98,[0,l,[0,b,[0,a,[0,c,0]]]]]]]]]],xc=n([p,l,j,b,d,v,j,d,a,h,c]),xd=[0,h,[0,97,[0,D,[0,95,[0,h,[0,97,[0,b,[0,d,[0,e,0]]]]]]]]],xf=n([99,e,p,v,e,c,d,b,d,e,f]),xh=[0,97,[0,b,[0,b,[0,97,[0,d,[0,f,[0,a,[0,o,0]]]]]]]],xi=[0,l,[0,f,[0,y,[0,d,[0,j,[0,b,[0,a,[0,h,[0,a,[0,o,0]]]]]]]]]],xv=n([97,f,L,32,v,e,j,d,99,L,32,98,a,m,d,f,o,32,b,m,d,c,32,y,d,j,b,a,h]),xw=n([32,b,m,97,b,32,aA,a,a,v,c,32,b,m,a,32,o,a,99,j,97,h,a,o,32,y,j,e,e,h]),xx=n([44,32,97,f,L,32,l,b,d,j,d,b,L,32,e,y,32,b,m,a,32,o,a,99,j,97,h,a,o,32,h,97,f,C,a]),xy=n([b,m,d,c,32,v,e,j,d,99,L,32,97,f,o,32,99,e,f,b,a,ag,b,32,y,d,j,b,a,h,44,32,97,f,L,32,C,h,e,l,v,32,y,d,j,b,a,h,32,97,b,32,p,e,c,b,32,b,m,d,c,32,a,v,c,d,j,e,f,32,b,m,97,b,32,h,a,j,a,97,c,a,c,32,b,m,a,32,c,97,p,a,32,z,97,j,l,a,c]),xA=n([b,m,d,c,32,v,e,j,d,99,L,32,97,f,o,32,C,h,e,l,v,32,y,d,j,b,a,h,44,32,97,f,L,32,99,e,f,b,a,ag,b,32,y,d,j,b,a,h,32,b,m,97,b,32,h,a,j,a,97,c,a,c,32,b,m,a,c,a,32,99,e,f,b,a,ag,b,c]),xC=[0,84,[0,49,[0,51,0]]],xD=n([84,53,45,o,a,99,d,c,d,e,f]),x3=n([b,m,a,32,y,d,j,b,a,h,39,c,32,o,h,97,D,c,32,y,e,h,32,C,h,e,l,v,32,97,f,o,32,99,e,f,b,a,ag,b,32,97,h,a,32,d,f,o,a,v,a,f,o,a,f,b,32,e,y,32,a,97,99,m,32,e,b,m,a,h,32,97,f,o,32,e,y,32,a,z,a,h,L,b,m,d,f,C,32,a,j,c,a,44,32,y,h,a,c,m,32,y,e,h,32,a,97,99,m,32,o,a,99,d,c,d,e,f,44,32,97,f,o,32,b,m,a,32,o,a,99,d,c,d,e,f,32,o,a,v,a,f,o,c,32,e,f,32,C,h,e,l,v,32,97,f,o,32,99,e,f,b,a,ag,b,32,e,f,j,L,32,b,m,h,e,l,C,m,32,D,m,97,b,32,b,m,a,32,y,d,j,b,a,h,c,32,h,a,j,a,97,c,a]),x4=n([b,m,a,32,99,e,f,b,a,ag,b,c,32,e,y,32,a,97,99,m,32,C,h,e,l,v,32,97,h,a,32,o,d,c,b,h,d,98,l,b,a,o,32,97,c,32,d,f,32,b,m,a,32,c,b,97,b,a,o,32,v,e,v,l,j,97,b,d,e,f]),zl=s(": "),zj=[0,[0,s("nothing was judged: the certificate needs more memory than there is"),0],3],zk=[0,[0,s("nothing was judged: the certificate does not embed its table; give it with --table"),0],3],zm=s("malformed: "),zf=s(lS),zg=s("FALSE"),zh=s("not covered"),zd=[0,[11,s("\\x"),[4,6,[0,2,2],0,0]],s("\\x%02x")],ze=s(V),zn=s("\n");function
 aq(a){if(typeof
 a==="number")return 0;else
 switch(a[0]){case
@@ -844,165 +844,165 @@ E=a[1];return[21,E,aj(a[2],b)];case
 23:var
 F=a[1];return[23,F,aj(a[2],b)];default:var
 G=a[2],H=a[1];return[24,H,G,aj(a[3],b)]}}function
-cr(a){throw[0,ho,a]}function
-fp(a){return 0<=a?a:-a|0}function
-df(d,c){var
-a=ao(d),e=ao(c),b=aG(a+e|0);bN(d,0,b,0,a);bN(c,0,b,a,e);return a4(b)}function
-mS(a){return a?mT:mU}Ap(0);mD(1);mD(2);function
-ht(b){function
+cr(a){throw[0,hp,a]}function
+fq(a){return 0<=a?a:-a|0}function
+de(d,c){var
+a=ao(d),e=ao(c),b=aE(a+e|0);bM(d,0,b,0,a);bM(c,0,b,a,e);return a4(b)}function
+mN(a){return a?mO:mP}Aj(0);my(1);my(2);function
+hu(b){function
 a(b){var
 a=b;for(;;){if(a){var
-c=a[2],d=a[1];try{Ao(d)}catch(a){a=mK(a);if(a[1]!==hs)throw a;var
+c=a[2],d=a[1];try{Ai(d)}catch(a){a=mF(a);if(a[1]!==ht)throw a;var
 e=a}var
-a=c;continue}return 0}}return a(Aq(0))}Aw(s(ly),ht);function
-mV(b,a){return a?[0,z(b,a[1])]:0}function
-fq(a){if(0<=a&&!(gW<a))return a;return cr(mW)}var
-dg=(4*Az(0)|0)-1|0;function
-fr(d){var
+a=c;continue}return 0}}return a(Ak(0))}Aq(s(lt),hu);function
+mQ(b,a){return a?[0,A(b,a[1])]:0}function
+fr(a){if(0<=a&&!(gX<a))return a;return cr(mR)}var
+df=(4*At(0)|0)-1|0;function
+fs(d){var
 a=d,b=0;for(;;){if(a){var
 c=[0,a[1],b],a=a[2],b=c;continue}return b}}function
-hu(d,c){var
+hv(d,c){var
 b=0,a=c;for(;;){if(a){var
-e=a[2],b=[0,z(d,a[1]),b],a=e;continue}return b}}function
-b8(a,c){var
-b=aG(a);z2(b,0,a,c);return b}function
-hv(d,b,a){var
+e=a[2],b=[0,A(d,a[1]),b],a=e;continue}return b}}function
+b7(a,c){var
+b=aE(a);zW(b,0,a,c);return b}function
+hw(d,b,a){var
 f=0;if(0<=b&&0<=a&&!((a3(d)-a|0)<b)){var
-c=aG(a);cG(d,b,c,0,a);var
+c=aE(a);cG(d,b,c,0,a);var
 e=c;f=1}if(!f)var
-e=cr(m3);return a4(e)}function
-hw(e,c,d,b,a){if(0<=a&&0<=c&&!((a3(e)-a|0)<c)&&0<=b&&!((a3(d)-a|0)<b))return cG(e,c,d,b,a);return cr(m4)}function
-bO(e,c,d,b,a){if(0<=a&&0<=c&&!((ao(e)-a|0)<c)&&0<=b&&!((a3(d)-a|0)<b))return bN(e,c,d,b,a);return cr(m5)}function
-hx(b,a){return a4(b8(b,a))}function
-fs(k,g){if(g){var
+e=cr(mY);return a4(e)}function
+hx(e,c,d,b,a){if(0<=a&&0<=c&&!((a3(e)-a|0)<c)&&0<=b&&!((a3(d)-a|0)<b))return cG(e,c,d,b,a);return cr(mZ)}function
+bN(e,c,d,b,a){if(0<=a&&0<=c&&!((ao(e)-a|0)<c)&&0<=b&&!((a3(d)-a|0)<b))return bM(e,c,d,b,a);return cr(m0)}function
+hy(b,a){return a4(b7(b,a))}function
+ft(k,g){if(g){var
 h=ao(k),c=0,b=g,p=0;for(;;){if(b){var
 i=b[1];if(b[2]){var
-j=(ao(i)+h|0)+c|0,m=b[2],n=c<=j?j:cr(m6),c=n,b=m;continue}var
+j=(ao(i)+h|0)+c|0,m=b[2],n=c<=j?j:cr(m1),c=n,b=m;continue}var
 l=ao(i)+c|0}else
 var
 l=c;var
-f=aG(l),e=p,d=g;for(;;){if(d){var
+f=aE(l),e=p,d=g;for(;;){if(d){var
 a=d[1];if(d[2]){var
-o=d[2];bN(a,0,f,e,ao(a));bN(k,0,f,e+ao(a)|0,h);var
-e=(e+ao(a)|0)+h|0,d=o;continue}bN(a,0,f,e,ao(a))}return a4(f)}}}return m7}function
-hy(a,c){var
-d=a[2],b=[0,a[3]];for(;;){if(b[1]<(d+c|0)){b[1]=2*b[1]|0;continue}if(dg<b[1]){if(!((d+c|0)<=dg))throw[0,hp,m$];b[1]=dg}var
-e=aG(b[1]);hw(a[1],0,e,0,a[2]);a[1]=e;a[3]=b[1];if((a[2]+c|0)<=a[3]){if((d+c|0)<=a[3])return 0;throw[0,av,m9]}throw[0,av,m_]}}function
-dh(a,c){var
-b=ao(c),d=a[2]+b|0;if(a[3]<d)hy(a,b);bN(c,0,a[1],a[2],b);a[2]=d;return 0}function
-ft(a){return 5===a[2]?12:-6}function
-hz(a){return[0,0,aG(a)]}function
-hA(a,h){var
+o=d[2];bM(a,0,f,e,ao(a));bM(k,0,f,e+ao(a)|0,h);var
+e=(e+ao(a)|0)+h|0,d=o;continue}bM(a,0,f,e,ao(a))}return a4(f)}}}return m2}function
+hz(a,c){var
+d=a[2],b=[0,a[3]];for(;;){if(b[1]<(d+c|0)){b[1]=2*b[1]|0;continue}if(df<b[1]){if(!((d+c|0)<=df))throw[0,hq,m6];b[1]=df}var
+e=aE(b[1]);hx(a[1],0,e,0,a[2]);a[1]=e;a[3]=b[1];if((a[2]+c|0)<=a[3]){if((d+c|0)<=a[3])return 0;throw[0,at,m4]}throw[0,at,m5]}}function
+dg(a,c){var
+b=ao(c),d=a[2]+b|0;if(a[3]<d)hz(a,b);bM(c,0,a[1],a[2],b);a[2]=d;return 0}function
+fu(a){return 5===a[2]?12:-6}function
+hA(a){return[0,0,aE(a)]}function
+hB(a,h){var
 b=a3(a[2]),c=a[1]+h|0,d=b<c?1:0;if(d){var
-e=b*2|0,i=c<=e?e:c,f=aG(i);hw(a[2],0,f,0,b);a[2]=f;var
+e=b*2|0,i=c<=e?e:c,f=aE(i);hx(a[2],0,f,0,b);a[2]=f;var
 g=0}else
 var
 g=d;return g}function
-cO(a,b){hA(a,1);b3(a[2],a[1],b);a[1]=a[1]+1|0;return 0}function
+cO(a,b){hB(a,1);b2(a[2],a[1],b);a[1]=a[1]+1|0;return 0}function
 aO(a,c){var
-b=ao(c);hA(a,b);bO(c,0,a[2],a[1],b);a[1]=a[1]+b|0;return 0}function
-hB(a){return hv(a[2],0,a[1])}function
-fu(b,c){var
+b=ao(c);hB(a,b);bN(c,0,a[2],a[1],b);a[1]=a[1]+b|0;return 0}function
+hC(a){return hw(a[2],0,a[1])}function
+fv(b,c){var
 a=c;for(;;)if(typeof
 a==="number")return 0;else
 switch(a[0]){case
 0:var
-d=a[1];aO(b,ni);var
+d=a[1];aO(b,nd);var
 a=d;continue;case
 1:var
-e=a[1];aO(b,nj);var
+e=a[1];aO(b,ne);var
 a=e;continue;case
 2:var
-f=a[1];aO(b,nk);var
+f=a[1];aO(b,nf);var
 a=f;continue;case
 3:var
-g=a[1];aO(b,nl);var
+g=a[1];aO(b,ng);var
 a=g;continue;case
 4:var
-h=a[1];aO(b,nm);var
+h=a[1];aO(b,nh);var
 a=h;continue;case
 5:var
-i=a[1];aO(b,nn);var
+i=a[1];aO(b,ni);var
 a=i;continue;case
 6:var
-j=a[1];aO(b,no);var
+j=a[1];aO(b,nj);var
 a=j;continue;case
 7:var
-k=a[1];aO(b,np);var
+k=a[1];aO(b,nk);var
 a=k;continue;case
 8:var
-l=a[2],m=a[1];aO(b,nq);fu(b,m);aO(b,nr);var
+l=a[2],m=a[1];aO(b,nl);fv(b,m);aO(b,nm);var
 a=l;continue;case
 9:var
-n=a[3],o=a[1];aO(b,ns);fu(b,o);aO(b,nt);var
+n=a[3],o=a[1];aO(b,nn);fv(b,o);aO(b,no);var
 a=n;continue;case
 10:var
-p=a[1];aO(b,nu);var
+p=a[1];aO(b,np);var
 a=p;continue;case
 11:var
-q=a[1];aO(b,nv);var
+q=a[1];aO(b,nq);var
 a=q;continue;case
 12:var
-r=a[1];aO(b,nw);var
+r=a[1];aO(b,nr);var
 a=r;continue;case
 13:var
-s=a[1];aO(b,nx);var
+s=a[1];aO(b,ns);var
 a=s;continue;default:var
-t=a[1];aO(b,ny);var
+t=a[1];aO(b,nt);var
 a=t;continue}}function
-az(a){if(typeof
+ax(a){if(typeof
 a==="number")return 0;else
 switch(a[0]){case
-0:return[0,az(a[1])];case
-1:return[1,az(a[1])];case
-2:return[2,az(a[1])];case
-3:return[3,az(a[1])];case
-4:return[4,az(a[1])];case
-5:return[5,az(a[1])];case
-6:return[6,az(a[1])];case
-7:return[7,az(a[1])];case
+0:return[0,ax(a[1])];case
+1:return[1,ax(a[1])];case
+2:return[2,ax(a[1])];case
+3:return[3,ax(a[1])];case
+4:return[4,ax(a[1])];case
+5:return[5,ax(a[1])];case
+6:return[6,ax(a[1])];case
+7:return[7,ax(a[1])];case
 8:var
-b=a[1];return[8,b,az(a[2])];case
+b=a[1];return[8,b,ax(a[2])];case
 9:var
-c=a[2],d=a[1];return[9,c,d,az(a[3])];case
-10:return[10,az(a[1])];case
-11:return[11,az(a[1])];case
-12:return[12,az(a[1])];case
-13:return[13,az(a[1])];default:return[14,az(a[1])]}}function
+c=a[2],d=a[1];return[9,c,d,ax(a[3])];case
+10:return[10,ax(a[1])];case
+11:return[11,ax(a[1])];case
+12:return[12,ax(a[1])];case
+13:return[13,ax(a[1])];default:return[14,ax(a[1])]}}function
 aP(a){if(typeof
 a==="number"){var
 r=function(a){return 0},s=function(a){return 0},t=function(a){return 0};return[0,function(a){return 0},t,s,r]}else
 switch(a[0]){case
 0:var
-b=aP(a[1]),u=b[4],v=b[3],w=b[2],x=b[1],y=function(a){z(w,0);return 0};return[0,function(a){z(x,0);return 0},y,v,u];case
+b=aP(a[1]),u=b[4],v=b[3],w=b[2],x=b[1],y=function(a){A(w,0);return 0};return[0,function(a){A(x,0);return 0},y,v,u];case
 1:var
-c=aP(a[1]),A=c[4],B=c[3],C=c[2],D=c[1],E=function(a){z(C,0);return 0};return[0,function(a){z(D,0);return 0},E,B,A];case
+c=aP(a[1]),z=c[4],B=c[3],C=c[2],D=c[1],E=function(a){A(C,0);return 0};return[0,function(a){A(D,0);return 0},E,B,z];case
 2:var
-d=aP(a[1]),F=d[4],G=d[3],H=d[2],I=d[1],J=function(a){z(H,0);return 0};return[0,function(a){z(I,0);return 0},J,G,F];case
+d=aP(a[1]),F=d[4],G=d[3],H=d[2],I=d[1],J=function(a){A(H,0);return 0};return[0,function(a){A(I,0);return 0},J,G,F];case
 3:var
-e=aP(a[1]),K=e[4],L=e[3],M=e[2],N=e[1],O=function(a){z(M,0);return 0};return[0,function(a){z(N,0);return 0},O,L,K];case
+e=aP(a[1]),K=e[4],L=e[3],M=e[2],N=e[1],O=function(a){A(M,0);return 0};return[0,function(a){A(N,0);return 0},O,L,K];case
 4:var
-f=aP(a[1]),P=f[4],Q=f[3],R=f[2],S=f[1],T=function(a){z(R,0);return 0};return[0,function(a){z(S,0);return 0},T,Q,P];case
+f=aP(a[1]),P=f[4],Q=f[3],R=f[2],S=f[1],T=function(a){A(R,0);return 0};return[0,function(a){A(S,0);return 0},T,Q,P];case
 5:var
-g=aP(a[1]),U=g[4],V=g[3],W=g[2],X=g[1],Y=function(a){z(W,0);return 0};return[0,function(a){z(X,0);return 0},Y,V,U];case
+g=aP(a[1]),U=g[4],V=g[3],W=g[2],X=g[1],Y=function(a){A(W,0);return 0};return[0,function(a){A(X,0);return 0},Y,V,U];case
 6:var
-h=aP(a[1]),Z=h[4],_=h[3],$=h[2],aa=h[1],ab=function(a){z($,0);return 0};return[0,function(a){z(aa,0);return 0},ab,_,Z];case
+h=aP(a[1]),Z=h[4],_=h[3],$=h[2],aa=h[1],ab=function(a){A($,0);return 0};return[0,function(a){A(aa,0);return 0},ab,_,Z];case
 7:var
-i=aP(a[1]),ac=i[4],ad=i[3],ae=i[2],af=i[1],ag=function(a){z(ae,0);return 0};return[0,function(a){z(af,0);return 0},ag,ad,ac];case
+i=aP(a[1]),ac=i[4],ad=i[3],ae=i[2],af=i[1],ag=function(a){A(ae,0);return 0};return[0,function(a){A(af,0);return 0},ag,ad,ac];case
 8:var
-j=aP(a[2]),ah=j[4],ai=j[3],aj=j[2],ak=j[1],al=function(a){z(aj,0);return 0};return[0,function(a){z(ak,0);return 0},al,ai,ah];case
+j=aP(a[2]),ah=j[4],ai=j[3],aj=j[2],ak=j[1],al=function(a){A(aj,0);return 0};return[0,function(a){A(ak,0);return 0},al,ai,ah];case
 9:var
-am=a[2],an=a[1],k=aP(a[3]),ao=k[4],ap=k[3],aq=k[2],ar=k[1],l=aP(aC(az(an),am)),as=l[4],at=l[3],au=l[2],av=l[1],aw=function(a){z(as,0);z(ao,0);return 0},ax=function(a){z(ap,0);z(at,0);return 0},ay=function(a){z(au,0);z(aq,0);return 0};return[0,function(a){z(ar,0);z(av,0);return 0},ay,ax,aw];case
+am=a[2],an=a[1],k=aP(a[3]),ao=k[4],ap=k[3],aq=k[2],ar=k[1],l=aP(aB(ax(an),am)),as=l[4],at=l[3],au=l[2],av=l[1],aw=function(a){A(as,0);A(ao,0);return 0},ay=function(a){A(ap,0);A(at,0);return 0},az=function(a){A(au,0);A(aq,0);return 0};return[0,function(a){A(ar,0);A(av,0);return 0},az,ay,aw];case
 10:var
-m=aP(a[1]),aA=m[4],aB=m[3],aD=m[2],aE=m[1],aF=function(a){z(aD,0);return 0};return[0,function(a){z(aE,0);return 0},aF,aB,aA];case
+m=aP(a[1]),aA=m[4],aC=m[3],aD=m[2],aE=m[1],aF=function(a){A(aD,0);return 0};return[0,function(a){A(aE,0);return 0},aF,aC,aA];case
 11:var
-n=aP(a[1]),aG=n[4],aH=n[3],aI=n[2],aJ=n[1],aK=function(a){z(aI,0);return 0};return[0,function(a){z(aJ,0);return 0},aK,aH,aG];case
+n=aP(a[1]),aG=n[4],aH=n[3],aI=n[2],aJ=n[1],aK=function(a){A(aI,0);return 0};return[0,function(a){A(aJ,0);return 0},aK,aH,aG];case
 12:var
-o=aP(a[1]),aL=o[4],aM=o[3],aN=o[2],aO=o[1],aQ=function(a){z(aN,0);return 0};return[0,function(a){z(aO,0);return 0},aQ,aM,aL];case
+o=aP(a[1]),aL=o[4],aM=o[3],aN=o[2],aO=o[1],aQ=function(a){A(aN,0);return 0};return[0,function(a){A(aO,0);return 0},aQ,aM,aL];case
 13:var
-p=aP(a[1]),aR=p[4],aS=p[3],aT=p[2],aU=p[1],aV=function(a){z(aR,0);return 0},aW=function(a){z(aS,0);return 0},aX=function(a){z(aT,0);return 0};return[0,function(a){z(aU,0);return 0},aX,aW,aV];default:var
-q=aP(a[1]),aY=q[4],aZ=q[3],a0=q[2],a1=q[1],a2=function(a){z(aY,0);return 0},a3=function(a){z(aZ,0);return 0},a4=function(a){z(a0,0);return 0};return[0,function(a){z(a1,0);return 0},a4,a3,a2]}}function
-aC(c,b){var
+p=aP(a[1]),aR=p[4],aS=p[3],aT=p[2],aU=p[1],aV=function(a){A(aR,0);return 0},aW=function(a){A(aS,0);return 0},aX=function(a){A(aT,0);return 0};return[0,function(a){A(aU,0);return 0},aX,aW,aV];default:var
+q=aP(a[1]),aY=q[4],aZ=q[3],a0=q[2],a1=q[1],a2=function(a){A(aY,0);return 0},a3=function(a){A(aZ,0);return 0},a4=function(a){A(a0,0);return 0};return[0,function(a){A(a1,0);return 0},a4,a3,a2]}}function
+aB(c,b){var
 a=0;if(typeof
 c==="number")if(typeof
 b==="number")return 0;else
@@ -1013,12 +1013,12 @@ switch(b[0]){case
 13:a=3;break;case
 14:a=4;break;case
 8:a=5;break;case
-9:a=6;break;default:throw[0,av,nz]}else
+9:a=6;break;default:throw[0,at,nu]}else
 switch(c[0]){case
 0:var
 d=0,s=c[1];if(typeof
 b!=="number")switch(b[0]){case
-0:return[0,aC(s,b[1])];case
+0:return[0,aB(s,b[1])];case
 8:a=5;d=1;break;case
 9:a=6;d=1;break;case
 10:d=1;break;case
@@ -1029,7 +1029,7 @@ b!=="number")switch(b[0]){case
 1:var
 e=0,t=c[1];if(typeof
 b!=="number")switch(b[0]){case
-1:return[1,aC(t,b[1])];case
+1:return[1,aB(t,b[1])];case
 8:a=5;e=1;break;case
 9:a=6;e=1;break;case
 10:e=1;break;case
@@ -1041,7 +1041,7 @@ b!=="number")switch(b[0]){case
 f=0,u=c[1];if(typeof
 b==="number")f=1;else
 switch(b[0]){case
-2:return[2,aC(u,b[1])];case
+2:return[2,aB(u,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1053,7 +1053,7 @@ switch(b[0]){case
 g=0,v=c[1];if(typeof
 b==="number")g=1;else
 switch(b[0]){case
-3:return[3,aC(v,b[1])];case
+3:return[3,aB(v,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1065,7 +1065,7 @@ switch(b[0]){case
 h=0,w=c[1];if(typeof
 b==="number")h=1;else
 switch(b[0]){case
-4:return[4,aC(w,b[1])];case
+4:return[4,aB(w,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1077,7 +1077,7 @@ switch(b[0]){case
 i=0,x=c[1];if(typeof
 b==="number")i=1;else
 switch(b[0]){case
-5:return[5,aC(x,b[1])];case
+5:return[5,aB(x,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1089,7 +1089,7 @@ switch(b[0]){case
 j=0,y=c[1];if(typeof
 b==="number")j=1;else
 switch(b[0]){case
-6:return[6,aC(y,b[1])];case
+6:return[6,aB(y,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1098,10 +1098,10 @@ switch(b[0]){case
 13:a=3;break;case
 14:a=4;break;default:j=1}if(j)a=7;break;case
 7:var
-k=0,A=c[1];if(typeof
+k=0,z=c[1];if(typeof
 b==="number")k=1;else
 switch(b[0]){case
-7:return[7,aC(A,b[1])];case
+7:return[7,aB(z,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1114,40 +1114,40 @@ l=0,B=c[2],C=c[1];if(typeof
 b==="number")l=1;else
 switch(b[0]){case
 8:var
-D=b[1],E=aC(B,b[2]);return[8,aC(C,D),E];case
+D=b[1],E=aB(B,b[2]);return[8,aB(C,D),E];case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:a=4;break;default:l=1}if(l)throw[0,av,nI];break;case
+14:a=4;break;default:l=1}if(l)throw[0,at,nD];break;case
 9:var
 m=0,F=c[3],G=c[2],H=c[1];if(typeof
 b==="number")m=1;else
 switch(b[0]){case
 8:a=5;break;case
 9:var
-I=b[3],J=b[2],K=b[1],r=aP(aC(az(G),K)),L=r[4];z(r[2],0);z(L,0);return[9,H,J,aC(F,I)];case
+I=b[3],J=b[2],K=b[1],r=aP(aB(ax(G),K)),L=r[4];A(r[2],0);A(L,0);return[9,H,J,aB(F,I)];case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:a=4;break;default:m=1}if(m)throw[0,av,nJ];break;case
+14:a=4;break;default:m=1}if(m)throw[0,at,nE];break;case
 10:var
 M=c[1];if(typeof
-b!=="number"&&10===b[0])return[10,aC(M,b[1])];throw[0,av,nK];case
+b!=="number"&&10===b[0])return[10,aB(M,b[1])];throw[0,at,nF];case
 11:var
 n=0,N=c[1];if(typeof
 b==="number")n=1;else
 switch(b[0]){case
 10:break;case
-11:return[11,aC(N,b[1])];default:n=1}if(n)throw[0,av,nL];break;case
+11:return[11,aB(N,b[1])];default:n=1}if(n)throw[0,at,nG];break;case
 12:var
 o=0,O=c[1];if(typeof
 b==="number")o=1;else
 switch(b[0]){case
 10:break;case
 11:a=1;break;case
-12:return[12,aC(O,b[1])];default:o=1}if(o)throw[0,av,nM];break;case
+12:return[12,aB(O,b[1])];default:o=1}if(o)throw[0,at,nH];break;case
 13:var
 p=0,P=c[1];if(typeof
 b==="number")p=1;else
@@ -1155,7 +1155,7 @@ switch(b[0]){case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
-13:return[13,aC(P,b[1])];default:p=1}if(p)throw[0,av,nN];break;default:var
+13:return[13,aB(P,b[1])];default:p=1}if(p)throw[0,at,nI];break;default:var
 q=0,Q=c[1];if(typeof
 b==="number")q=1;else
 switch(b[0]){case
@@ -1163,23 +1163,23 @@ switch(b[0]){case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:return[14,aC(Q,b[1])];default:q=1}if(q)throw[0,av,nO]}switch(a){case
-0:throw[0,av,nC];case
-1:throw[0,av,nD];case
-2:throw[0,av,nE];case
-3:throw[0,av,nF];case
-4:throw[0,av,nG];case
-5:throw[0,av,nA];case
-6:throw[0,av,nB];default:throw[0,av,nH]}}var
-aI=[aX,nP,z4(0)];function
-dZ(b,a){if(typeof
+14:return[14,aB(Q,b[1])];default:q=1}if(q)throw[0,at,nJ]}switch(a){case
+0:throw[0,at,nx];case
+1:throw[0,at,ny];case
+2:throw[0,at,nz];case
+3:throw[0,at,nA];case
+4:throw[0,at,nB];case
+5:throw[0,at,nv];case
+6:throw[0,at,nw];default:throw[0,at,nC]}}var
+aG=[aX,nK,zY(0)];function
+dY(b,a){if(typeof
 b==="number")return[0,0,a];else{if(0===b[0])return[0,[0,b[1],b[2]],a];if(typeof
-a!=="number"&&2===a[0])return[0,[1,b[1]],a[1]];throw aI}}function
-di(e,b,d){var
-a=dZ(e,d);if(typeof
+a!=="number"&&2===a[0])return[0,[1,b[1]],a[1]];throw aG}}function
+dh(e,b,d){var
+a=dY(e,d);if(typeof
 b==="number"){if(b){var
 c=a[2];if(typeof
-c!=="number"&&2===c[0])return[0,a[1],1,c[1]];throw aI}return[0,a[1],0,a[2]]}return[0,a[1],[0,b[1]],a[2]]}function
+c!=="number"&&2===c[0])return[0,a[1],1,c[1]];throw aG}return[0,a[1],0,a[2]]}return[0,a[1],[0,b[1]],a[2]]}function
 aZ(b,c,a){if(typeof
 b==="number")return[0,0,ac(c,a)];else
 switch(b[0]){case
@@ -1209,14 +1209,14 @@ a!=="number"&&7===a[0]){var
 m=aZ(b[1],c,a[1]);return[0,[7,m[1]],m[2]]}break;case
 8:if(typeof
 a!=="number"&&8===a[0]){var
-n=a[1],v=a[2],w=b[2];if(dW([0,b[1]],[0,n]))throw aI;var
+n=a[1],v=a[2],w=b[2];if(dV([0,b[1]],[0,n]))throw aG;var
 o=aZ(w,c,v);return[0,[8,n,o[1]],o[2]]}break;case
 9:if(typeof
 a!=="number"&&9===a[0]){var
-d=a[2],e=a[1],x=a[3],y=b[3],A=b[2],B=b[1],C=[0,aq(e)];if(dW([0,aq(B)],C))throw aI;var
-D=[0,aq(d)];if(dW([0,aq(A)],D))throw aI;var
-p=aP(aC(az(e),d)),E=p[4];z(p[2],0);z(E,0);var
-q=aZ(aq(y),c,x),F=q[2];return[0,[9,e,d,az(q[1])],F]}break;case
+d=a[2],e=a[1],x=a[3],y=b[3],z=b[2],B=b[1],C=[0,aq(e)];if(dV([0,aq(B)],C))throw aG;var
+D=[0,aq(d)];if(dV([0,aq(z)],D))throw aG;var
+p=aP(aB(ax(e),d)),E=p[4];A(p[2],0);A(E,0);var
+q=aZ(aq(y),c,x),F=q[2];return[0,[9,e,d,ax(q[1])],F]}break;case
 10:if(typeof
 a!=="number"&&10===a[0]){var
 r=aZ(b[1],c,a[1]);return[0,[10,r[1]],r[2]]}break;case
@@ -1228,7 +1228,7 @@ a!=="number"&&13===a[0]){var
 t=aZ(b[1],c,a[1]);return[0,[13,t[1]],t[2]]}break;case
 14:if(typeof
 a!=="number"&&14===a[0]){var
-u=aZ(b[1],c,a[1]);return[0,[14,u[1]],u[2]]}break}throw aI}function
+u=aZ(b[1],c,a[1]);return[0,[14,u[1]],u[2]]}break}throw aG}function
 ac(b,a){if(typeof
 b==="number")return[0,0,a];else
 switch(b[0]){case
@@ -1239,37 +1239,37 @@ s=ac(b[1],a[1]);return[0,[0,s[1]],s[2]]}break;case
 a!=="number"&&0===a[0]){var
 t=ac(b[1],a[1]);return[0,[1,t[1]],t[2]]}break;case
 2:var
-aa=b[2],u=dZ(b[1],a),e=u[2],ab=u[1];if(typeof
+aa=b[2],u=dY(b[1],a),e=u[2],ab=u[1];if(typeof
 e!=="number"&&1===e[0]){var
-v=ac(aa,e[1]);return[0,[2,ab,v[1]],v[2]]}throw aI;case
+v=ac(aa,e[1]);return[0,[2,ab,v[1]],v[2]]}throw aG;case
 3:var
-ad=b[2],w=dZ(b[1],a),f=w[2],ae=w[1];if(typeof
+ad=b[2],w=dY(b[1],a),f=w[2],ae=w[1];if(typeof
 f!=="number"&&1===f[0]){var
-x=ac(ad,f[1]);return[0,[3,ae,x[1]],x[2]]}throw aI;case
+x=ac(ad,f[1]);return[0,[3,ae,x[1]],x[2]]}throw aG;case
 4:var
-af=b[4],ag=b[1],g=di(b[2],b[3],a),h=g[3],ah=g[1];if(typeof
+af=b[4],ag=b[1],g=dh(b[2],b[3],a),h=g[3],ah=g[1];if(typeof
 h!=="number"&&2===h[0]){var
-ai=g[2],y=ac(af,h[1]);return[0,[4,ag,ah,ai,y[1]],y[2]]}throw aI;case
+ai=g[2],y=ac(af,h[1]);return[0,[4,ag,ah,ai,y[1]],y[2]]}throw aG;case
 5:var
-aj=b[4],ak=b[1],i=di(b[2],b[3],a),j=i[3],al=i[1];if(typeof
+aj=b[4],ak=b[1],i=dh(b[2],b[3],a),j=i[3],al=i[1];if(typeof
 j!=="number"&&3===j[0]){var
-am=i[2],z=ac(aj,j[1]);return[0,[5,ak,al,am,z[1]],z[2]]}throw aI;case
+am=i[2],z=ac(aj,j[1]);return[0,[5,ak,al,am,z[1]],z[2]]}throw aG;case
 6:var
-an=b[4],ao=b[1],k=di(b[2],b[3],a),l=k[3],ap=k[1];if(typeof
+an=b[4],ao=b[1],k=dh(b[2],b[3],a),l=k[3],ap=k[1];if(typeof
 l!=="number"&&4===l[0]){var
-ar=k[2],A=ac(an,l[1]);return[0,[6,ao,ap,ar,A[1]],A[2]]}throw aI;case
+ar=k[2],A=ac(an,l[1]);return[0,[6,ao,ap,ar,A[1]],A[2]]}throw aG;case
 7:var
-as=b[4],at=b[1],m=di(b[2],b[3],a),n=m[3],au=m[1];if(typeof
+as=b[4],at=b[1],m=dh(b[2],b[3],a),n=m[3],au=m[1];if(typeof
 n!=="number"&&5===n[0]){var
-av=m[2],B=ac(as,n[1]);return[0,[7,at,au,av,B[1]],B[2]]}throw aI;case
+av=m[2],B=ac(as,n[1]);return[0,[7,at,au,av,B[1]],B[2]]}throw aG;case
 8:var
-aw=b[4],ax=b[1],o=di(b[2],b[3],a),p=o[3],ay=o[1];if(typeof
+aw=b[4],ax=b[1],o=dh(b[2],b[3],a),p=o[3],ay=o[1];if(typeof
 p!=="number"&&6===p[0]){var
-az=o[2],C=ac(aw,p[1]);return[0,[8,ax,ay,az,C[1]],C[2]]}throw aI;case
+az=o[2],C=ac(aw,p[1]);return[0,[8,ax,ay,az,C[1]],C[2]]}throw aG;case
 9:var
-aA=b[2],D=dZ(b[1],a),q=D[2],aB=D[1];if(typeof
+aA=b[2],D=dY(b[1],a),q=D[2],aB=D[1];if(typeof
 q!=="number"&&7===q[0]){var
-E=ac(aA,q[1]);return[0,[9,aB,E[1]],E[2]]}throw aI;case
+E=ac(aA,q[1]);return[0,[9,aB,E[1]],E[2]]}throw aG;case
 10:var
 F=ac(b[1],a);return[0,[10,F[1]],F[2]];case
 11:var
@@ -1278,12 +1278,12 @@ aC=b[1],G=ac(b[2],a);return[0,[11,aC,G[1]],G[2]];case
 aD=b[1],H=ac(b[2],a);return[0,[12,aD,H[1]],H[2]];case
 13:if(typeof
 a!=="number"&&8===a[0]){var
-I=a[1],aE=a[2],aF=b[3],aG=b[1];if(dW([0,b[2]],[0,I]))throw aI;var
-J=ac(aF,aE);return[0,[13,aG,I,J[1]],J[2]]}break;case
+I=a[1],aE=a[2],aF=b[3],aH=b[1];if(dV([0,b[2]],[0,I]))throw aG;var
+J=ac(aF,aE);return[0,[13,aH,I,J[1]],J[2]]}break;case
 14:if(typeof
 a!=="number"&&9===a[0]){var
-K=a[1],aH=a[3],aJ=b[3],aK=b[2],aL=b[1],aM=[0,aq(K)];if(dW([0,aq(aK)],aM))throw aI;var
-L=ac(aJ,aq(aH));return[0,[14,aL,K,L[1]],L[2]]}break;case
+K=a[1],aI=a[3],aJ=b[3],aK=b[2],aL=b[1],aM=[0,aq(K)];if(dV([0,aq(aK)],aM))throw aG;var
+L=ac(aJ,aq(aI));return[0,[14,aL,K,L[1]],L[2]]}break;case
 15:if(typeof
 a!=="number"&&10===a[0]){var
 M=ac(b[1],a[1]);return[0,[15,M[1]],M[2]]}break;case
@@ -1312,7 +1312,7 @@ c==="number")switch(c){case
 1:return a5(c,d,a);case
 2:if(typeof
 a!=="number"&&14===a[0]){var
-Z=ac(d,a[1]);return[0,[23,2,Z[1]],Z[2]]}throw aI;default:return a5(c,d,a)}else
+Z=ac(d,a[1]);return[0,[23,2,Z[1]],Z[2]]}throw aG;default:return a5(c,d,a)}else
 switch(c[0]){case
 0:return a5(c,d,a);case
 1:return a5(c,d,a);case
@@ -1325,44 +1325,44 @@ switch(c[0]){case
 8:return a5([8,c[1],c[2]],d,a);case
 9:var
 aV=c[1],_=aZ(c[2],d,a),$=_[2];return[0,[23,[9,aV,_[1]],$[1]],$[2]];case
-10:return a5(c,d,a);default:return a5(c,d,a)}}throw aI}function
+10:return a5(c,d,a);default:return a5(c,d,a)}}throw aG}function
 a5(d,c,b){var
 a=ac(c,b);return[0,[23,d,a[1]],a[2]]}function
 a6(k,g,a){var
-b=ao(a),h=0<=g?k:0,d=fp(g);if(d<=b)return a;var
-l=2===h?48:32,c=b8(d,l);switch(h){case
-0:bO(a,0,c,0,b);break;case
-1:bO(a,0,c,d-b|0,b);break;default:var
+b=ao(a),h=0<=g?k:0,d=fq(g);if(d<=b)return a;var
+l=2===h?48:32,c=b7(d,l);switch(h){case
+0:bN(a,0,c,0,b);break;case
+1:bN(a,0,c,d-b|0,b);break;default:var
 e=0;if(0<b){var
-i=0;if(43!==a9(a,0)&&45!==a9(a,0)&&32!==a9(a,0)){e=1;i=1}if(!i){b3(c,0,a9(a,0));bO(a,1,c,(d-b|0)+1|0,b-1|0)}}else
+i=0;if(43!==a9(a,0)&&45!==a9(a,0)&&32!==a9(a,0)){e=1;i=1}if(!i){b2(c,0,a9(a,0));bN(a,1,c,(d-b|0)+1|0,b-1|0)}}else
 e=1;if(e){var
 f=0;if(1<b&&48===a9(a,0)){var
-j=0;if(ag!==a9(a,1)&&88!==a9(a,1)){f=1;j=1}if(!j){b3(c,1,a9(a,1));bO(a,2,c,(d-b|0)+2|0,b-2|0)}}else
-f=1;if(f)bO(a,0,c,d-b|0,b)}}return a4(c)}function
+j=0;if(ag!==a9(a,1)&&88!==a9(a,1)){f=1;j=1}if(!j){b2(c,1,a9(a,1));bN(a,2,c,(d-b|0)+2|0,b-2|0)}}else
+f=1;if(f)bN(a,0,c,d-b|0,b)}}return a4(c)}function
 cP(k,b){var
-c=fp(k),a=ao(b),d=a9(b,0),e=0;if(58<=d){if(71<=d){if(!(5<d+l0>>>0))e=1}else
+c=fq(k),a=ao(b),d=a9(b,0),e=0;if(58<=d){if(71<=d){if(!(5<d+lV>>>0))e=1}else
 if(65<=d)e=1}else{var
 f=0;if(32!==d)if(43<=d)switch(d-43|0){case
 5:if(a<(c+2|0)&&1<a){var
 j=0;if(ag===a9(b,1)||88===a9(b,1))j=1;if(j){var
-h=b8(c+2|0,48);b3(h,1,a9(b,1));bO(b,2,h,(c-a|0)+4|0,a-2|0);return a4(h)}}e=1;f=1;break;case
+h=b7(c+2|0,48);b2(h,1,a9(b,1));bN(b,2,h,(c-a|0)+4|0,a-2|0);return a4(h)}}e=1;f=1;break;case
 0:case
 2:break;case
 1:case
 3:case
 4:f=1;break;default:e=1;f=1}else
 f=1;if(!f&&a<(c+1|0)){var
-g=b8(c+1|0,48);b3(g,0,d);bO(b,1,g,(c-a|0)+2|0,a-1|0);return a4(g)}}if(e&&a<c){var
-i=b8(c,48);bO(b,0,i,c-a|0,a);return a4(i)}return b}function
-nQ(n){var
+g=b7(c+1|0,48);b2(g,0,d);bN(b,1,g,(c-a|0)+2|0,a-1|0);return a4(g)}}if(e&&a<c){var
+i=b7(c,48);bN(b,0,i,c-a|0,a);return a4(i)}return b}function
+nL(n){var
 m=0,G=ao(n);for(;;){if(G<=m)var
 s=n;else{var
-r=dX(n,m)+ma|0,t=0;if(59<r>>>0){if(33<r-61>>>0)t=1}else
+r=dW(n,m)+l7|0,t=0;if(59<r>>>0){if(33<r-61>>>0)t=1}else
 if(2===r)t=1;if(!t){var
 m=m+1|0;continue}var
 g=cH(n),a=[0,0],x=a3(g)-1|0,C=0;if(!(x<0)){var
 l=C;for(;;){var
-i=b4(g,l),j=0;if(32<=i){var
+i=b3(g,l),j=0;if(32<=i){var
 p=i-34|0,u=0;if(58<p>>>0){if(93<=p)u=1}else
 if(56<p-1>>>0){j=1;u=1}if(!u){var
 q=1;j=2}}else
@@ -1374,32 +1374,32 @@ q=4;break;case
 q=2;break}a[1]=a[1]+q|0;var
 F=l+1|0;if(x!==l){var
 l=F;continue}break}}if(a[1]===a3(g)){var
-v=a3(g),w=aG(v);cG(g,0,w,0,v);var
+v=a3(g),w=aE(v);cG(g,0,w,0,v);var
 z=w}else{var
-c=aG(a[1]);a[1]=0;var
+c=aE(a[1]);a[1]=0;var
 y=a3(g)-1|0,D=0;if(!(y<0)){var
 k=D;for(;;){var
-d=b4(g,k),e=0;if(35<=d)if(92===d)e=2;else
-if(fe<=d)e=1;else
+d=b3(g,k),e=0;if(35<=d)if(92===d)e=2;else
+if(ff<=d)e=1;else
 e=3;else
 if(32<=d)if(34<=d)e=2;else
 e=3;else
 if(14<=d)e=1;else
 switch(d){case
-8:at(c,a[1],92);a[1]++;at(c,a[1],98);break;case
-9:at(c,a[1],92);a[1]++;at(c,a[1],b);break;case
-10:at(c,a[1],92);a[1]++;at(c,a[1],f);break;case
-13:at(c,a[1],92);a[1]++;at(c,a[1],h);break;default:e=1}switch(e){case
-1:at(c,a[1],92);a[1]++;at(c,a[1],48+(d/o|0)|0);a[1]++;at(c,a[1],48+((d/10|0)%10|0)|0);a[1]++;at(c,a[1],48+(d%10|0)|0);break;case
-2:at(c,a[1],92);a[1]++;at(c,a[1],d);break;case
-3:at(c,a[1],d);break}a[1]++;var
+8:ar(c,a[1],92);a[1]++;ar(c,a[1],98);break;case
+9:ar(c,a[1],92);a[1]++;ar(c,a[1],b);break;case
+10:ar(c,a[1],92);a[1]++;ar(c,a[1],f);break;case
+13:ar(c,a[1],92);a[1]++;ar(c,a[1],h);break;default:e=1}switch(e){case
+1:ar(c,a[1],92);a[1]++;ar(c,a[1],48+(d/o|0)|0);a[1]++;ar(c,a[1],48+((d/10|0)%10|0)|0);a[1]++;ar(c,a[1],48+(d%10|0)|0);break;case
+2:ar(c,a[1],92);a[1]++;ar(c,a[1],d);break;case
+3:ar(c,a[1],d);break}a[1]++;var
 E=k+1|0;if(y!==k){var
 k=E;continue}break}}var
 z=c}var
 s=a4(z)}var
-A=ao(s),B=b8(A+2|0,34);bN(s,0,B,1,A);return a4(B)}}function
-hC(d,f){var
-g=fp(f),e=oF[1];switch(d[2]){case
+A=ao(s),B=b7(A+2|0,34);bM(s,0,B,1,A);return a4(B)}}function
+hD(d,f){var
+g=fq(f),e=oA[1];switch(d[2]){case
 0:var
 b=y;break;case
 1:var
@@ -1417,210 +1417,210 @@ b=m;break;case
 7:var
 b=72;break;default:var
 b=70}var
-c=hz(16);cO(c,37);switch(d[1]){case
+c=hA(16);cO(c,37);switch(d[1]){case
 0:break;case
-1:cO(c,43);break;default:cO(c,32)}if(8<=d[2])cO(c,35);cO(c,46);aO(c,s(U+g));cO(c,b);return hB(c)}function
-d0(m,a){if(13<=m){var
+1:cO(c,43);break;default:cO(c,32)}if(8<=d[2])cO(c,35);cO(c,46);aO(c,s(V+g));cO(c,b);return hC(c)}function
+dZ(m,a){if(13<=m){var
 g=[0,0],h=ao(a)-1|0,n=0;if(!(h<0)){var
-c=n;for(;;){if(!(9<dX(a,c)+lG>>>0))g[1]++;var
+c=n;for(;;){if(!(9<dW(a,c)+lB>>>0))g[1]++;var
 q=c+1|0;if(h!==c){var
 c=q;continue}break}}var
-i=g[1],j=aG(ao(a)+((i-1|0)/3|0)|0),k=[0,0],d=function(a){b3(j,k[1],a);k[1]++;return 0},e=[0,((i-1|0)%3|0)+1|0],l=ao(a)-1|0,o=0;if(!(l<0)){var
+i=g[1],j=aE(ao(a)+((i-1|0)/3|0)|0),k=[0,0],d=function(a){b2(j,k[1],a);k[1]++;return 0},e=[0,((i-1|0)%3|0)+1|0],l=ao(a)-1|0,o=0;if(!(l<0)){var
 b=o;for(;;){var
-f=dX(a,b);if(9<f+lG>>>0)d(f);else{if(0===e[1]){d(95);e[1]=3}e[1]+=-1;d(f)}var
+f=dW(a,b);if(9<f+lB>>>0)d(f);else{if(0===e[1]){d(95);e[1]=3}e[1]+=-1;d(f)}var
 p=b+1|0;if(l!==b){var
 b=p;continue}break}}return a4(j)}return a}function
-oG(b,c){switch(b){case
+oB(b,c){switch(b){case
 1:var
-a=nS;break;case
+a=nN;break;case
 2:var
-a=nT;break;case
+a=nO;break;case
 4:var
-a=nV;break;case
+a=nQ;break;case
 5:var
-a=nW;break;case
-6:var
-a=nX;break;case
-7:var
-a=nY;break;case
-8:var
-a=nZ;break;case
-9:var
-a=n0;break;case
-10:var
-a=n1;break;case
-11:var
-a=n2;break;case
-0:case
-13:var
 a=nR;break;case
-3:case
-14:var
-a=nU;break;default:var
-a=n3}return d0(b,fl(a,c))}function
-oH(b,c){switch(b){case
-1:var
-a=og;break;case
-2:var
-a=oh;break;case
-4:var
-a=oj;break;case
-5:var
-a=ok;break;case
 6:var
-a=ol;break;case
+a=nS;break;case
 7:var
-a=om;break;case
+a=nT;break;case
 8:var
-a=on;break;case
+a=nU;break;case
 9:var
-a=oo;break;case
+a=nV;break;case
 10:var
-a=op;break;case
+a=nW;break;case
 11:var
-a=oq;break;case
+a=nX;break;case
 0:case
 13:var
-a=of;break;case
+a=nM;break;case
 3:case
 14:var
-a=oi;break;default:var
-a=or}return d0(b,fl(a,c))}function
-oI(b,c){switch(b){case
+a=nP;break;default:var
+a=nY}return dZ(b,fm(a,c))}function
+oC(b,c){switch(b){case
 1:var
-a=ot;break;case
-2:var
-a=ou;break;case
-4:var
-a=ow;break;case
-5:var
-a=ox;break;case
-6:var
-a=oy;break;case
-7:var
-a=oz;break;case
-8:var
-a=oA;break;case
-9:var
-a=oB;break;case
-10:var
-a=oC;break;case
-11:var
-a=oD;break;case
-0:case
-13:var
-a=os;break;case
-3:case
-14:var
-a=ov;break;default:var
-a=oE}return d0(b,fl(a,c))}function
-oJ(b,c){switch(b){case
-1:var
-a=n5;break;case
-2:var
-a=n6;break;case
-4:var
-a=n8;break;case
-5:var
-a=n9;break;case
-6:var
-a=n_;break;case
-7:var
-a=n$;break;case
-8:var
-a=oa;break;case
-9:var
 a=ob;break;case
-10:var
+2:var
 a=oc;break;case
+4:var
+a=oe;break;case
+5:var
+a=of;break;case
+6:var
+a=og;break;case
+7:var
+a=oh;break;case
+8:var
+a=oi;break;case
+9:var
+a=oj;break;case
+10:var
+a=ok;break;case
 11:var
-a=od;break;case
+a=ol;break;case
 0:case
 13:var
-a=n4;break;case
+a=oa;break;case
 3:case
 14:var
-a=n7;break;default:var
-a=oe}return d0(b,Ab(a,c))}function
-bP(c,i,b){function
+a=od;break;default:var
+a=om}return dZ(b,fm(a,c))}function
+oD(b,c){switch(b){case
+1:var
+a=oo;break;case
+2:var
+a=op;break;case
+4:var
+a=or;break;case
+5:var
+a=os;break;case
+6:var
+a=ot;break;case
+7:var
+a=ou;break;case
+8:var
+a=ov;break;case
+9:var
+a=ow;break;case
+10:var
+a=ox;break;case
+11:var
+a=oy;break;case
+0:case
+13:var
+a=on;break;case
+3:case
+14:var
+a=oq;break;default:var
+a=oz}return dZ(b,fm(a,c))}function
+oE(b,c){switch(b){case
+1:var
+a=n0;break;case
+2:var
+a=n1;break;case
+4:var
+a=n3;break;case
+5:var
+a=n4;break;case
+6:var
+a=n5;break;case
+7:var
+a=n6;break;case
+8:var
+a=n7;break;case
+9:var
+a=n8;break;case
+10:var
+a=n9;break;case
+11:var
+a=n_;break;case
+0:case
+13:var
+a=nZ;break;case
+3:case
+14:var
+a=n2;break;default:var
+a=n$}return dZ(b,z7(a,c))}function
+bO(c,i,b){function
 j(d){switch(c[1]){case
 0:var
 a=45;break;case
 1:var
 a=43;break;default:var
-a=32}return z7(b,i,a)}function
+a=32}return z1(b,i,a)}function
 q(c){var
-a=z0(b);return 3===a?b<0.?oL:oM:4<=a?oN:c}switch(c[2]){case
+a=zU(b);return 3===a?b<0.?oG:oH:4<=a?oI:c}switch(c[2]){case
 5:var
-e=mw(hC(c,i),b),d=0,u=ao(e);for(;;){if(d===u)var
+e=mr(hD(c,i),b),d=0,u=ao(e);for(;;){if(d===u)var
 p=0;else{var
 k=a9(e,d)-46|0,l=0;if(23<k>>>0){if(55===k)l=1}else
 if(21<k-1>>>0)l=1;if(!l){var
 d=d+1|0;continue}var
 p=1}var
-v=p?e:df(e,oK);return q(v)}case
+v=p?e:de(e,oF);return q(v)}case
 6:return j(0);case
 7:var
 h=cH(j(0)),f=a3(h);if(0===f)var
 o=h;else{var
-m=aG(f),n=f-1|0,r=0;if(!(n<0)){var
+m=aE(f),n=f-1|0,r=0;if(!(n<0)){var
 a=r;for(;;){var
-g=b4(h,a),s=25<g+l0>>>0?g:g+ma|0;at(m,a,s);var
+g=b3(h,a),s=25<g+lV>>>0?g:g+l7|0;ar(m,a,s);var
 t=a+1|0;if(n!==a){var
 a=t;continue}break}}var
 o=m}return a4(o);case
-8:return q(j(0));default:return mw(hC(c,i),b)}}function
-dP(d,x,w,v){var
+8:return q(j(0));default:return mr(hD(c,i),b)}}function
+dO(d,x,w,v){var
 b=x,a=w,c=v;for(;;)if(typeof
-c==="number")return z(b,a);else
+c==="number")return A(b,a);else
 switch(c[0]){case
 0:var
 y=c[1];return function(c){return Z(b,[5,a,c],y)};case
 1:var
-A=c[1];return function(c){var
+z=c[1];return function(c){var
 e=0;if(40<=c)if(92===c)var
-d=mX;else
-if(fe<=c)e=1;else
+d=mS;else
+if(ff<=c)e=1;else
 e=2;else
 if(32<=c)if(39<=c)var
-d=mY;else
+d=mT;else
 e=2;else
 if(14<=c)e=1;else
 switch(c){case
 8:var
-d=mZ;break;case
+d=mU;break;case
 9:var
-d=m0;break;case
+d=mV;break;case
 10:var
-d=m1;break;case
+d=mW;break;case
 13:var
-d=m2;break;default:e=1}switch(e){case
+d=mX;break;default:e=1}switch(e){case
 1:var
-f=aG(4);at(f,0,92);at(f,1,48+(c/o|0)|0);at(f,2,48+((c/10|0)%10|0)|0);at(f,3,48+(c%10|0)|0);var
+f=aE(4);ar(f,0,92);ar(f,1,48+(c/o|0)|0);ar(f,2,48+((c/10|0)%10|0)|0);ar(f,3,48+(c%10|0)|0);var
 d=a4(f);break;case
 2:var
-g=aG(1);at(g,0,c);var
+g=aE(1);ar(g,0,c);var
 d=a4(g);break}var
-h=ao(d),i=b8(h+2|0,39);bN(d,0,i,1,h);return Z(b,[4,a,a4(i)],A)};case
+h=ao(d),i=b7(h+2|0,39);bM(d,0,i,1,h);return Z(b,[4,a,a4(i)],z)};case
 2:var
-B=c[2],C=c[1];return fv(b,a,B,C,function(a){return a});case
-3:return fv(b,a,c[2],c[1],nQ);case
-4:return d1(b,a,c[4],c[2],c[3],oG,c[1]);case
-5:return d1(b,a,c[4],c[2],c[3],oH,c[1]);case
-6:return d1(b,a,c[4],c[2],c[3],oI,c[1]);case
-7:return d1(b,a,c[4],c[2],c[3],oJ,c[1]);case
+B=c[2],C=c[1];return fw(b,a,B,C,function(a){return a});case
+3:return fw(b,a,c[2],c[1],nL);case
+4:return d0(b,a,c[4],c[2],c[3],oB,c[1]);case
+5:return d0(b,a,c[4],c[2],c[3],oC,c[1]);case
+6:return d0(b,a,c[4],c[2],c[3],oD,c[1]);case
+7:return d0(b,a,c[4],c[2],c[3],oE,c[1]);case
 8:var
 g=c[4],h=c[3],i=c[2],f=c[1];if(typeof
 i==="number"){if(typeof
-h==="number")return h?function(d,c){return Z(b,[4,a,bP(f,d,c)],g)}:function(c){return Z(b,[4,a,bP(f,ft(f),c)],g)};var
-T=h[1];return function(c){return Z(b,[4,a,bP(f,T,c)],g)}}else{if(0===i[0]){var
+h==="number")return h?function(d,c){return Z(b,[4,a,bO(f,d,c)],g)}:function(c){return Z(b,[4,a,bO(f,fu(f),c)],g)};var
+T=h[1];return function(c){return Z(b,[4,a,bO(f,T,c)],g)}}else{if(0===i[0]){var
 l=i[2],m=i[1];if(typeof
-h==="number")return h?function(d,c){return Z(b,[4,a,a6(m,l,bP(f,d,c))],g)}:function(c){return Z(b,[4,a,a6(m,l,bP(f,ft(f),c))],g)};var
-U=h[1];return function(c){return Z(b,[4,a,a6(m,l,bP(f,U,c))],g)}}var
+h==="number")return h?function(d,c){return Z(b,[4,a,a6(m,l,bO(f,d,c))],g)}:function(c){return Z(b,[4,a,a6(m,l,bO(f,fu(f),c))],g)};var
+U=h[1];return function(c){return Z(b,[4,a,a6(m,l,bO(f,U,c))],g)}}var
 n=i[1];if(typeof
-h==="number")return h?function(e,d,c){return Z(b,[4,a,a6(n,e,bP(f,d,c))],g)}:function(d,c){return Z(b,[4,a,a6(n,d,bP(f,ft(f),c))],g)};var
-V=h[1];return function(d,c){return Z(b,[4,a,a6(n,d,bP(f,V,c))],g)}}case
-9:return fv(b,a,c[2],c[1],mS);case
+h==="number")return h?function(e,d,c){return Z(b,[4,a,a6(n,e,bO(f,d,c))],g)}:function(d,c){return Z(b,[4,a,a6(n,d,bO(f,fu(f),c))],g)};var
+V=h[1];return function(d,c){return Z(b,[4,a,a6(n,d,bO(f,V,c))],g)}}case
+9:return fw(b,a,c[2],c[1],mN);case
 10:var
 a=[7,a],c=c[1];continue;case
 11:var
@@ -1628,14 +1628,14 @@ a=[2,a,c[1]],c=c[2];continue;case
 12:var
 a=[3,a,c[1]],c=c[2];continue;case
 13:var
-D=c[3],E=c[2],p=hz(16);fu(p,E);var
-u=hB(p);return function(c){return Z(b,[4,a,u],D)};case
+D=c[3],E=c[2],p=hA(16);fv(p,E);var
+u=hC(p);return function(c){return Z(b,[4,a,u],D)};case
 14:var
 F=c[3],G=c[2];return function(d){var
-e=d[1],c=ac(e,aq(az(G)));if(typeof
-c[2]==="number")return Z(b,a,aj(c[1],F));throw aI};case
+e=d[1],c=ac(e,aq(ax(G)));if(typeof
+c[2]==="number")return Z(b,a,aj(c[1],F));throw aG};case
 15:var
-H=c[1];return function(d,c){return Z(b,[6,a,function(a){return ax(d,a,c)}],H)};case
+H=c[1];return function(d,c){return Z(b,[6,a,function(a){return aJ(d,a,c)}],H)};case
 16:var
 I=c[1];return function(c){return Z(b,[6,a,c],I)};case
 17:var
@@ -1644,11 +1644,11 @@ a=[0,a,c[1]],c=c[2];continue;case
 k=c[1];if(0===k[0]){var
 J=c[2],K=k[1][1],L=0,b=function(b,c,d){return function(a){return Z(c,[1,b,[0,a]],d)}}(a,b,J),a=L,c=K;continue}var
 M=c[2],N=k[1][1],O=0,b=function(b,c,d){return function(a){return Z(c,[1,b,[1,a]],d)}}(a,b,M),a=O,c=N;continue;case
-19:throw[0,av,oP];case
+19:throw[0,at,oK];case
 20:var
-P=c[3],Q=[8,a,oQ];return function(a){return Z(b,Q,P)};case
+P=c[3],Q=[8,a,oL];return function(a){return Z(b,Q,P)};case
 21:var
-R=c[2];return function(c){return Z(b,[4,a,fl(oR,c)],R)};case
+R=c[2];return function(c){return Z(b,[4,a,fm(oM,c)],R)};case
 22:var
 S=c[1];return function(c){return Z(b,[5,a,c],S)};case
 23:var
@@ -1656,7 +1656,7 @@ e=c[2],j=c[1];if(typeof
 j==="number")switch(j){case
 0:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
 1:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
-2:throw[0,av,oS];default:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e])}else
+2:throw[0,at,oN];default:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e])}else
 switch(j[0]){case
 0:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
 1:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
@@ -1668,10 +1668,10 @@ switch(j[0]){case
 7:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
 8:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
 9:var
-t=j[2];return d<50?gT(d+1|0,b,a,t,e):aN(gT,[0,b,a,t,e]);case
+t=j[2];return d<50?gU(d+1|0,b,a,t,e):aN(gU,[0,b,a,t,e]);case
 10:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);default:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e])}default:var
-q=c[3],r=c[1],s=z(c[2],0);return d<50?gS(d+1|0,b,a,q,r,s):aN(gS,[0,b,a,q,r,s])}}function
-gT(e,d,c,a,b){if(typeof
+q=c[3],r=c[1],s=A(c[2],0);return d<50?gT(d+1|0,b,a,q,r,s):aN(gT,[0,b,a,q,r,s])}}function
+gU(e,d,c,a,b){if(typeof
 a==="number")return e<50?ab(e+1|0,d,c,b):aN(ab,[0,d,c,b]);else
 switch(a[0]){case
 0:var
@@ -1693,37 +1693,37 @@ m=a[1];return function(a){return a_(d,c,m,b)};case
 8:var
 n=a[2];return function(a){return a_(d,c,n,b)};case
 9:var
-o=a[3],p=a[2],q=aC(az(a[1]),p);return function(a){return a_(d,c,aW(q,o),b)};case
+o=a[3],p=a[2],q=aB(ax(a[1]),p);return function(a){return a_(d,c,aW(q,o),b)};case
 10:var
 r=a[1];return function(e,a){return a_(d,c,r,b)};case
 11:var
 s=a[1];return function(a){return a_(d,c,s,b)};case
 12:var
 t=a[1];return function(a){return a_(d,c,t,b)};case
-13:throw[0,av,oT];default:throw[0,av,oU]}}function
+13:throw[0,at,oO];default:throw[0,at,oP]}}function
 ab(d,b,e,a){var
-c=[8,e,oV];return d<50?dP(d+1|0,b,c,a):aN(dP,[0,b,c,a])}function
-gS(g,b,e,a,d,c){if(d){var
-h=d[1];return function(d){return oO(b,e,a,h,z(c,d))}}var
-f=[4,e,c];return g<50?dP(g+1|0,b,f,a):aN(dP,[0,b,f,a])}function
-Z(a,b,c){return hk(dP(0,a,b,c))}function
-a_(a,b,c,d){return hk(gT(0,a,b,c,d))}function
-oO(a,b,c,d,e){return hk(gS(0,a,b,c,d,e))}function
-fv(e,d,c,a,b){if(typeof
-a==="number")return function(a){return Z(e,[4,d,z(b,a)],c)};else{if(0===a[0]){var
-f=a[2],g=a[1];return function(a){return Z(e,[4,d,a6(g,f,z(b,a))],c)}}var
-h=a[1];return function(f,a){return Z(e,[4,d,a6(h,f,z(b,a))],c)}}}function
-d1(f,e,d,g,c,b,a){if(typeof
+c=[8,e,oQ];return d<50?dO(d+1|0,b,c,a):aN(dO,[0,b,c,a])}function
+gT(g,b,e,a,d,c){if(d){var
+h=d[1];return function(d){return oJ(b,e,a,h,A(c,d))}}var
+f=[4,e,c];return g<50?dO(g+1|0,b,f,a):aN(dO,[0,b,f,a])}function
+Z(a,b,c){return hl(dO(0,a,b,c))}function
+a_(a,b,c,d){return hl(gU(0,a,b,c,d))}function
+oJ(a,b,c,d,e){return hl(gT(0,a,b,c,d,e))}function
+fw(e,d,c,a,b){if(typeof
+a==="number")return function(a){return Z(e,[4,d,A(b,a)],c)};else{if(0===a[0]){var
+f=a[2],g=a[1];return function(a){return Z(e,[4,d,a6(g,f,A(b,a))],c)}}var
+h=a[1];return function(f,a){return Z(e,[4,d,a6(h,f,A(b,a))],c)}}}function
+d0(f,e,d,g,c,b,a){if(typeof
 g==="number"){if(typeof
-c==="number")return c?function(g,c){return Z(f,[4,e,cP(g,ax(b,a,c))],d)}:function(c){return Z(f,[4,e,ax(b,a,c)],d)};var
-k=c[1];return function(c){return Z(f,[4,e,cP(k,ax(b,a,c))],d)}}else{if(0===g[0]){var
+c==="number")return c?function(g,c){return Z(f,[4,e,cP(g,aJ(b,a,c))],d)}:function(c){return Z(f,[4,e,aJ(b,a,c)],d)};var
+k=c[1];return function(c){return Z(f,[4,e,cP(k,aJ(b,a,c))],d)}}else{if(0===g[0]){var
 h=g[2],i=g[1];if(typeof
-c==="number")return c?function(g,c){return Z(f,[4,e,a6(i,h,cP(g,ax(b,a,c)))],d)}:function(c){return Z(f,[4,e,a6(i,h,ax(b,a,c))],d)};var
-l=c[1];return function(c){return Z(f,[4,e,a6(i,h,cP(l,ax(b,a,c)))],d)}}var
+c==="number")return c?function(g,c){return Z(f,[4,e,a6(i,h,cP(g,aJ(b,a,c)))],d)}:function(c){return Z(f,[4,e,a6(i,h,aJ(b,a,c))],d)};var
+l=c[1];return function(c){return Z(f,[4,e,a6(i,h,cP(l,aJ(b,a,c)))],d)}}var
 j=g[1];if(typeof
-c==="number")return c?function(h,g,c){return Z(f,[4,e,a6(j,h,cP(g,ax(b,a,c)))],d)}:function(g,c){return Z(f,[4,e,a6(j,g,ax(b,a,c))],d)};var
-m=c[1];return function(g,c){return Z(f,[4,e,a6(j,g,cP(m,ax(b,a,c)))],d)}}}function
-b9(b,h){var
+c==="number")return c?function(h,g,c){return Z(f,[4,e,a6(j,h,cP(g,aJ(b,a,c)))],d)}:function(g,c){return Z(f,[4,e,a6(j,g,aJ(b,a,c))],d)};var
+m=c[1];return function(g,c){return Z(f,[4,e,a6(j,g,cP(m,aJ(b,a,c)))],d)}}}function
+b8(b,h){var
 a=h;for(;;)if(typeof
 a==="number")return 0;else
 switch(a[0]){case
@@ -1731,77 +1731,77 @@ switch(a[0]){case
 d=a[2],i=a[1];if(typeof
 d==="number")switch(d){case
 0:var
-c=na;break;case
+c=m7;break;case
 1:var
-c=nb;break;case
+c=m8;break;case
 2:var
-c=nc;break;case
+c=m9;break;case
 3:var
-c=nd;break;case
+c=m_;break;case
 4:var
-c=ne;break;case
+c=m$;break;case
 5:var
-c=nf;break;default:var
-c=ng}else
+c=na;break;default:var
+c=nb}else
 switch(d[0]){case
 0:var
 c=d[1];break;case
 1:var
 c=d[1];break;default:var
-c=df(nh,hx(1,d[1]))}b9(b,i);return dh(b,c);case
+c=de(nc,hy(1,d[1]))}b8(b,i);return dg(b,c);case
 1:var
 f=a[2],g=a[1];if(0===f[0]){var
-j=f[1];b9(b,g);dh(b,oW);var
+j=f[1];b8(b,g);dg(b,oR);var
 a=j;continue}var
-k=f[1];b9(b,g);dh(b,oX);var
+k=f[1];b8(b,g);dg(b,oS);var
 a=k;continue;case
 6:var
-n=a[2];b9(b,a[1]);return dh(b,z(n,0));case
+n=a[2];b8(b,a[1]);return dg(b,A(n,0));case
 7:var
 a=a[1];continue;case
 8:var
-o=a[2];b9(b,a[1]);return cr(o);case
+o=a[2];b8(b,a[1]);return cr(o);case
 2:case
 4:var
-l=a[2];b9(b,a[1]);return dh(b,l);default:var
-m=a[2];b9(b,a[1]);var
-e=b[2];if(b[3]<=e)hy(b,1);at(b[1],e,m);b[2]=e+1|0;return 0}}function
-hD(b){var
+l=a[2];b8(b,a[1]);return dg(b,l);default:var
+m=a[2];b8(b,a[1]);var
+e=b[2];if(b[3]<=e)hz(b,1);ar(b[1],e,m);b[2]=e+1|0;return 0}}function
+hE(b){var
 a=b[1];return Z(function(d){var
-e=64,b=dg<64?dg:e,c=aG(b),a=[0,c,0,b,c];b9(a,d);return hv(a[1],0,a[2])},0,a)}var
-v=bf(0),t=bf(1);function
-aT(a){return mL(a,v)}function
-hE(a){return Q(a,v)?aS(a):a}function
-d2(b,a){return Q(b,a)?a:b}function
-cs(b,a){return M(bf(b),a)}function
-g(b,a){return B(bf(b),a)}function
-F(a){return M(a,t)}function
-bg(d,a){var
-b=mO(d,a),c=ap(d,B(b,a));return N(v,c)?[0,b,c]:Q(v,a)?[0,ap(b,t),M(c,a)]:[0,F(b),ap(c,a)]}function
-hF(b,a){return bg(b,a)[1]}function
-hG(b,a){return bg(b,a)[2]}function
-fw(d,c){var
-b=d,a=c;for(;;){if(w(a,v))return hE(b);var
-e=ap(b,B(mO(b,a),a)),b=a,a=e;continue}}var
-oZ=oY.slice();function
-bw(b,a){return b>>>a|0|b<<(32-a|0)}function
-o0(M){var
+e=64,b=df<64?df:e,c=aE(b),a=[0,c,0,b,c];b8(a,d);return hw(a[1],0,a[2])},0,a)}var
+u=be(0),t=be(1);function
+aT(a){return mG(a,u)}function
+hF(a){return R(a,u)?aS(a):a}function
+d1(b,a){return R(b,a)?a:b}function
+cs(b,a){return K(be(b),a)}function
+g(b,a){return B(be(b),a)}function
+F(a){return K(a,t)}function
+bf(d,a){var
+b=mJ(d,a),c=ap(d,B(b,a));return O(u,c)?[0,b,c]:R(u,a)?[0,ap(b,t),K(c,a)]:[0,F(b),ap(c,a)]}function
+hG(b,a){return bf(b,a)[1]}function
+hH(b,a){return bf(b,a)[2]}function
+fx(d,c){var
+b=d,a=c;for(;;){if(w(a,u))return hF(b);var
+e=ap(b,B(mJ(b,a),a)),b=a,a=e;continue}}var
+oU=oT.slice();function
+bx(b,a){return b>>>a|0|b<<(32-a|0)}function
+oV(M){var
 h=0,p=M;for(;;){if(p){var
 h=h+1|0,p=p[2];continue}var
-g=b8(((h+72|0)/64|0)*64|0,0),q=0,m=M;for(;;){if(m){var
-Q=m[2];b3(g,q,m[1]);var
-q=q+1|0,m=Q;continue}b3(g,h,da);zZ(g,a3(g)-8|0,z_(Ag(o1,mz(h))));var
-f=o2.slice(),N=(a3(g)/64|0)-1|0,av=0;if(!(N<0)){var
+g=b7(((h+72|0)/64|0)*64|0,0),q=0,m=M;for(;;){if(m){var
+Q=m[2];b2(g,q,m[1]);var
+q=q+1|0,m=Q;continue}b2(g,h,c$);zT(g,a3(g)-8|0,z4(Aa(oW,mu(h))));var
+f=oX.slice(),N=(a3(g)/64|0)-1|0,av=0;if(!(N<0)){var
 o=av;a:for(;;){var
-aw=64*o|0,C=function(b){return function(a){return 16<=a?0:z8(zW(g,b+(4*a|0)|0))}}(aw),c=mC(64,C(0)),i=1;for(;;){c[1+i]=C(i);var
+aw=64*o|0,C=function(b){return function(a){return 16<=a?0:z2(zQ(g,b+(4*a|0)|0))}}(aw),c=mx(64,C(0)),i=1;for(;;){c[1+i]=C(i);var
 T=i+1|0;if(63!==i){var
 i=T;continue}var
 b=16;for(;;){var
-E=b+g3|0,F=b+g3|0,am=aM(c,E)[1+E]>>>3|0,G=b+g3|0,an=bw(aM(c,F)[1+F],18)^am,H=b-2|0,ao=bw(aM(c,G)[1+G],7)^an,I=b-2|0,ap=aM(c,H)[1+H]>>>10|0,J=b-2|0,aq=bw(aM(c,I)[1+I],19)^ap,K=b-7|0,ar=bw(aM(c,J)[1+J],17)^aq,L=b-16|0,as=aM(c,K)[1+K],at=((aM(c,L)[1+L]+ao|0)+as|0)+ar|0;aM(c,b)[1+b]=at;var
+E=b+g4|0,F=b+g4|0,am=aM(c,E)[1+E]>>>3|0,G=b+g4|0,an=bx(aM(c,F)[1+F],18)^am,H=b-2|0,ao=bx(aM(c,G)[1+G],7)^an,I=b-2|0,ap=aM(c,H)[1+H]>>>10|0,J=b-2|0,aq=bx(aM(c,I)[1+I],19)^ap,K=b-7|0,ar=bx(aM(c,J)[1+J],17)^aq,L=b-16|0,as=aM(c,K)[1+K],at=((aM(c,L)[1+L]+ao|0)+as|0)+ar|0;aM(c,b)[1+b]=at;var
 au=b+1|0;if(63!==b){var
 b=au;continue}var
-x=f.length-1,a=0===x?[0]:zT(f,0,x),e=0;for(;;){var
-k=aM(a,0)[1],l=aM(a,4)[5],_=bw(l,25),$=bw(l,11)^_,aa=bw(l,6)^$,ab=bw(k,22),ac=bw(k,13)^ab,ad=bw(k,2)^ac,ae=aM(c,e)[1+e],af=aM(oZ,e)[1+e],ag=(l^-1)&aM(a,6)[7],ah=l&aM(a,5)[6]^ag,D=(((aM(a,7)[8]+aa|0)+ah|0)+af|0)+ae|0,ai=aM(a,2)[3],aj=aM(a,1)[2]&ai,P=0,ak=ad+(k&a[2]^k&a[3]^aj)|0;if(!((a.length-1-7|0)<0)&&!((a.length-1-7|0)<1)){zQ(a,0,a,1,7);P=1}if(!P)cr(m8);a[5]=a[5]+D|0;a[1]=D+ak|0;var
+x=f.length-1,a=0===x?[0]:zN(f,0,x),e=0;for(;;){var
+k=aM(a,0)[1],l=aM(a,4)[5],_=bx(l,25),$=bx(l,11)^_,aa=bx(l,6)^$,ab=bx(k,22),ac=bx(k,13)^ab,ad=bx(k,2)^ac,ae=aM(c,e)[1+e],af=aM(oU,e)[1+e],ag=(l^-1)&aM(a,6)[7],ah=l&aM(a,5)[6]^ag,D=(((aM(a,7)[8]+aa|0)+ah|0)+af|0)+ae|0,ai=aM(a,2)[3],aj=aM(a,1)[2]&ai,P=0,ak=ad+(k&a[2]^k&a[3]^aj)|0;if(!((a.length-1-7|0)<0)&&!((a.length-1-7|0)<1)){zK(a,0,a,1,7);P=1}if(!P)cr(m3);a[5]=a[5]+D|0;a[1]=D+ak|0;var
 al=e+1|0;if(63!==e){var
 e=al;continue}var
 B=a.length-1-1|0,W=0;if(!(B<0)){var
@@ -1811,142 +1811,112 @@ Y=d+1|0;if(B!==d){var
 d=Y;continue}break}}var
 ax=o+1|0;if(N!==o){var
 o=ax;continue a}break}break}break}break}}var
-O=hD(o3),r=f.length-1;if(0===r)var
+O=hE(oY),r=f.length-1;if(0===r)var
 t=[0];else{var
-y=mC(r,z(O,f[1])),A=r-1|0,U=1;if(!(A<1)){var
-j=U;for(;;){y[1+j]=z(O,f[1+j]);var
-V=j+1|0;if(A!==j){var
+y=mx(r,A(O,f[1])),z=r-1|0,U=1;if(!(z<1)){var
+j=U;for(;;){y[1+j]=A(O,f[1+j]);var
+V=j+1|0;if(z!==j){var
 j=V;continue}break}}var
 t=y}var
 n=t.length-1-1|0,s=0;for(;;){if(0<=n){var
 Z=[0,t[1+n],s],n=n-1|0,s=Z;continue}var
-w=cH(fs(o4,s)),v=function(a,d){if(a===a3(w))return 0;var
-b=mp(w,a),c=a+1|0;return[0,b,function(a){return v(c,a)}]},R=0,S=function(a){return v(R,a)},u=function(f,e){if(0===f){var
+w=cH(ft(oZ,s)),v=function(a,d){if(a===a3(w))return 0;var
+b=mk(w,a),c=a+1|0;return[0,b,function(a){return v(c,a)}]},R=0,S=function(a){return v(R,a)},u=function(f,e){if(0===f){var
 a=0,d=e;for(;;){var
-b=z(d,0);if(b){var
-a=[0,b[1],a],d=b[2];continue}return fr(a)}}var
-c=z(e,0);if(c){var
+b=A(d,0);if(b){var
+a=[0,b[1],a],d=b[2];continue}return fs(a)}}var
+c=A(e,0);if(c){var
 g=c[1];return[0,g,u(f-1|0,c[2])]}return 0};return u(500,S)}}}}function
 cQ(b,a){return b?a?0:1:a}function
 G(a){return a?0:1}function
-aA(b,a){var
-c=a?[0,z(b,a[1])]:a;return c}function
-bQ(a){return a[1]}function
-b_(a){return a[2]}function
-ar(a){var
-b=a?[0,ar(a[2])]:a;return b}function
-x(a,b){if(a){var
-c=x(a[2],b);return[0,a[1],c]}return b}function
-fx(b,a){return b?[0,fx(b[1],a)]:a}function
-d3(a,b){return a?fx(b,d3(a[1],b)):a}function
-bx(b,a){return b?a:a?0:1}function
-hH(b,a){return b?[0,hH(b[1],a)]:a}function
-hI(a,b){return a?hH(b,hI(a[1],b)):a}function
-dj(d,c){var
+ay(b,a){var
+c=a?[0,A(b,a[1])]:a;return c}function
+bP(a){return a[1]}function
+b9(a){return a[2]}function
+hI(b,a){return b?[0,hI(b[1],a)]:a}function
+d2(a,b){return a?hI(b,d2(a[1],b)):a}function
+by(b,a){return b?a:a?0:1}function
+hJ(b,a){return b?[0,hJ(b[1],a)]:a}function
+hK(a,b){return a?hJ(b,hK(a[1],b)):a}function
+di(d,c){var
 b=d,a=c;for(;;){if(b){if(a){var
 b=b[1],a=a[1];continue}return a}return a?0:1}}function
 fy(d,c){var
 b=d,a=c;for(;;){if(b){if(a){var
 b=b[1],a=a[1];continue}return a}return 1}}function
 fz(b,a){return fy([0,b],a)}function
+d3(a,g,f){var
+b=g,d=f;for(;;){if(O(d,t))return A(a,b);var
+e=bf(d,be(2)),c=e[1];if(w(e[2],u)){var
+b=d3(a,b,c),d=c;continue}return A(a,d3(a,d3(a,b,c),c))}}function
 fA(h,g){var
-b=h,a=g;for(;;){if(N(b,t))return N(a,t)?1:w(bg(a,bf(2))[2],v)?0:0;var
-e=bg(b,bf(2)),f=e[1];if(w(e[2],v)){if(N(a,t))return 0;var
-c=bg(a,bf(2)),i=c[1];if(w(c[2],v)){var
-b=f,a=i;continue}return 0}if(N(a,t))return 0;var
-d=bg(a,bf(2)),j=d[1];if(w(d[2],v))return 0;var
-b=f,a=j;continue}}function
-hJ(b,g,f){var
-c=g,a=f;for(;;){if(N(c,t))return a;var
-d=bg(c,bf(2)),e=d[1];if(w(d[2],v)){var
-c=e,a=ax(b,a,a);continue}return ax(b,a,hJ(b,e,ax(b,a,a)))}}function
-hK(a){return a?F(hK(a[1])):t}var
-hL=M;function
+b=h,a=g;for(;;){if(O(b,t))return O(a,t)?1:w(bf(a,be(2))[2],u)?0:0;var
+e=bf(b,be(2)),f=e[1];if(w(e[2],u)){if(O(a,t))return 0;var
+c=bf(a,be(2)),i=c[1];if(w(c[2],u)){var
+b=f,a=i;continue}return 0}if(O(a,t))return 0;var
+d=bf(a,be(2)),j=d[1];if(w(d[2],u))return 0;var
+b=f,a=j;continue}}var
+hL=K;function
 hM(c,b){var
-a=mL(c,b);return 0===a?0:0<=a?2:1}function
-bh(a){var
-b=aT(a);return 0===b?0:0<b?hJ(fx,a,o5):0}function
-aD(a){return a?hK(a[1]):v}function
-by(b,a){var
-c=aT(a);return 0===c?v:1===c?hF(b,a):cs(-1,hF(cs(-1,b),a))}function
+a=mG(c,b);return 0===a?0:0<=a?2:1}function
+bz(b,a){var
+c=aT(a);return 0===c?u:1===c?hG(b,a):cs(-1,hG(cs(-1,b),a))}function
 hN(b,a){var
-c=aT(a);return 0===c?b:1===c?hG(b,a):M(a,cs(1,hG(cs(-1,b),a)))}function
+c=aT(a);return 0===c?b:1===c?hH(b,a):K(a,cs(1,hH(cs(-1,b),a)))}function
 hO(e){function
-f(a){return 0<aT(hm(e,a))?1:0}if(0<aT(e)){var
+f(a){return 0<aT(hn(e,a))?1:0}if(0<aT(e)){var
 a=1;for(;;){if(f(a)){var
 a=2*a|0;continue}var
 b=0,c=a;for(;;){if(1<(c-b|0)){var
 d=(b+c|0)/2|0;if(f(d)){var
 b=d;continue}var
-c=d;continue}return bf(b)}}}return v}function
+c=d;continue}return be(b)}}}return u}function
 d4(b,c){var
-a=mN(c);return 0<=a?mM(b,a):hm(b,-a|0)}function
-fB(b,a){return hE(B(b,by(a,fw(b,a))))}function
-b$(b,a){return a?a[1]:b}function
-bR(a){var
+a=mI(c);return 0<=a?mH(b,a):hn(b,-a|0)}function
+fB(b,a){return hF(B(b,bz(a,fx(b,a))))}function
+b_(b,a){return a?a[1]:b}function
+bQ(a){var
 b=a?a[2]:a;return b}function
-bz(e,d,c){var
+bA(e,d,c){var
 b=e,a=d;for(;;){if(b){if(a){var
 b=b[1],a=a[2];continue}return c}return a?a[1]:c}}function
-Y(d,c){var
+M(d,c){var
 a=d,b=c;for(;;){if(a){var
 e=[0,a[1],b],a=a[2],b=e;continue}return b}}function
-a$(a){if(a){var
-b=a$(a[2]);return x(a[1],b)}return a}function
-q(b,a){if(a)var
-d=q(b,a[2]),c=[0,z(b,a[1]),d];else
-var
-c=a;return c}function
-$(b,a){if(a){var
-c=$(b,a[2]);return x(z(b,a[1]),c)}return a}function
-bA(e,d,c){var
+bg(e,d,c){var
 a=d,b=c;for(;;){if(a){var
-f=ax(e,b,a[1]),a=a[2],b=f;continue}return b}}function
-as(c,b,a){if(a){var
-d=as(c,b,a[2]);return ax(c,a[1],d)}return b}function
+f=aJ(e,b,a[1]),a=a[2],b=f;continue}return b}}function
 ad(e,d){var
 a=d;for(;;){if(a){var
-b=z(e,a[1]);if(!b){var
+b=A(e,a[1]);if(!b){var
 a=a[2];continue}var
 c=b}else
 var
 c=a;return c}}function
 E(d,c){var
 a=c;for(;;){if(a){var
-b=z(d,a[1]);if(b){var
+b=A(d,a[1]);if(b){var
 a=a[2];continue}return b}return 1}}function
-aw(b,e){var
-a=e;for(;;){if(a){var
-c=a[2],d=a[1];if(z(b,d))return[0,d,aw(b,c)];var
-a=c;continue}return a}}function
 cR(d,c){var
 a=c;for(;;){if(a){var
-b=a[1];if(z(d,b))return[0,b];var
+b=a[1];if(A(d,b))return[0,b];var
 a=a[2];continue}return a}}function
-ay(b,a){if(b)if(a)var
-d=ay(b[2],a[2]),c=[0,[0,b[1],a[1]],d];else
-var
-c=a;else
-var
-c=b;return c}function
 hP(b,a){if(b)if(a)var
 d=hP(b[1],a[2]),c=[0,a[1],d];else
 var
 c=a;else
 var
 c=b;return c}function
-bB(b,a){var
-c=a?[0,b,bB([0,b],a[1])]:a;return c}function
-dk(b,a){var
-c=a?[0,b,dk(b,a[1])]:a;return c}var
-hQ=0,o6=1;function
+dj(b,a){var
+c=a?[0,b,dj(b,a[1])]:a;return c}var
+hQ=0,o0=1;function
 hR(a,b){var
-c=a?1:a;return fq((b<<1&gW)+c|0)}function
+c=a?1:a;return fr((b<<1&gX)+c|0)}function
 fC(b,a){if(b){var
-c=b[1];if(N(a,t))return o6;var
-d=bg(a,bf(2)),e=d[1];return w(d[2],v)?hR(0,fC(c,e)):hR(1,fC(c,e))}return hQ}function
+c=b[1];if(O(a,t))return o0;var
+d=bf(a,be(2)),e=d[1];return w(d[2],u)?hR(0,fC(c,e)):hR(1,fC(c,e))}return hQ}function
 hS(a){if(a){var
-b=hS(a[2]),c=B(g(2,t),b),d=a[1]?t:v;return M(d,c)}return v}function
+b=hS(a[2]),c=B(g(2,t),b),d=a[1]?t:u;return K(d,c)}return u}function
 hT(c,b){var
 a=c-b|0;return 0<=a?0===a?0:2:1}function
 d5(b,a){return 2<=hT(b,a)?0:1}function
@@ -1954,89 +1924,130 @@ k(a){if(a)var
 c=k(a[2]),b=[0,a[1],c];else
 var
 b=a;return b}function
-d6(a){var
+x(b,a){return M(M(b,0),a)}function
+au(c){var
+b=0,a=c;for(;;){if(a){var
+b=[0,b],a=a[2];continue}return b}}function
+q(e,d){var
+b=0,a=d,f=0;for(;;){if(a){var
+c=a[2],b=[0,A(e,a[1]),b],a=c;continue}return M(b,f)}}function
+$(e,d){var
+b=0,a=d,f=0;for(;;){if(a){var
+c=a[2],b=M(A(e,a[1]),b),a=c;continue}return M(b,f)}}function
+bh(d){var
+b=0,a=d,e=0;for(;;){if(a){var
+c=a[2],b=M(a[1],b),a=c;continue}return M(b,e)}}function
+aw(g,f){var
+b=0,a=f,h=0;for(;;){if(a){var
+c=a[1],d=a[2],e=A(g,c)?[0,c,b]:b,b=e,a=d;continue}return M(b,h)}}function
+az(e,d){var
+c=0,b=e,a=d,f=0;for(;;){if(b&&a){var
+c=[0,[0,b[1],a[1]],c],b=b[2],a=a[2];continue}return M(c,f)}}function
+dk(e,d){var
+c=0,b=e,a=d,f=0;for(;;){if(a){var
+c=[0,[0,b,a[1]],c],b=K(b,t),a=a[2];continue}return M(c,f)}}function
+d6(c,a){var
+b=0,d=M(a,0);return bg(function(b,a){if(b){var
+d=b[1],e=d[1];return w(e,A(c,a))?[0,[0,e,[0,a,d[2]]],b[2]]:[0,[0,A(c,a),[0,a,0]],b]}return[0,[0,A(c,a),[0,a,0]],0]},d,b)}function
+av(c,b,a){var
+d=M(a,0);return bg(function(b,a){return aJ(c,a,b)},d,b)}function
+aH(c){var
+b=u,a=c;for(;;){if(a){var
+b=K(b,t),a=a[1];continue}return b}}function
+bi(a){var
+b=aT(a);if(0===b)return 0;if(0<b){var
+c=0;return d3(function(a){return[0,a]},c,a)}return 0}function
+b$(e,d){var
+c=0,b=e,a=d,f=0;for(;;){if(a){var
+c=[0,b,c],b=[0,b],a=a[1];continue}return M(c,f)}}function
+dl(d){var
+c=0,b=u,a=bi(d),e=0;for(;;){if(a){var
+c=[0,b,c],b=K(b,t),a=a[1];continue}return M(c,e)}}function
+d7(j,i,h){var
+d=M(i,h),a=0,c=i,b=h;for(;;){if(c){var
+e=c[1];if(b){if(d){var
+f=d[2],g=b[1];if(aJ(j,e,g)){var
+d=f,a=[0,e,a],c=c[2];continue}var
+d=f,a=[0,g,a],b=b[2];continue}return d}return M(a,c)}return M(a,b)}}function
+hU(c,b,a){if(a){var
+d=a[2],e=a[1];return e?[0,0,hU(c,d7(c,e,b),d)]:[0,b,d]}return[0,b,0]}function
+hV(e,d,c){var
+b=d,a=c;for(;;){if(a){var
+f=a[2],b=d7(e,a[1],b),a=f;continue}return b}}function
+hW(c,i){var
+b=0,a=i;for(;;){if(a){var
+d=a[2],e=a[1];if(d){var
+f=d[1],g=d[2],h=aJ(c,e,f)?[0,e,[0,f,0]]:[0,f,[0,e,0]],b=hU(c,h,b),a=g;continue}return hV(c,a,b)}return hV(c,a,b)}}function
+hX(c,b,a){if(b){var
+d=b[2],e=b[1];return e?[0,0,hX(c,d,d7(c,e[1],a))]:[0,[0,a],d]}return[0,[0,a],0]}function
+hY(b,e){var
+a=e;for(;;){if(a){var
+c=a[2],d=a[1];if(d){var
+f=hY(b,c);return d7(b,d[1],f)}var
+a=c;continue}return a}}function
+fD(c,e){var
+b=0,a=e;for(;;){if(a){var
+d=a[2],b=hX(c,b,[0,a[1],0]),a=d;continue}return hY(c,b)}}function
+d8(a){var
 b=a?1:a;return b}function
 cS(a){var
-b=fw(a[1],a[2]),c=by(a[2],b),d=aT(c);return 0===d?a:0<d?[0,by(a[1],b),c]:a}function
-ak(b,a){return cS([0,M(B(b[1],a[2]),B(a[1],b[2])),B(b[2],a[2])])}function
-R(b,a){return cS([0,B(b[1],a[1]),B(b[2],a[2])])}function
+b=fx(a[1],a[2]),c=bz(a[2],b),d=aT(c);return 0===d?a:0<d?[0,bz(a[1],b),c]:a}function
+ak(b,a){return cS([0,K(B(b[1],a[2]),B(a[1],b[2])),B(b[2],a[2])])}function
+S(b,a){return cS([0,B(b[1],a[1]),B(b[2],a[2])])}function
 ca(a){return[0,aS(a[1]),a[2]]}function
 aU(a){var
-b=a[1],c=aT(b);return 0===c?[0,v,t]:0<c?[0,a[2],b]:[0,v,t]}var
-O=[0,v,t],T=[0,t,t];function
-a0(a){return N(v,a[1])}function
-ah(a){return Q(v,a[1])}function
-I(b,a){return N(B(b[1],a[2]),B(a[1],b[2]))}function
+b=a[1],c=aT(b);return 0===c?[0,u,t]:0<c?[0,a[2],b]:[0,u,t]}var
+P=[0,u,t],U=[0,t,t];function
+a0(a){return O(u,a[1])}function
+ah(a){return R(u,a[1])}function
+I(b,a){return O(B(b[1],a[2]),B(a[1],b[2]))}function
 cT(b,a){var
 c=w(b[1],a[1]);return c?w(b[2],a[2]):c}function
-aE(a){return as(ak,O,a)}function
-hU(a,b){if(a){var
-c=hU(a[2],b);return[0,a[1],c]}return b}function
-hV(b,a){if(a)var
-d=hV(b,a[2]),c=[0,z(b,a[1]),d];else
-var
-c=a;return c}function
-fD(c,a){if(a){var
-d=a[1],g=a[2],e=function(b){if(b){var
-f=b[1];return ax(c,d,f)?[0,d,z(fD(c,g),b)]:[0,f,e(b[2])]}return a};return e}return function(a){return a}}function
-hW(c,b,a){if(a){var
-d=a[2],e=a[1];return e?[0,0,hW(c,z(fD(c,e),b),d)]:[0,b,d]}return[0,b,a]}function
-hX(e,d,c){var
-b=d,a=c;for(;;){if(a){var
-f=a[2],b=z(fD(e,a[1]),b),a=f;continue}return b}}function
-hY(c){var
-i=0;return function(j){var
-b=i,a=j;for(;;){if(a){var
-d=a[2],e=a[1];if(d){var
-f=d[1],g=ax(c,e,f)?[0,e,[0,f,0]]:[0,f,[0,e,0]],h=d[2],b=hW(c,g,b),a=h;continue}return hX(c,a,b)}return hX(c,a,b)}}}function
+aC(a){return av(ak,P,a)}function
 hZ(f,a){if(a){var
 g=a[1],b=g[2],c=g[1],d=hZ(f,a[2]);if(d){var
-h=d[1],i=h[2],e=h[1],j=d[2];return ax(f,c,e)?[0,[0,e,M(b,i)],j]:[0,[0,c,b],[0,[0,e,i],j]]}var
+h=d[1],i=h[2],e=h[1],j=d[2];return aJ(f,c,e)?[0,[0,e,K(b,i)],j]:[0,[0,c,b],[0,[0,e,i],j]]}var
 k=[0,[0,c,b],0]}else
 var
 k=a;return k}function
 h0(a){if(a){var
-b=a[1],c=h0(a[2]),d=b[2][1],e=b[1];return hU(hV(function(a){return[0,a[1],B(e,a[2])]},d),c)}return a}function
+b=a[1],c=h0(a[2]),d=b[2][1],e=b[1];return x(q(function(a){return[0,a[1],B(e,a[2])]},d),c)}return a}function
 h1(a){if(a){var
-b=a[1],c=h1(a[2]);return M(B(b[1],b[2][2]),c)}return v}function
+b=a[1],c=h1(a[2]);return K(B(b[1],b[2][2]),c)}return u}function
 h2(d,c,b){if(b){var
-f=h2(d,c,b[2]),a=b[1],e=Q(v,a[2])?z(c,a[1]):z(d,a[1]);return M(B(a[2],e),f)}return v}function
-o8(b,a){var
+f=h2(d,c,b[2]),a=b[1],e=R(u,a[2])?A(c,a[1]):A(d,a[1]);return K(B(a[2],e),f)}return u}function
+o2(b,a){var
 c=a[1],d=b[1],e=w(d[1],c[1]),f=e?w(d[2],c[2]):e;return f?w(b[2],a[2]):f}function
-bS(a){return[0,0,a]}function
-d7(b,a){var
+bR(a){return[0,0,a]}function
+d9(b,a){var
 c=ak(b[2],a[2]);return[0,x(b[1],a[1]),c]}function
 ct(b,a){var
-c=R(b,a[2]),d=a[1];return[0,q(function(a){var
-c=R(b,a[2]);return[0,a[1],c]},d),c]}function
-cb(b,a){return d7(b,ct(ca(T),a))}function
-h3(a){return as(d7,bS(O),a)}function
-cU(b,a){if(a)var
-d=cU(M(b,t),a[2]),c=[0,[0,b,a[1]],d];else
-var
-c=a;return c}function
-d8(e,d,c){var
-a=d,b=c;for(;;){if(a){if(w(b,v))return a[1];var
+c=S(b,a[2]),d=a[1];return[0,q(function(a){var
+c=S(b,a[2]);return[0,a[1],c]},d),c]}function
+cb(b,a){return d9(b,ct(ca(U),a))}function
+h3(a){return av(d9,bR(P),a)}function
+d_(e,d,c){var
+a=d,b=c;for(;;){if(a){if(w(b,u))return a[1];var
 a=a[2],b=ap(b,t);continue}return e}}function
 h4(a){var
-b=cU(v,a);return[0,q(function(a){return[0,[0,[0,a[1],v],v],a[2]]},b),O]}function
-dl(c,b,a){if(c[11])return h4(a[3]);var
-d=0,e=a[1],f=c[6]?aS(t):b[2];return[0,[0,[0,[0,[0,b[1],f],e],T],d],O]}function
-dm(a){var
-b=a[3];return aE(q(function(a){return a[2]},b))}function
+b=dk(u,a);return[0,q(function(a){return[0,[0,[0,a[1],u],u],a[2]]},b),P]}function
+dm(c,b,a){if(c[11])return h4(a[3]);var
+d=0,e=a[1],f=c[6]?aS(t):b[2];return[0,[0,[0,[0,[0,b[1],f],e],U],d],P]}function
+dn(a){var
+b=a[3];return aC(q(function(a){return a[2]},b))}function
 fE(b,a){switch(b[3]){case
-0:return dm(a);case
-1:return a[4];default:return T}}function
+0:return dn(a);case
+1:return a[4];default:return U}}function
 h5(c,a){var
 b=a[3],d=h3(q(function(b){var
-d=dl(c,a,b);return ct(b[2],d)},b));return ct(aU(dm(a)),d)}function
+d=dm(c,a,b);return ct(b[2],d)},b));return ct(aU(dn(a)),d)}function
 fF(b,a){var
 c=b[4];return aw(function(b){return w(b[2],a)},c)}function
 fG(a,b){var
-c=fF(a,b);return aE(q(function(b){return fE(a,b)},c))}var
-d9=bS(O);function
-d_(e,a,d){var
-b=a[3],c=cR(function(a){return w(a[1],d)},b);return aA(function(b){return dl(e,a,b)},c)}function
+c=fF(a,b);return aC(q(function(b){return fE(a,b)},c))}var
+d$=bR(P);function
+ea(e,a,d){var
+b=a[3],c=cR(function(a){return w(a[1],d)},b);return ay(function(b){return dm(e,a,b)},c)}function
 h6(f,e){var
 a=f;for(;;){if(a){var
 c=a[2],b=a[1],g=b[1];if(ad(function(b){return function(a){return w(b,a)}}(g),e)){var
@@ -2055,49 +2066,49 @@ d=e[6];if(!d)return w(b[2],a[2]);var
 f=d}else
 var
 f=c;return f},i);if(c)var
-j=d_(e,c[1],a[3]),k=a[4],b=aA(function(a){return ct(k,a)},j);else
+j=ea(e,c[1],a[3]),k=a[4],b=ay(function(a){return ct(k,a)},j);else
 var
 b=c;if(b)var
-f=h9(e,g,d[2]),l=f?[0,d7(b[1],f[1])]:f,h=l;else
+f=h9(e,g,d[2]),l=f?[0,d9(b[1],f[1])]:f,h=l;else
 var
-h=b;return h}return[0,bS(O)]}function
+h=b;return h}return[0,bR(P)]}function
 h_(a,b,f){var
 c=a[11];if(c)var
 j=c[1][3],k=q(function(a){var
-b=h4(a[1]);return cb(bS(a[2]),b)},j),i=h8(a,b,0),g=x($(function(b){var
+b=h4(a[1]);return cb(bR(a[2]),b)},j),i=h8(a,b,0),g=x($(function(b){var
 c=b[3];return $(function(c){var
-d=dl(a,b,c),e=[0,cb(bS(a[2]),d),0],f=bS(a[3]);return[0,cb(dl(a,b,c),f),e]},c)},i),k);else
+d=dm(a,b,c),e=[0,cb(bR(a[2]),d),0],f=bR(a[3]);return[0,cb(dm(a,b,c),f),e]},c)},i),k);else
 var
 g=c;var
 l=a[10],m=x(q(function(d){var
 c=h9(a,b,d[1]);if(c){var
-e=c[1];return cb(bS(d[2]),e)}return d9},l),g),d=a[7];if(d)var
+e=c[1];return cb(bR(d[2]),e)}return d$},l),g),d=a[7];if(d)var
 n=d[1],e=h7(b,f),h=$(function(b){return $(function(c){var
 d=w(b[1],c[1]),e=d?G(w(b[2],c[2])):d;if(e){var
 f=b[3];return q(function(e){var
-f=d_(a,c,e[1]);if(f){var
-g=dl(a,b,e),d=a[8],h=f[1],i=c[2],j=b[2],k=d?d8(O,d8(0,d[1],j),i):T;return cb(d7(bS(R(n,k)),h),g)}return d9},f)}return e},e)},e);else
+f=ea(a,c,e[1]);if(f){var
+g=dm(a,b,e),d=a[8],h=f[1],i=c[2],j=b[2],k=d?d_(P,d_(0,d[1],j),i):U;return cb(d9(bR(S(n,k)),h),g)}return d$},f)}return e},e)},e);else
 var
 h=d;var
 o=x(h,m),p=h8(a,b,f);return x($(function(d){var
 b=a[9];return q(function(e){var
-b=d_(a,d,e[1]);if(b){var
-c=d_(a,d,e[2]);return c?cb(c[1],b[1]):d9}return d9},b)},p),o)}function
+b=ea(a,d,e[1]);if(b){var
+c=ea(a,d,e[2]);return c?cb(c[1],b[1]):d$}return d$},b)},p),o)}function
 h$(a){if(a[10])return 1;var
 b=a[11],c=b?1:b;return c}function
-ia(a){return as(function(b,a){return fB(b[2],a)},t,a)}function
-ib(b,a){return w(hN(b,a[2]),v)}function
-d$(b,a){var
-c=by(b,a[2]);return B(a[1],c)}function
+ia(a){return av(function(b,a){return fB(b[2],a)},t,a)}function
+ib(b,a){return w(hN(b,a[2]),u)}function
+eb(b,a){var
+c=bz(b,a[2]);return B(a[1],c)}function
 ic(a){var
-b=q(b_,a[1]);return[0,a[2],b]}function
-cV(a){return ia(ic(a))}function
+b=q(b9,a[1]);return[0,a[2],b]}function
+cU(a){return ia(ic(a))}function
 id(a){var
-b=Q(v,cV(a));if(b){var
-c=ic(a),d=cV(a);return E(function(a){return ib(d,a)},c)}return b}function
+b=R(u,cU(a));if(b){var
+c=ic(a),d=cU(a);return E(function(a){return ib(d,a)},c)}return b}function
 ie(a){var
-b=cV(a),c=d$(b,a[2]),d=a[1];return[0,q(function(a){var
-c=d$(b,a[2]);return[0,a[1],c]},d),c]}function
+b=cU(a),c=eb(b,a[2]),d=a[1];return[0,q(function(a){var
+c=eb(b,a[2]);return[0,a[1],c]},d),c]}function
 ig(a){var
 b=a[11];if(b){var
 c=b[1];return x(c[1],c[2])}return[0,a[3],[0,a[2],0]]}function
@@ -2105,86 +2116,65 @@ fH(a){return ia(ig(a))}function
 ih(g,a,f){var
 c=g,b=f;for(;;){if(b){if(a){var
 d=a[1],e=b[2],h=d[2],i=b[1];if(w(d[1],c)){var
-j=ih(M(c,t),a[2],e);return aA(function(a){return[0,[0,h,i],a]},j)}var
-c=M(c,t),b=e;continue}return o9}return a?0:o_}}function
+j=ih(K(c,t),a[2],e);return ay(function(a){return[0,[0,h,i],a]},j)}var
+c=K(c,t),b=e;continue}return o3}return a?0:o4}}function
 ii(a){var
 b=a[4];if(b){var
 c=b[1];return I(c,a[3])?a[3]:c}return a[3]}function
-o$(a){var
+o5(a){var
 b=a[3];return q(function(b){var
-c=b[2],d=R(aU(dm(a)),c);return[0,b[1],d]},b)}function
+c=b[2],d=S(aU(dn(a)),c);return[0,b[1],d]},b)}function
 ij(b,a){return ah(fG(b,a))}function
 ik(a){if(2<=a[3]){var
-c=aD(ar(a[2])),d=B(aD(ar(a[1])),c),b=w(aD(ar(a[4])),d);if(b){var
+c=aH(au(a[2])),d=B(aH(au(a[1])),c),b=w(aH(au(a[4])),d);if(b){var
 e=a[2];return aw(function(b){return ij(a,b)},e)}return b}var
 f=a[2];return aw(function(b){return ij(a,b)},f)}function
-pa(a){var
+o6(a){var
 e=a[3],b=E(function(a){return a0(a[2])},e);if(b){var
-c=ah(dm(a));if(c)return a0(a[4]);var
+c=ah(dn(a));if(c)return a0(a[4]);var
 d=c}else
 var
 d=b;return d}function
 il(a){var
-b=a[3],c=aE(q(function(a){return R(a[2],a[4])},b));return R(aU(dm(a)),c)}function
+b=a[3],c=aC(q(function(a){return S(a[2],a[4])},b));return S(aU(dn(a)),c)}function
 im(b,a){if(b[1]){var
 c=a[1];return q(function(b){var
 c=a[4];return q(il,aw(function(a){return w(a[1],b)},c))},c)}var
 d=0,e=ik(a);return[0,q(function(b){var
-c=fF(a,b),d=aE(q(function(b){var
-c=il(b);return R(fE(a,b),c)},c));return R(aU(fG(a,b)),d)},e),d]}function
-io(g){function
-b(c,a){function
-d(a){if(c){if(a){var
-e=a[1],f=c[1];return ax(g[1],f,e)?[0,f,b(c[2],a)]:[0,e,d(a[2])]}return c}return a}return d(a)}function
-c(d,a){if(d){var
-e=d[2],f=d[1];return f?[0,0,c(e,b(f[1],a))]:[0,[0,a],e]}return[0,[0,a],0]}function
-d(f){var
-a=f;for(;;){if(a){var
-c=a[2],e=a[1];if(e){var
-g=d(c);return b(e[1],g)}var
-a=c;continue}return a}}function
-a(f,e){var
-b=f,a=e;for(;;){if(a){var
-g=a[2],b=c(b,[0,a[1],0]),a=g;continue}return d(b)}}var
-f=0;function
-h(b){return a(f,b)}function
-e(d){var
-a=d;for(;;){if(a){var
-b=a[2],c=a[1];if(c){var
-f=e(b);return x(c[1],f)}var
-a=b;continue}return a}}return[0,b,c,d,a,h,e]}function
+c=fF(a,b),d=aC(q(function(b){var
+c=il(b);return S(fE(a,b),c)},c));return S(aU(fG(a,b)),d)},e),d]}function
 H(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=dU(b[1],a[1]);if(c){var
+c=dT(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return a?0:1}}var
-dn=34;function
-dp(a){var
+dp=34;function
+dq(a){var
 b=32===a?1:0,c=b||(9===a?1:0),d=c||(10===a?1:0),e=d||(13===a?1:0);return e}function
-fI(a){if(48===a)return[0,v];if(49===a)return[0,t];if(50===a)return[0,g(2,t)];if(51===a)return[0,F(g(2,t))];if(52===a)return[0,g(2,g(2,t))];if(53===a)return[0,F(g(2,g(2,t)))];if(54===a)return[0,g(2,F(g(2,t)))];if(55===a)return[0,F(g(2,F(g(2,t))))];if(56===a)return[0,g(2,g(2,g(2,t)))];var
+fI(a){if(48===a)return[0,u];if(49===a)return[0,t];if(50===a)return[0,g(2,t)];if(51===a)return[0,F(g(2,t))];if(52===a)return[0,g(2,g(2,t))];if(53===a)return[0,F(g(2,g(2,t)))];if(54===a)return[0,g(2,F(g(2,t)))];if(55===a)return[0,F(g(2,F(g(2,t))))];if(56===a)return[0,g(2,g(2,g(2,t)))];var
 b=57===a?1:0,c=b?[0,F(g(2,g(2,g(2,t))))]:b;return c}function
-ea(b){var
+ec(b){var
 a=fI(b),c=a?1:a;return c}function
-ip(e,d){var
+io(e,d){var
 b=e,a=d;for(;;){if(a){var
 c=fI(a[1]);if(c){var
-f=a[2],h=c[1],b=M(B(g(2,F(g(2,g(2,t)))),b),h),a=f;continue}return c}return[0,b]}}function
-iq(d,c){var
+f=a[2],h=c[1],b=K(B(g(2,F(g(2,g(2,t)))),b),h),a=f;continue}return c}return[0,b]}}function
+ip(d,c){var
 a=d,b=c;for(;;){if(b){if(a){var
 a=a[1],b=b[2];continue}return a}return 1}}function
-ir(a){var
-b=iq(pb,a);return b?a?a[2]?48===a[1]?0:ip(v,a):ip(v,a):a:b}function
-cW(d,c){var
+iq(a){var
+b=ip(o7,a);return b?a?a[2]?48===a[1]?0:io(u,a):io(u,a):a:b}function
+cV(d,c){var
 a=c;for(;;){if(a){var
-b=a[1];if(dU(d,b[1]))return[0,b[2]];var
+b=a[1];if(dT(d,b[1]))return[0,b[2]];var
 a=a[2];continue}return a}}function
 fJ(k,j,i,h){var
-a=cW(k,dq);if(a){var
-b=cW(j,dq);if(b){var
-c=cW(i,dq);if(c)var
-d=cW(h,dq),l=d?[0,[0,[0,[0,a[1],b[1]],c[1]],d[1]]]:d,e=l;else
+a=cV(k,dr);if(a){var
+b=cV(j,dr);if(b){var
+c=cV(i,dr);if(c)var
+d=cV(h,dr),l=d?[0,[0,[0,[0,a[1],b[1]],c[1]],d[1]]]:d,e=l;else
 var
 e=c;var
 f=e}else
@@ -2193,14 +2183,14 @@ f=b;var
 g=f}else
 var
 g=a;return g}function
-bC(i,h,g,f,e,d,c,b){function
+bB(i,h,g,f,e,d,c,b){function
 a(a,b){var
 c=a?1<<b:a;return c}var
-j=a(i,7),k=a(h,6),l=a(g,5),m=a(f,4),n=a(e,3),o=a(d,2),p=a(c,1);return fq(((((((a(b,0)+p|0)+o|0)+n|0)+m|0)+l|0)+k|0)+j|0)}function
-cX(b){function
+j=a(i,7),k=a(h,6),l=a(g,5),m=a(f,4),n=a(e,3),o=a(d,2),p=a(c,1);return fr(((((((a(b,0)+p|0)+o|0)+n|0)+m|0)+l|0)+k|0)+j|0)}function
+cW(b){function
 a(a){return 0!==(b&1<<a)?1:0}var
 c=a(7);return a(6)?0:c}function
-is(a){function
+ir(a){function
 b(b){return 0!==(a&1<<b)?1:0}var
 f=b(7),g=b(6);if(b(5)){if(f)return 0;var
 c=G(a===34?1:0);return c?G(92===a?1:0):c}if(g){if(f)return 0;var
@@ -2208,13 +2198,13 @@ d=G(a===34?1:0);if(d)return G(92===a?1:0);var
 e=d}else
 var
 e=g;return e}var
-pd=[0,[0,dn,dn],pc];function
-pe(cJ,cI){var
+o9=[0,[0,dp,dp],o8];function
+o_(cJ,cI){var
 d=cJ,h=cI;for(;;){if(h){var
-w=h[2],j=h[1];if(is(j)){var
+w=h[2],j=h[1];if(ir(j)){var
 d=[0,j,d],h=w;continue}if(w){var
 i=w[2],e=w[1];if(G(92===j?1:0)){var
-bx=cX(e);if(bx){var
+bx=cW(e);if(bx){var
 s=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),by=s(7),bz=s(6),co=s(5),cp=s(4),cq=s(3),cr=s(2),cs=s(1);if(co)var
 ao=0;else{if(bz)if(by)var
 cm=cs||cr,cn=cm||cq,ah=cn||cp;else
@@ -2226,18 +2216,18 @@ ao=ah}}else
 var
 ao=bx;if(ao){var
 d=[0,e,[0,j,d]],h=i;continue}if(i){var
-x=i[2],M=i[1],bA=cX(e),bB=bA?cX(M):bA;if(bB){var
+x=i[2],N=i[1],bA=cW(e),bC=bA?cW(N):bA;if(bC){var
 k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),g=k(7),b=k(6),c=k(5),m=k(4),bD=k(3),bE=k(2),bF=k(1);if(k(0))if(bF)if(m)var
 a=0;else
 var
 ct=c?b?g:b:c,a=ct;else
 if(bE)if(bD)if(m)var
 a=0;else{var
-U=0;if(c)if(b)if(g)var
+V=0;if(c)if(b)if(g)var
 a=G(0!==(e&32)?1:0);else{var
-ai=g;U=1}else{var
-ai=b;U=1}else{var
-ai=c;U=1}if(U)var
+ai=g;V=1}else{var
+ai=b;V=1}else{var
+ai=c;V=1}if(V)var
 a=ai}else
 if(m)var
 a=0;else
@@ -2261,16 +2251,16 @@ var
 cy=c?b?g:b:c,a=cy;else
 if(m)var
 a=0;else{var
-V=0;if(c)if(b)if(g)var
+W=0;if(c)if(b)if(g)var
 a=0!==(e&32)?1:0;else{var
-aj=g;V=1}else{var
-aj=b;V=1}else{var
-aj=c;V=1}if(V)var
+aj=g;W=1}else{var
+aj=b;W=1}else{var
+aj=c;W=1}if(W)var
 a=aj}}else
 var
-a=bB;if(a){var
-d=[0,M,[0,e,[0,j,d]]],h=x;continue}if(x){var
-bS=x[1],bG=cX(e),bH=bG?cX(M):bG,bI=bH?cX(bS):bH;if(bI){var
+a=bC;if(a){var
+d=[0,N,[0,e,[0,j,d]]],h=x;continue}if(x){var
+bS=x[1],bG=cW(e),bH=bG?cW(N):bG,bI=bH?cW(bS):bH;if(bI){var
 n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),t=n(7),o=n(6),p=n(5),q=n(4),H=n(3),ak=n(2),cH=n(1);if(n(0))if(ak||H)var
 f=0;else
 var
@@ -2299,17 +2289,17 @@ F=q;A=1}if(A)var
 f=F}}else
 var
 f=bI;if(f){var
-d=[0,bS,[0,M,[0,e,[0,j,d]]]],h=x[2];continue}var
+d=[0,bS,[0,N,[0,e,[0,j,d]]]],h=x[2];continue}var
 bT=f}else
 var
 bT=x;var
 bU=bT}else
 var
 bU=i;return bU}if(l===e){if(i){var
-N=i[2];if(N){var
-O=N[2];if(O){var
+O=i[2];if(O){var
 P=O[2];if(P){var
-r=P[2],ap=fJ(i[1],N[1],O[1],P[1]);if(ap){var
+Q=P[2];if(Q){var
+r=Q[2],ap=fJ(i[1],O[1],P[1],Q[1]);if(ap){var
 y=ap[1],aE=y[1][1],aF=aE[1],aG=aF[1],aH=aG[1],aI=aH[1],aw=0;if(aI){var
 aJ=aH[2];if(aJ)if(aG[2]){var
 aq=0;aw=1}else{var
@@ -2370,115 +2360,114 @@ bR=bQ;ax=1}}else{var
 bR=r;ax=1}if(ax)var
 ar=bR;if(ar){if(r){var
 as=r[2];if(as){var
-Q=as[2];if(Q){var
-R=Q[2];if(R){var
+R=as[2];if(R){var
 S=R[2];if(S){var
 T=S[2];if(T){var
-at=fJ(Q[1],R[1],S[1],T[1]);if(at){var
-bV=at[1],be=bV[2],bf=be[1],bg=bf[1],bh=bV[1],bi=bh[2],bj=bi[1],bk=bj[1],bl=bh[1][2],bm=y[2],bn=bm[1],bo=bn[1],bp=y[1],bq=bp[2],br=bq[1],bs=br[1],u=bs[2],v=bs[1],bt=bp[1][2],ag=bt[1][2],D=bt[2],cK=T[2],cc=G(u),cd=cQ(v,u),ce=v?u:v,cf=cQ(D,ce),bu=D?v:D,cg=bu?u:bu,ch=cQ(ag,cg),bv=ag?D:ag,bw=bv?v:bv,ci=bw?u:bw,cj=[0,bC(1,0,bj[2],bi[2],bg[1],bg[2],bf[2],be[2]),0],ck=[0,bC(1,0,bn[2],bm[2],bl[1][2],bl[2],bk[1],bk[2]),cj],cl=[0,bC(1,0,cd,cc,br[2],bq[2],bo[1],bo[2]),ck],d=Y([0,bC(1,1,1,1,0,ci,ch,cf),cl],d),h=cK;continue}var
+U=T[2];if(U){var
+at=fJ(R[1],S[1],T[1],U[1]);if(at){var
+bV=at[1],be=bV[2],bf=be[1],bg=bf[1],bh=bV[1],bi=bh[2],bj=bi[1],bk=bj[1],bl=bh[1][2],bm=y[2],bn=bm[1],bo=bn[1],bp=y[1],bq=bp[2],br=bq[1],bs=br[1],u=bs[2],v=bs[1],bt=bp[1][2],ag=bt[1][2],D=bt[2],cK=U[2],cc=G(u),cd=cQ(v,u),ce=v?u:v,cf=cQ(D,ce),bu=D?v:D,cg=bu?u:bu,ch=cQ(ag,cg),bv=ag?D:ag,bw=bv?v:bv,ci=bw?u:bw,cj=[0,bB(1,0,bj[2],bi[2],bg[1],bg[2],bf[2],be[2]),0],ck=[0,bB(1,0,bn[2],bm[2],bl[1][2],bl[2],bk[1],bk[2]),cj],cl=[0,bB(1,0,cd,cc,br[2],bq[2],bo[1],bo[2]),ck],d=M([0,bB(1,1,1,1,0,ci,ch,cf),cl],d),h=cK;continue}var
 bW=at}else
 var
-bW=T;var
+bW=U;var
 bX=bW}else
 var
-bX=S;var
+bX=T;var
 bY=bX}else
 var
-bY=R;var
+bY=S;var
 bZ=bY}else
 var
-bZ=Q;var
+bZ=R;var
 b0=bZ}else
 var
 b0=as;var
 b1=b0}else
 var
 b1=r;return b1}}var
-aX=y[2],aY=aX[1],aZ=aY[1],W=aZ[2],X=aZ[1],Z=aY[2],_=aX[2],a0=y[1],a1=a0[2],a2=a1[1],a3=a2[1],$=a3[2],aa=a3[1],ab=a2[2],ac=a1[2],a4=a0[1],a5=a4[2],a6=a5[1],a7=a6[1],ad=a7[2],a8=a7[1],ae=a6[2],af=a5[2],a9=a4[1],a_=a9[1],a$=a_[1],ba=a$[2],bb=a$[1],bc=a_[2],bd=a9[2],aD=0;if(!bb&&!ba&&!bc&&!bd&&!a8){var
+aX=y[2],aY=aX[1],aZ=aY[1],X=aZ[2],Y=aZ[1],Z=aY[2],_=aX[2],a0=y[1],a1=a0[2],a2=a1[1],a3=a2[1],$=a3[2],aa=a3[1],ab=a2[2],ac=a1[2],a4=a0[1],a5=a4[2],a6=a5[1],a7=a6[1],ad=a7[2],a8=a7[1],ae=a6[2],af=a5[2],a9=a4[1],a_=a9[1],a$=a_[1],ba=a$[2],bb=a$[1],bc=a_[2],bd=a9[2],aD=0;if(!bb&&!ba&&!bc&&!bd&&!a8){var
 b9=0;if(!ad&&!ae&&!af&&!aa){var
-au=[0,bC(0,$,ab,ac,X,W,Z,_),0];aD=1;b9=1}if(!b9){var
-cb=[0,bC(1,0,ab,ac,X,W,Z,_),0],au=[0,bC(1,1,0,ad,ae,af,aa,$),cb];aD=1}}if(!aD)var
-b$=[0,bC(1,0,ab,ac,X,W,Z,_),0],ca=[0,bC(1,0,a8,ad,ae,af,aa,$),b$],au=[0,bC(1,1,1,0,bb,ba,bc,bd),ca];var
-d=Y(au,d),h=r;continue}var
+au=[0,bB(0,$,ab,ac,Y,X,Z,_),0];aD=1;b9=1}if(!b9){var
+cb=[0,bB(1,0,ab,ac,Y,X,Z,_),0],au=[0,bB(1,1,0,ad,ae,af,aa,$),cb];aD=1}}if(!aD)var
+b$=[0,bB(1,0,ab,ac,Y,X,Z,_),0],ca=[0,bB(1,0,a8,ad,ae,af,aa,$),b$],au=[0,bB(1,1,1,0,bb,ba,bc,bd),ca];var
+d=M(au,d),h=r;continue}var
 b2=ap}else
 var
-b2=P;var
+b2=Q;var
 b3=b2}else
 var
-b3=O;var
+b3=P;var
 b4=b3}else
 var
-b4=N;var
+b4=O;var
 b5=b4}else
 var
 b5=i;return b5}var
-av=cW(e,pd);if(av){var
+av=cV(e,o9);if(av){var
 d=[0,av[1],d],h=i;continue}var
 b6=av}else
 var
-b6=w;return b6}return[0,Y(d,0)]}}function
-it(d,c){var
+b6=w;return b6}return[0,M(d,0)]}}function
+fK(d,c){var
 b=d,a=c;for(;;){if(b){if(a)switch(hT(b[1],a[1])){case
 0:var
 b=b[2],a=a[2];continue;case
-1:return 1;default:return 0}return a}return 1}}var
-iu=io([0,it]);function
+1:return 1;default:return 0}return a}return 1}}function
 cu(d){var
-a=z(iu[5],d);for(;;){if(a){var
+a=fD(fK,d);for(;;){if(a){var
 b=a[2];if(b){var
 c=G(H(a[1],b[1]));if(c){var
 a=b;continue}return c}return 1}return 1}}function
-iv(c,b,a){if(dp(c))return[0,[0,[6,b],a]];if(a){var
+is(c,b,a){if(dq(c))return[0,[0,[6,b],a]];if(a){var
 d=a[2],e=a[1];if(0===e[0]){var
-f=e[1];if(44===c)return[0,[0,pf,[0,[0,[0,b,f]],d]]];var
-g=93===c?1:0,n=g?[0,[0,[6,[3,Y(f,[0,b,0])]],d]]:g;return n}var
+f=e[1];if(44===c)return[0,[0,o$,[0,[0,[0,b,f]],d]]];var
+g=93===c?1:0,n=g?[0,[0,[6,[3,M(f,[0,b,0])]],d]]:g;return n}var
 h=e[2],i=e[1];if(44===c)return[0,[0,[1,[0,[0,h,b],i],0],d]];var
-j=dR===c?1:0;if(j)var
-k=Y(i,[0,[0,h,b],0]),l=cu(q(bQ,k)),o=l?[0,[0,[6,[4,k]],d]]:l,m=o;else
+j=dQ===c?1:0;if(j)var
+k=M(i,[0,[0,h,b],0]),l=cu(q(bP,k)),o=l?[0,[0,[6,[4,k]],d]]:l,m=o;else
 var
 m=j;return m}return a}function
-ps(Q,P,O){var
-e=Q,a=P,i=O;for(;;){if(i){var
+pm(R,Q,P){var
+e=R,a=Q,i=P;for(;;){if(i){var
 d=i[1];switch(e[0]){case
 0:var
-u=e[1];if(dp(d))var
+u=e[1];if(dq(d))var
 c=[0,[0,[0,u],a]];else
 if(d===34)var
-c=[0,[0,pg,a]];else
-if(ea(d))var
+c=[0,[0,pa,a]];else
+if(ec(d))var
 c=[0,[0,[4,[0,d,0]],a]];else
 if(91===d)var
-c=[0,[0,pi,[0,ph,a]]];else
-if(g9===d)var
-c=[0,[0,pj,a]];else
+c=[0,[0,pc,[0,pb,a]]];else
+if(g_===d)var
+c=[0,[0,pd,a]];else
 if(f===d)var
-c=[0,[0,[5,k(pk),0],a]];else
+c=[0,[0,[5,k(pe),0],a]];else
 if(b===d)var
-c=[0,[0,[5,k(pm),pl],a]];else
+c=[0,[0,[5,k(pg),pf],a]];else
 if(y===d)var
-c=[0,[0,[5,k(po),pn],a]];else{var
+c=[0,[0,[5,k(pi),ph],a]];else{var
 q=93===d?1:0,r=q?u:q,o=0;if(r)if(a)var
-s=a[1],c=0===s[0]?s[1]?0:[0,[0,pp,a[2]]]:0;else{var
+s=a[1],c=0===s[0]?s[1]?0:[0,[0,pj,a[2]]]:0;else{var
 t=a;o=1}else{var
 t=r;o=1}if(o)var
 c=t}break;case
 1:var
-v=e[2],w=e[1];if(dp(d))var
+v=e[2],w=e[1];if(dq(d))var
 c=[0,[0,[1,w,v],a]];else
 if(d===34)var
 c=[0,[0,[3,[0,w],0,0],a]];else
 var
-x=dR===d?1:0,z=x?v:x,K=z?[0,[0,pq,a]]:z,c=K;break;case
+x=dQ===d?1:0,z=x?v:x,K=z?[0,[0,pk,a]]:z,c=K;break;case
 2:var
-A=e[2],B=e[1];if(dp(d))var
+A=e[2],B=e[1];if(dq(d))var
 c=[0,[0,[2,B,A],a]];else
 var
-C=58===d?1:0,L=C?[0,[0,pr,[0,[1,B,A],a]]]:C,c=L;break;case
+C=58===d?1:0,L=C?[0,[0,pl,[0,[1,B,A],a]]]:C,c=L;break;case
 3:var
 j=e[3],g=e[1];if(e[2])var
 c=[0,[0,[3,g,0,[0,d,j]],a]];else
 if(d===34){var
-l=pe(0,Y(j,0)),p=0;if(l){var
+l=o_(0,M(j,0)),p=0;if(l){var
 D=l[1];if(g)var
 c=[0,[0,[2,g[1],D],a]];else{var
 E=[0,[0,[6,[2,D]],a]];p=1}}else{var
@@ -2487,138 +2476,138 @@ c=E}else
 var
 c=[0,[0,[3,g,92===d?1:0,[0,d,j]],a]];break;case
 4:var
-F=e[1];if(ea(d))var
+F=e[1];if(ec(d))var
 c=[0,[0,[4,[0,d,F]],a]];else
 var
-m=ir(Y(F,0)),c=m?iv(d,[1,m[1]],a):m;break;case
+m=iq(M(F,0)),c=m?is(d,[1,m[1]],a):m;break;case
 5:var
 h=e[1];if(h){var
 G=d===h[1]?1:0;if(G)var
-H=h[2],I=e[2],M=H?[5,H,I]:[6,I],n=[0,[0,M,a]];else
+H=h[2],I=e[2],N=H?[5,H,I]:[6,I],n=[0,[0,N,a]];else
 var
 n=G}else
 var
 n=h;var
 c=n;break;default:var
-c=iv(d,e[1],a)}if(c){var
+c=is(d,e[1],a)}if(c){var
 J=c[1],e=J[1],a=J[2],i=i[2];continue}return c}switch(e[0]){case
 4:if(a)return 0;var
-N=ir(Y(e[1],0));return aA(function(a){return[1,a]},N);case
+O=iq(M(e[1],0));return ay(function(a){return[1,a]},O);case
 6:return a?0:[0,e[1]];default:return 0}}}function
-eb(d){var
+ed(d){var
 e=d[1],f=e[1],g=f[2],c=e[2],b=d[2],h=g?c?b?55:54:b?53:52:c?b?51:50:b?49:48;return f[1]?g?c?b?y:a:b?o:99:c?b?98:97:b?57:56:h}function
-dr(a){var
-b=a[1],c=b[1],d=[0,eb(a[2]),0],e=[0,eb(b[2]),d],f=[0,eb(c[2]),e];return[0,92,[0,l,[0,eb(c[1]),f]]]}function
-pF(aY,aX){var
+ds(a){var
+b=a[1],c=b[1],d=[0,ed(a[2]),0],e=[0,ed(b[2]),d],f=[0,ed(c[2]),e];return[0,92,[0,l,[0,ed(c[1]),f]]]}function
+pz(aY,aX){var
 b=aY,f=aX;for(;;){if(f){var
 c=f[2],a=f[1],u=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aS=u(7),D=u(6);if(u(5))var
 K=0;else
 var
 aR=D?aS:D,K=aR;if(K){if(c){var
-aZ=c[2],a0=c[1],n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),$=n(4),aa=n(3),ab=n(2),ac=n(1),ad=n(0),g=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a0),V=g(5),W=g(4),X=g(3),Z=g(2),_=g(1),b=Y(dr([0,[0,[0,fK,[0,[0,[0,0,$],aa],ab]],[0,[0,[0,ac,ad],V],W]],[0,[0,[0,X,Z],_],g(0)]]),b),f=aZ;continue}return b}var
+aZ=c[2],a0=c[1],n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),$=n(4),aa=n(3),ab=n(2),ac=n(1),ad=n(0),g=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a0),W=g(5),X=g(4),Y=g(3),Z=g(2),_=g(1),b=M(ds([0,[0,[0,fL,[0,[0,[0,0,$],aa],ab]],[0,[0,[0,ac,ad],W],X]],[0,[0,[0,Y,Z],_],g(0)]]),b),f=aZ;continue}return b}var
 q=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aU=q(7),E=q(6),F=q(5);if(q(4))var
 L=0;else
 var
 aT=F?E?aU:E:F,L=aT;if(L){if(c){var
 v=c[2];if(v){var
-a1=v[2],a2=v[1],a3=c[1],p=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),ap=p(3),aq=p(2),ar=p(1),as=p(0),i=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a3),aj=i(5),ak=i(4),al=i(3),am=i(2),an=i(1),ao=i(0),h=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a2),ae=h(5),af=h(4),ag=h(3),ah=h(2),ai=h(1),b=Y(dr([0,[0,[0,[0,[0,[0,ap,aq],ar],as],[0,[0,[0,aj,ak],al],am]],[0,[0,[0,an,ao],ae],af]],[0,[0,[0,ag,ah],ai],h(0)]]),b),f=a1;continue}return b}return b}var
+a1=v[2],a2=v[1],a3=c[1],p=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),ap=p(3),aq=p(2),ar=p(1),as=p(0),i=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a3),aj=i(5),ak=i(4),al=i(3),am=i(2),an=i(1),ao=i(0),h=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a2),ae=h(5),af=h(4),ag=h(3),ah=h(2),ai=h(1),b=M(ds([0,[0,[0,[0,[0,[0,ap,aq],ar],as],[0,[0,[0,aj,ak],al],am]],[0,[0,[0,an,ao],ae],af]],[0,[0,[0,ag,ah],ai],h(0)]]),b),f=a1;continue}return b}return b}var
 o=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aW=o(7),H=o(6),I=o(5),J=o(4);if(o(3))var
-M=0;else
+N=0;else
 var
-aV=J?I?H?aW:H:I:J,M=aV;if(M){if(c){var
+aV=J?I?H?aW:H:I:J,N=aV;if(N){if(c){var
 w=c[2];if(w){var
 y=w[2];if(y){var
 a4=y[2],a5=y[1],a6=w[1],a7=c[1],t=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aP=t(2),aQ=t(1),C=t(0),m=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a7),s=m(5),aK=m(4),aL=m(3),aM=m(2),aN=m(1),aO=m(0),l=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a6),aE=l(5),aF=l(4),aG=l(3),aH=l(2),aI=l(1),aJ=l(0),k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a5),ay=k(5),az=k(4),aA=k(3),aB=k(2),aC=k(1),aD=k(0);if(aP)var
-z=1,r=pA;else
+z=1,r=pu;else
 var
 j=G(aK),au=cQ(s,j),av=j?G(s):j,aw=cQ(C,av),B=j?G(s):j,ax=B?G(C):B,z=j,r=[0,[0,cQ(aQ,ax),aw],au];var
-A=r[1],at=dr([0,[0,[0,pC,[0,[0,pB,aG],aH]],[0,[0,[0,aI,aJ],ay],az]],[0,[0,[0,aA,aB],aC],aD]]),b=Y(x(dr([0,[0,[0,pE,[0,[0,pD,A[1]],A[2]]],[0,[0,[0,r[2],z],aL],aM]],[0,[0,[0,aN,aO],aE],aF]]),at),b),f=a4;continue}return b}return b}return b}if(a===34)var
-d=[0,92,[0,dn,0]];else
+A=r[1],at=ds([0,[0,[0,pw,[0,[0,pv,aG],aH]],[0,[0,[0,aI,aJ],ay],az]],[0,[0,[0,aA,aB],aC],aD]]),b=M(x(ds([0,[0,[0,py,[0,[0,px,A[1]],A[2]]],[0,[0,[0,r[2],z],aL],aM]],[0,[0,[0,aN,aO],aE],aF]]),at),b),f=a4;continue}return b}return b}return b}if(a===34)var
+d=[0,92,[0,dp,0]];else
 if(92===a)var
-d=pu;else
+d=po;else
 if(8===a)var
-d=pv;else
+d=pp;else
 if(12===a)var
-d=pw;else
+d=pq;else
 if(10===a)var
-d=px;else
+d=pr;else
 if(13===a)var
-d=py;else
+d=ps;else
 if(9===a)var
-d=pz;else{var
-N=0;if(is(a)&&G(fe===a?1:0))var
+d=pt;else{var
+O=0;if(ir(a)&&G(ff===a?1:0))var
 d=[0,a,0];else
-N=1;if(N)var
-e=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),O=e(7),P=e(6),Q=e(5),R=e(4),S=e(3),T=e(2),U=e(1),d=dr([0,[0,[0,fK,fK],[0,[0,[0,O,P],Q],R]],[0,[0,[0,S,T],U],e(0)]])}var
-b=Y(d,b),f=c;continue}return b}}function
-iw(b,a){return[0,dn,pF([0,dn,b],a)]}function
-ix(p){var
-e=pG,b=p,a=0;for(;;){if(e){var
+O=1;if(O)var
+e=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),P=e(7),Q=e(6),R=e(5),S=e(4),T=e(3),U=e(2),V=e(1),d=ds([0,[0,[0,fL,fL],[0,[0,[0,P,Q],R],S]],[0,[0,[0,T,U],V],e(0)]])}var
+b=M(d,b),f=c;continue}return b}}function
+it(b,a){return[0,dp,pz([0,dp,b],a)]}function
+iu(p){var
+e=pA,b=p,a=0;for(;;){if(e){var
 c=g(2,F(g(2,g(2,t)))),f=aT(c);if(0===f)var
-d=[0,v,b];else
+d=[0,u,b];else
 if(1===f)var
-d=bg(b,c);else
+d=bf(b,c);else
 var
-h=bg(cs(-1,b),c),m=h[2],n=M(cs(1,c),m),d=[0,cs(-1,h[1]),n];var
-i=d[1],j=d[2],o=0<=aT(j)?j:v,k=M(g(2,g(2,g(2,g(2,F(g(2,t)))))),o),l=0<aT(k)?fC(o7,k):hQ;if(w(i,v))return[0,l,a];var
-e=e[1],b=i,a=[0,l,a];continue}return a}}var
-pH=io([0,function(b,a){return it(b[1],a[1])}]);function
-ec(a,b){if(typeof
-b==="number")return Y(k(pI),a);else
+h=bf(cs(-1,b),c),m=h[2],n=K(cs(1,c),m),d=[0,cs(-1,h[1]),n];var
+i=d[1],j=d[2],o=0<=aT(j)?j:u,k=K(g(2,g(2,g(2,g(2,F(g(2,t)))))),o),l=0<aT(k)?fC(o1,k):hQ;if(w(i,u))return[0,l,a];var
+e=e[1],b=i,a=[0,l,a];continue}return a}}function
+pB(b,a){return fK(b[1],a[1])}function
+ee(a,b){if(typeof
+b==="number")return M(k(pC),a);else
 switch(b[0]){case
-0:return b[1]?Y(k(pJ),a):Y(k(pK),a);case
-1:return Y(ix(b[1]),a);case
-2:return iw(a,b[1]);case
+0:return b[1]?M(k(pD),a):M(k(pE),a);case
+1:return M(iu(b[1]),a);case
+2:return it(a,b[1]);case
 3:var
 i=b[1];if(i){var
 f=a,j=91,c=i;for(;;){if(c){var
-n=c[2],f=ec([0,j,f],c[1]),j=44,c=n;continue}return[0,93,f]}}return[0,93,[0,91,a]];default:var
+n=c[2],f=ee([0,j,f],c[1]),j=44,c=n;continue}return[0,93,f]}}return[0,93,[0,91,a]];default:var
 l=function(a){if(a)var
-b=a[1],c=b[1],e=l(a[2]),f=b[2],d=[0,[0,c,[2,ec([0,58,iw(0,c)],f)]],e];else
+b=a[1],c=b[1],e=l(a[2]),f=b[2],d=[0,[0,c,[2,ee([0,58,it(0,c)],f)]],e];else
 var
-d=a;return d},p=l(b[1]),h=z(pH[5],p);if(h){var
-e=a,m=g9,d=[0,h[1],h[2]];for(;;){if(d){var
+d=a;return d},h=fD(pB,l(b[1]));if(h){var
+e=a,m=g_,d=[0,h[1],h[2]];for(;;){if(d){var
 g=d[1][2];if(typeof
 g!=="number"&&2===g[0]){var
-o=d[2],e=Y(Y(g[1],0),[0,m,e]),m=44,d=o;continue}return[0,dR,e]}return[0,dR,e]}}return[0,dR,[0,g9,a]]}}function
-fL(a){return Y(ec(0,a),0)}function
-ed(d){var
+o=d[2],e=M(M(g[1],0),[0,m,e]),m=44,d=o;continue}return[0,dQ,e]}return[0,dQ,e]}}return[0,dQ,[0,g_,a]]}}function
+fM(a){return M(ee(0,a),0)}function
+ef(d){var
 b=0,a=d,e=0;for(;;){if(a){var
-c=a[2],b=[0,10,ec(b,a[1])],a=c;continue}return Y(b,e)}}function
-i(a,b){return 0===a[0]?z(b,a[1]):[1,a[1]]}function
-L(a){return[1,k(a)]}function
-J(c,b,a){return c?a:L(b)}function
+c=a[2],b=[0,10,ee(b,a[1])],a=c;continue}return M(b,e)}}function
+i(a,b){return 0===a[0]?A(b,a[1]):[1,a[1]]}function
+N(a){return[1,k(a)]}function
+J(c,b,a){return c?a:N(b)}function
 aV(b,a){return 0===a[0]?[0,a[1]]:[1,x(b,[0,32,a[1]])]}function
 a1(e,d){var
 b=0,a=d;for(;;){if(a){var
-c=z(e,a[1]);if(0===c[0]){var
-b=[0,c[1],b],a=a[2];continue}return[1,c[1]]}return[0,Y(b,0)]}}function
-br(b,a){if(typeof
-a==="number")return pL;function
-c(a){return[0,[0,a]]}return i(z(b,a),c)}function
+c=A(e,a[1]);if(0===c[0]){var
+b=[0,c[1],b],a=a[2];continue}return[1,c[1]]}return[0,M(b,0)]}}function
+bs(b,a){if(typeof
+a==="number")return pF;function
+c(a){return[0,[0,a]]}return i(A(b,a),c)}function
 a7(a){if(typeof
-a!=="number"&&4===a[0])return[0,a[1]];return L(pM)}function
-bi(a){if(typeof
-a!=="number"&&3===a[0])return[0,a[1]];return L(pN)}function
+a!=="number"&&4===a[0])return[0,a[1]];return N(pG)}function
+bj(a){if(typeof
+a!=="number"&&3===a[0])return[0,a[1]];return N(pH)}function
 af(d,c){var
 a=c;for(;;){if(a){var
 b=a[1];if(H(d,b[1]))return[0,b[2]];var
 a=a[2];continue}return a}}function
-V(c,b){var
+W(c,b){var
 a=af(c,b),d=a?1:a;return d}function
 cv(b,a){return ad(function(b){return H(a,b)},b)}function
-S(b,d,a){function
+T(b,d,a){function
 c(a){var
 c=[0,a],e=J(E(function(a){var
-c=cv(b,a[1]);return c?c:cv(d,a[1])},a),pO,c);return J(E(function(b){return V(b,a)},b),pP,e)}return i(a7(a),c)}function
+c=cv(b,a[1]);return c?c:cv(d,a[1])},a),pI,c);return J(E(function(b){return W(b,a)},b),pJ,e)}return i(a7(a),c)}function
 r(d,a,c){var
-b=af(a,c);return b?aV(a,z(d,b[1])):L(pQ)}function
+b=af(a,c);return b?aV(a,A(d,b[1])):N(pK)}function
 ai(b,a){function
-c(a){return a1(b,a)}return i(bi(a),c)}function
-iy(b,a){return w(aD(ar(a)),b)}function
+c(a){return a1(b,a)}return i(bj(a),c)}function
+iv(b,a){return w(aH(au(a)),b)}function
 al(c,b,a){function
 d(a){var
-d=a1(b,a);return J(iy(c,a),pR,d)}return i(bi(a),d)}function
+d=a1(b,a);return J(iv(c,a),pL,d)}return i(bj(a),d)}function
 _(c){if(typeof
 c!=="number"&&2===c[0]){var
 h=c[1],a=h,j=[0,h];for(;;){if(a){var
@@ -2630,128 +2619,127 @@ var
 f=b;var
 g=f}else
 var
-g=a;return J(G(g),pT,j)}}return L(pS)}function
-aJ(a){if(typeof
-a!=="number"&&1===a[0])return[0,a[1]];return L(pU)}function
-ee(b,a){function
-c(a){return J(Q(a,b),pV,[0,a])}return i(aJ(a),c)}function
-fM(a){if(typeof
-a!=="number"&&0===a[0])return[0,a[1]];return L(pW)}function
-ds(d,c){var
+g=a;return J(G(g),pN,j)}}return N(pM)}function
+aI(a){if(typeof
+a!=="number"&&1===a[0])return[0,a[1]];return N(pO)}function
+eg(b,a){function
+c(a){return J(R(a,b),pP,[0,a])}return i(aI(a),c)}function
+fN(a){if(typeof
+a!=="number"&&0===a[0])return[0,a[1]];return N(pQ)}function
+dt(d,c){var
 a=d;for(;;){if(a){var
 b=a[1];if(H(b[1],c))return[0,b[2]];var
-a=a[2];continue}return L(pX)}}function
-ba(b,a){function
-c(a){return ds(b,a)}return i(_(a),c)}function
-iz(a){return $(function(a){return x($(function(a){return 44===a?pZ:[0,a,0]},a),pY)},a)}function
-ef(a){function
+a=a[2];continue}return N(pR)}}function
+a$(b,a){function
+c(a){return dt(b,a)}return i(_(a),c)}function
+iw(a){return $(function(a){return x($(function(a){return 44===a?pT:[0,a,0]},a),pS)},a)}function
+eh(a){function
 b(a){var
-b=J(cu(a),p0,[0,a]),c=a?1:a;return J(c,p1,b)}return i(ai(_,a),b)}function
-eg(b,a){function
+b=J(cu(a),pU,[0,a]),c=a?1:a;return J(c,pV,b)}return i(ai(_,a),b)}function
+ei(b,a){function
 c(a){var
-b=J(cu(q(iz,a)),p2,[0,a]),c=a?1:a;return J(c,p3,b)}return i(ai(function(a){return al(b,_,a)},a),c)}function
-iA(c,b,a){function
+b=J(cu(q(iw,a)),pW,[0,a]),c=a?1:a;return J(c,pX,b)}return i(ai(function(a){return al(b,_,a)},a),c)}function
+ix(c,b,a){function
 d(a){function
 f(a){var
-c=cW(a,dq);if(c){if(!b)return 0!==(a&32)?1:0;var
+c=cV(a,dr);if(c){if(!b)return 0!==(a&32)?1:0;var
 d=b}else
 var
 d=c;return d}var
-d=iq(c,a),g=[0,a],e=d?iy(aD(c),a):d,h=e?E(f,a):e;return J(h,p4,g)}return i(_(a),d)}var
-p5=0;function
-eh(a){return iA(p6,p5,a)}function
-iB(b,a){return[0,M(B(b[1],a[2]),a[1]),B(b[2],a[2])]}function
-fN(b,a){if(a){var
-c=a[2],d=a[1];return d?[0,0,fN(iB(d[1],b),c)]:[0,[0,b],c]}return[0,[0,b],0]}function
-iC(d){var
+d=ip(c,a),g=[0,a],e=d?iv(aH(c),a):d,h=e?E(f,a):e;return J(h,pY,g)}return i(_(a),d)}var
+pZ=0;function
+ej(a){return ix(p0,pZ,a)}function
+iy(b,a){return[0,K(B(b[1],a[2]),a[1]),B(b[2],a[2])]}function
+fO(b,a){if(a){var
+c=a[2],d=a[1];return d?[0,0,fO(iy(d[1],b),c)]:[0,[0,b],c]}return[0,[0,b],0]}function
+iz(d){var
 a=d;for(;;){if(a){var
 b=a[2],c=a[1];if(c){var
-e=c[1];return iB(iC(b),e)}var
-a=b;continue}return[0,v,t]}}function
-iD(l,k,j,i){var
+e=c[1];return iy(iz(b),e)}var
+a=b;continue}return[0,u,t]}}function
+iA(l,k,j,i){var
 d=l,a=k,c=j,b=i;for(;;){if(b){var
 f=b[2],e=fI(b[1]);if(e){var
 h=e[1];if(c){var
-m=c[1],n=a[2],o=B(g(2,F(g(2,g(2,t)))),n),p=a[1],a=[0,M(B(g(2,F(g(2,g(2,t)))),p),h),o],c=m,b=f;continue}var
-q=[0,h,g(2,F(g(2,g(2,t))))],d=fN(a,d),a=q,c=p7,b=f;continue}return e}return[0,iC(fN(a,d))[1]]}}function
-fO(a){return a?a[2]?48===a[1]?0:iD(0,[0,v,t],p8,a):iD(0,[0,v,t],p9,a):a}function
-fP(d){var
-b=g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,g(2,g(2,g(2,g(2,F(g(2,t))))))))))))))))))))),a=d;for(;;){if(a){if(!N(b,v)){var
+m=c[1],n=a[2],o=B(g(2,F(g(2,g(2,t)))),n),p=a[1],a=[0,K(B(g(2,F(g(2,g(2,t)))),p),h),o],c=m,b=f;continue}var
+q=[0,h,g(2,F(g(2,g(2,t))))],d=fO(a,d),a=q,c=p1,b=f;continue}return e}return[0,iz(fO(a,d))[1]]}}function
+fP(a){return a?a[2]?48===a[1]?0:iA(0,[0,u,t],p2,a):iA(0,[0,u,t],p3,a):a}function
+fQ(d){var
+b=g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,g(2,g(2,g(2,g(2,F(g(2,t))))))))))))))))))))),a=d;for(;;){if(a){if(!O(b,u)){var
 b=ap(b,t),a=a[2];continue}var
 c=0}else
 var
-c=1;return c?fO(d):c}}function
-iE(g,f,e){var
+c=1;return c?fP(d):c}}function
+iB(g,f,e){var
 b=f,a=e;for(;;){if(a){var
-c=a[2],d=a[1];if(dU(d,g))return[0,Y(b,0),[0,c]];var
-b=[0,d,b],a=c;continue}return[0,Y(b,0),0]}}function
-iF(m){var
-e=iE(47,0,m),f=e[2],g=e[1];if(f){var
-b=fP(g);if(b){var
-h=b[1],c=fP(f[1]);if(c){var
+c=a[2],d=a[1];if(dT(d,g))return[0,M(b,0),[0,c]];var
+b=[0,d,b],a=c;continue}return[0,M(b,0),0]}}function
+iC(m){var
+e=iB(47,0,m),f=e[2],g=e[1];if(f){var
+b=fQ(g);if(b){var
+h=b[1],c=fQ(f[1]);if(c){var
 a=c[1],k=aT(a);if(0===k)return 0;if(0<k){var
-i=G(fA(a,t)),j=i?w(fw(h,a),t):i,n=j?[0,[0,h,a]]:j;return n}return 0}var
+i=G(fA(a,t)),j=i?w(fx(h,a),t):i,n=j?[0,[0,h,a]]:j;return n}return 0}var
 l=c}else
 var
 l=b;return l}var
-d=fP(g),o=d?[0,[0,d[1],t]]:d;return o}function
+d=fQ(g),o=d?[0,[0,d[1],t]]:d;return o}function
 am(e){if(typeof
 e!=="number"&&2===e[0]){var
 a=e[1];if(a)if(45===a[1]){var
-c=iF(a[2]),f=0;if(c){var
-d=c[1];if(w(d[1],v))var
+c=iC(a[2]),f=0;if(c){var
+d=c[1];if(w(d[1],u))var
 b=0;else{var
 g=[0,[0,aS(d[1]),d[2]]];f=1}}else{var
 g=c;f=1}if(f)var
 b=g}else
 var
-b=iF(a);else
+b=iC(a);else
 var
-b=a;return b?[0,b[1]]:L(p$)}return L(p_)}function
+b=a;return b?[0,b[1]]:N(p5)}return N(p4)}function
 aQ(a){function
-b(a){return J(N(v,a[1]),qa,[0,a])}return i(am(a),b)}var
-iG=k(qb);function
-bT(a){if(typeof
-a!=="number"&&2===a[0]){if(H(a[1],iG))return qd;var
-b=function(a){return[0,[0,a]]};return i(am(a),b)}return L(qc)}function
-ei(f,e){var
+b(a){return J(O(u,a[1]),p6,[0,a])}return i(am(a),b)}var
+iD=k(p7);function
+bS(a){if(typeof
+a!=="number"&&2===a[0]){if(H(a[1],iD))return p9;var
+b=function(a){return[0,[0,a]]};return i(am(a),b)}return N(p8)}function
+ek(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
 c=H(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return a?0:1}}var
-fQ=aS(g(2,t));function
-dt(c){return function(d){var
-b=v,a=d;for(;;){if(a){if(z(c,a[1]))return b;var
-b=M(b,t),a=a[2];continue}return fQ}}}function
-du(a){return q(aD,bB(0,bh(a)))}function
-fR(a){var
+fR=aS(g(2,t));function
+du(c){return function(d){var
+b=u,a=d;for(;;){if(a){if(A(c,a[1]))return b;var
+b=K(b,t),a=a[2];continue}return fR}}}function
+fS(a){var
 b=a[5];if(b)return b[1];var
 c=a[7];return $(function(a){var
 b=a[4];return $(function(a){var
 b=a?[0,a[1],0]:a;return b},b)},c)}function
-fS(a){var
-b=fR(a);return ad(function(a){return Q(a[1],v)},b)}function
-bs(b,a){return w(aD(ar(a)),b)}function
-ej(c,a){var
-b=N(v,a);return b?Q(a,c):b}function
-iH(a){return w(a[1],a[2])}function
-iI(a){var
-p=Q(v,a[1]);if(p){var
-r=Q(v,a[2]);if(r){var
-s=Q(v,a[3]);if(s){var
+fT(a){var
+b=fS(a);return ad(function(a){return R(a[1],u)},b)}function
+bt(b,a){return w(aH(au(a)),b)}function
+el(c,a){var
+b=O(u,a);return b?R(a,c):b}function
+iE(a){return w(a[1],a[2])}function
+iF(a){var
+p=R(u,a[1]);if(p){var
+r=R(u,a[2]);if(r){var
+s=R(u,a[3]);if(s){var
 t=a[5];if(t)var
-h=bs(a[3],t[1]);else
+h=bt(a[3],t[1]);else
 var
 A=a[7],H=A?1:A,h=H;if(h){if(1===a[4])var
-C=a[7],i=iH(aE(q(function(a){return a[5]},C)));else
+C=a[7],i=iE(aC(q(function(a){return a[5]},C)));else
 var
 i=1;if(i){var
-u=a[6];if(u){var
-j=u[1],x=a[4]?0:1;if(x){var
-y=ej(j[3],j[2]);if(y)var
-D=j[1],F=a[3],k=E(function(a){return ej(F,a)},D);else
+v=a[6];if(v){var
+j=v[1],x=a[4]?0:1;if(x){var
+y=el(j[3],j[2]);if(y)var
+D=j[1],F=a[3],k=E(function(a){return el(F,a)},D);else
 var
 k=y}else
 var
@@ -2760,24 +2748,24 @@ l=k}else
 var
 l=1;if(l){var
 G=a[7],z=E(function(b){var
-k=ej(a[1],b[1]);if(k){var
-l=ej(a[2],b[2]);if(l){var
-m=bs(a[3],b[3]);if(m){var
+k=el(a[1],b[1]);if(k){var
+l=el(a[2],b[2]);if(l){var
+m=bt(a[3],b[3]);if(m){var
 n=E(a0,b[3]);if(n){var
-o=a[4]?iH(aE(b[3])):ah(aE(b[3]));if(o){var
+o=a[4]?iE(aC(b[3])):ah(aC(b[3]));if(o){var
 p=1===a[4]?a0(b[5]):1;if(p){if(a[5])var
 d=1;else{var
-f=bs(a[3],b[4]);if(f)var
-r=ay(b[3],b[4]),d=E(function(a){var
-b=a[1];return a[2]?1:w(b[1],v)},r);else
+f=bt(a[3],b[4]);if(f)var
+r=az(b[3],b[4]),d=E(function(a){var
+b=a[1];return a[2]?1:w(b[1],u)},r);else
 var
 d=f}if(d){var
 g=a[6];if(g){var
-h=bs(g[1][3],b[6]);if(h){var
-s=b[6],t=a[3],i=E(function(a){return bs(t,a)},s);if(i){var
-u=b[6],j=E(function(a){return E(a0,a)},u);if(j){var
-x=b[3],y=ay(bB(0,ar(b[3])),x);return E(function(a){var
-c=cS(a[2]),d=a[1],e=b[6];return cT(aE(q(function(a){return bz(d,a,O)},e)),c)},y)}var
+h=bt(g[1][3],b[6]);if(h){var
+s=b[6],t=a[3],i=E(function(a){return bt(t,a)},s);if(i){var
+v=b[6],j=E(function(a){return E(a0,a)},v);if(j){var
+x=b[3],y=az(b$(0,au(b[3])),x);return E(function(a){var
+c=cS(a[2]),d=a[1],e=b[6];return cT(aC(q(function(a){return bA(d,a,P)},e)),c)},y)}var
 e=j}else
 var
 e=i}else
@@ -2798,10 +2786,10 @@ var
 c=k;return c},G);if(z){var
 c=a[7];for(;;){if(c){var
 d=c[2];if(d){var
-e=d[1],f=c[1],m=Q(f[1],e[1]),B=0;if(m)var
+e=d[1],f=c[1],m=R(f[1],e[1]),B=0;if(m)var
 n=m;else{var
 o=w(f[1],e[1]);if(o){var
-g=Q(f[2],e[2]);B=1}else
+g=R(f[2],e[2]);B=1}else
 var
 n=o}if(!B)var
 g=n;if(g){var
@@ -2820,147 +2808,145 @@ b=r}else
 var
 b=p;return b}var
 a2=aS(t);function
-iJ(a){if(a){var
-b=a[2];if(b){var
-c=iJ(b[2]);return[0,ak(a[1],b[1]),c]}return a}return a}function
-cw(d){var
-b=qe,a=d;for(;;){if(b&&a&&a[2]){var
-c=iJ(a),b=b[1],a=c;continue}return aE(a)}}function
-dv(c,b){if(b){var
-a=b[1],d=dv(c,b[2]);if(d){var
-f=d[1],g=f[2],e=f[1],h=d[2];return w(e,z(c,a))?[0,[0,e,[0,a,g]],h]:[0,[0,z(c,a),[0,a,0]],[0,[0,e,g],h]]}var
-i=[0,[0,z(c,a),[0,a,0]],0]}else
+cw(h){var
+e=p_,b=h;b:for(;;){if(e&&b&&b[2]){var
+c=0,a=b;for(;;){if(a){var
+d=a[2];if(d){var
+g=d[2],c=[0,ak(a[1],d[1]),c],a=g;continue}var
+f=M(c,a)}else
 var
-i=b;return i}function
-iK(a,b){return dv(a,z(hY(function(c,d){var
-b=z(a,d);return N(z(a,c),b)}),b))}function
-iL(a,b){if(a)var
-d=q(bR,b),e=iL(a[1],d),c=[0,cw(q(function(a){return b$(O,a)},b)),e];else
+f=M(c,a);var
+e=e[1],b=f;continue b}}return aC(b)}}function
+iG(a,b){return d6(a,hW(function(c,d){var
+b=A(a,d);return O(A(a,c),b)},b))}function
+iH(a,b){if(a)var
+d=q(bQ,b),e=iH(a[1],d),c=[0,cw(q(function(a){return b_(P,a)},b)),e];else
 var
 c=a;return c}function
-iM(a){var
-b=B(a[1],a[2]);return w(aD(ar(a[7])),b)}function
-iN(a){return 2<=a[4]?iM(a):1}function
-iO(b,f,a){var
-c=a[6],e=ay(q(aD,bB(0,ar(c))),c),d=q(b_,aw(function(a){return bx(w(a[1],b[2]),w(f,v))},e)),g=aE(q(function(a){var
-c=b[1];return aE(q(function(b){return bz(bh(b),a,O)},c))},d)),h=[0,aE(q(aE,d)),g];return[0,a[2],h]}function
-qf(a){var
-b=aU(a[2][1]),c=R(a[2][2],b);return[0,a[1],c]}function
-qg(a){return ah(a[2][1])}function
-fT(b,a){return[0,[0,[0,a2,b],a2],q(function(a){return[0,a[1],a[3]]},a)]}function
-fU(a,d,c,b){if(a)var
+iI(a){var
+b=B(a[1],a[2]);return w(aH(au(a[7])),b)}function
+iJ(a){return 2<=a[4]?iI(a):1}function
+iK(b,f,a){var
+c=a[6],e=az(q(aH,b$(0,au(c))),c),d=q(b9,aw(function(a){return by(w(a[1],b[2]),w(f,u))},e)),g=aC(q(function(a){var
+c=b[1];return aC(q(function(b){return bA(bi(b),a,P)},c))},d)),h=[0,aC(q(aC,d)),g];return[0,a[2],h]}function
+p$(a){var
+b=aU(a[2][1]),c=S(a[2][2],b);return[0,a[1],c]}function
+qa(a){return ah(a[2][1])}function
+fU(b,a){return[0,[0,[0,a2,b],a2],q(function(a){return[0,a[1],a[3]]},a)]}function
+fV(a,d,c,b){if(a)var
 f=q(function(a){var
-b=bR(a[2]);return[0,a[1],b]},b),g=fU(a[1],d,M(c,t),f),e=[0,[0,[0,[0,a2,d],c],q(function(a){var
-b=b$(O,a[2]);return[0,a[1],b]},b)],g];else
+b=bQ(a[2]);return[0,a[1],b]},b),g=fV(a[1],d,K(c,t),f),e=[0,[0,[0,[0,a2,d],c],q(function(a){var
+b=b_(P,a[2]);return[0,a[1],b]},b)],g];else
 var
 e=a;return e}function
-iP(a){return q(function(a){return[0,a[1],a[2]]},a)}function
-qh(a,b,d){if(w(b[2][1],v)){var
+iL(a){return q(function(a){return[0,a[1],a[2]]},a)}function
+qb(a,b,d){if(w(b[2][1],u)){var
 c=cR(function(a){return ah(a[2])},d),e=c?c[1]:a;return[0,0,e]}var
-f=aU(b[2]);return[0,[0,R(a[2],f)],a]}function
-qi(a,b,d){var
+f=aU(b[2]);return[0,[0,S(a[2],f)],a]}function
+qc(a,b,d){var
 c=ca(b[2]);return[0,[0,ak(a[2],c)],a]}function
-iQ(q,p,e){var
+iM(q,p,e){var
 f=e[2];if(f){var
 g=f[2];if(g){var
 i=g[1],h=f[1],b=h,a=h,c=[0,i,g[2]];for(;;){if(c){var
 d=c[1],m=c[2],n=I(a[2],d[2])?a:d,o=I(d[2],b[2])?b:d,b=o,a=n,c=m;continue}if(I(b[2],a[2]))return[0,[0,[0,q],e[1],h,i]];var
-j=zP(p,b,a,e[2]),k=[0,[0,j[1],e[1],j[2],a]];break}}else
+j=zJ(p,b,a,e[2]),k=[0,[0,j[1],e[1],j[2],a]];break}}else
 var
 k=g;var
 l=k}else
 var
 l=f;return l}function
-qj(a){return iQ(T,qh,a)}function
-iR(a){return iQ(O,qi,a)}function
-fV(b,a){return b?a?I(b[1],a[1]):1:a?0:1}function
-fW(c,a){var
-b=0;return bA(function(a,d){var
-b=z(c,d);return a?b?fV(b[1][1],a[1][1])?a:b:a:b},a,b)}function
-ek(a){var
+qd(a){return iM(U,qb,a)}function
+iN(a){return iM(P,qc,a)}function
+fW(b,a){return b?a?I(b[1],a[1]):1:a?0:1}function
+fX(c,a){var
+b=0;return bg(function(a,d){var
+b=A(c,d);return a?b?fW(b[1][1],a[1][1])?a:b:a:b},a,b)}function
+em(a){var
 c=a[2],b=c[1];return[0,a[1],[0,b[1],b[2],c[2],a[3][1],a[4][1]],[0,[0,a[3][2],a[4][2]]],0]}var
-iS=g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t))))))))))))))))))))))))))));function
-qk(a){return by(B(a[1],iS),a[2])}function
-iT(a){var
-b=q(qk,a[2]);return[0,a[1],a[2],b]}function
-iU(h,g){var
+iO=g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t))))))))))))))))))))))))))));function
+qe(a){return bz(B(a[1],iO),a[2])}function
+iP(a){var
+b=q(qe,a[2]);return[0,a[1],a[2],b]}function
+iQ(h,g){var
 b=h,a=g;for(;;){if(b){if(a){var
 c=a[2],d=a[1],e=b[2],f=b[1];if(I(f,d)){var
 b=e,a=c;continue}var
-i=iU(e,c);return ak(ak(f,ca(d)),i)}return O}return O}}function
-iV(b,a){if(b){if(a){var
-c=a[1],d=b[1],e=iV(b[2],a[2]),f=Q(d,c)?v:M(ap(d,c),t);return M(f,e)}return v}return v}function
-iW(e,d,c,a){var
-b=[0,iU(d[2],c[2]),e,d,c];return a?I(b[1],a[1][1])?a:[0,b]:[0,b]}function
-iX(a){var
-b=0;return bA(function(g,d){var
+i=iQ(e,c);return ak(ak(f,ca(d)),i)}return P}return P}}function
+iR(b,a){if(b){if(a){var
+c=a[1],d=b[1],e=iR(b[2],a[2]),f=R(d,c)?u:K(ap(d,c),t);return K(f,e)}return u}return u}function
+iS(e,d,c,a){var
+b=[0,iQ(d[2],c[2]),e,d,c];return a?I(b[1],a[1][1])?a:[0,b]:[0,b]}function
+iT(a){var
+b=0;return bg(function(g,d){var
 e=d[1],a=d[2],b=g;for(;;){if(a){var
-c=a[2],f=a[1],a=c,b=bA(function(c){return function(a,b){if(a){var
-d=a[1],f=B(d[1][1],iS),g=d[1][2];return N(B(iV(c[3],b[3]),g),f)?a:iW(e,c,b,a)}return iW(e,c,b,0)}}(f),c,b);continue}return b}},a,b)}function
-iY(i,h,g){var
+c=a[2],f=a[1],a=c,b=bg(function(c){return function(a,b){if(a){var
+d=a[1],f=B(d[1][1],iO),g=d[1][2];return O(B(iR(c[3],b[3]),g),f)?a:iS(e,c,b,a)}return iS(e,c,b,0)}}(f),c,b);continue}return b}},a,b)}function
+iU(i,h,g){var
 c=i,b=h,a=g;for(;;){if(b)if(a){var
 e=a[2],f=b[2];if(I(b[1],a[1])){var
-c=M(c,t),b=f,a=e;continue}var
-d=[0,c,iY(M(c,t),f,e)]}else
+c=K(c,t),b=f,a=e;continue}var
+d=[0,c,iU(K(c,t),f,e)]}else
 var
 d=a;else
 var
 d=b;return d}}function
-iZ(a){var
-b=iY(v,a[3][2],a[4][2]);return[0,[0,a[1]],[0,a2,a[2],a2,a[3][1],a[4][1]],0,b]}function
-el(b,a){if(b){var
-d=b[2],c=b[1];if(a){var
-e=a[1];if(w(e[1],c)){var
-g=el(d,a[2]),h=e[2];return[0,[0,c,q(function(a){return a[1]},h)],g]}return[0,[0,c,0],el(d,a)]}var
-f=[0,[0,c,0],el(d,0)]}else
-var
-f=b;return f}function
-ql(a){if(typeof
+iV(a){var
+b=iU(u,a[3][2],a[4][2]);return[0,[0,a[1]],[0,a2,a[2],a2,a[3][1],a[4][1]],0,b]}function
+qf(a){if(typeof
 a!=="number"&&0===a[0])return a[2]?0:1;return 0}function
-fX(a,b){var
+fY(a,b){var
 c=a?[0,b,0]:a;return c}function
-i0(a){if(a)var
+iW(a){if(a)var
 b=a[2],c=b?1:b;else
 var
 c=a;return c}function
-qn(t,ab,K,J){var
-L=el(du(t[1]),ab);if(ad(ql,J))return 0;var
-j=L,e=J,ac=du(t[2]);b:for(;;){if(j){var
-A=j[1],V=A[1];if(e){var
-i=e[1],M=0;if(typeof
-i==="number"||!(0===i[0]))M=1;else
+qh(A,am,S,R){var
+an=dl(A[1]),f=0,g=an,j=am;function
+ao(a){return a[1]}var
+ac=0;for(;;){if(g){var
+t=g[2],l=g[1];if(j){var
+B=j[1];if(w(B[1],l)){var
+ab=j[2],f=[0,[0,l,q(ao,B[2])],f],g=t,j=ab;continue}var
+f=[0,[0,l,0],f],g=t;continue}var
+f=[0,[0,l,0],f],g=t,j=0;continue}var
+C=M(f,ac);if(ad(qf,R))return 0;var
+n=C,e=R,ap=dl(A[2]);c:for(;;){if(n){var
+I=n[1],ae=I[1];if(e){var
+m=e[1],T=0;if(typeof
+m==="number"||!(0===m[0]))T=1;else
 var
-k=w(i[1],V)?[0,i[2],e[2]]:[0,0,e];if(M)var
-k=[0,0,e]}else
+o=w(m[1],ae)?[0,m[2],e[2]]:[0,0,e];if(T)var
+o=[0,0,e]}else
 var
-k=[0,0,e];var
-f=ac,h=A[2],d=k[1];for(;;){if(f){var
-o=f[2],p=f[1];if(h){if(w(h[1],p)){var
-f=o,h=h[2];continue}if(d){var
-u=w(d[1],p);if(u){var
-f=o,d=d[2];continue}var
-v=u}else
+o=[0,0,e];var
+h=ap,k=I[2],d=o[1];for(;;){if(h){var
+u=h[2],v=h[1];if(k){if(w(k[1],v)){var
+h=u,k=k[2];continue}if(d){var
+D=w(d[1],v);if(D){var
+h=u,d=d[2];continue}var
+E=D}else
 var
-v=d;var
-l=v}else{if(d){var
-y=w(d[1],p);if(y){var
-f=o,h=0,d=d[2];continue}var
-z=y}else
+E=d;var
+p=E}else{if(d){var
+F=w(d[1],v);if(F){var
+h=u,k=0,d=d[2];continue}var
+H=F}else
 var
-z=d;var
-l=z}}else
+H=d;var
+p=H}}else
 var
-l=d?0:1;if(l){var
-j=j[2],e=k[2];continue b}var
-n=l;break}}else
+p=d?0:1;if(p){var
+n=n[2],e=o[2];continue c}var
+s=p;break}}else
 var
-n=[0,e];if(n){if(iN(t))var
-X=1,B=fX(G(i0(aw(function(a){return ah(a[4])},K))),X);else
+s=[0,e];if(s){if(iJ(A))var
+ag=1,J=fY(G(iW(aw(function(a){return ah(a[4])},S))),ag);else
 var
-B=qm;var
-Y=aw(function(a){return G(ah(a[4]))},K),r=q(function(a){return a[1]},Y),Z=[2,r],W=r?1:r,_=x(fX(W,Z),B),aa=x($(function(a){var
-b=[1,a[1]];return fX(G(i0(a[2])),b)},L),_),m=n[1],g=aa;for(;;){if(m){if(g){var
-a=g[1],c=m[1],s=function(f,e){var
+J=qg;var
+ai=aw(function(a){return G(ah(a[4]))},S),y=q(function(a){return a[1]},ai),aj=[2,y],af=y?1:y,ak=x(fY(af,aj),J),al=x($(function(a){var
+b=[1,a[1]];return fY(G(iW(a[2])),b)},C),ak),r=s[1],i=al;for(;;){if(r){if(i){var
+a=i[1],c=r[1],z=function(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
 c=w(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
@@ -2968,60 +2954,60 @@ d=c}else
 var
 d=a;return d}return a?0:1}};if(typeof
 c==="number")if(0===c){var
-N=0;if(typeof
+U=0;if(typeof
 a==="number"&&!a)var
 b=1;else
-N=1;if(N)var
+U=1;if(U)var
 b=0}else{var
-O=0;if(typeof
+V=0;if(typeof
 a==="number"&&a)var
 b=1;else
-O=1;if(O)var
+V=1;if(V)var
 b=0}else
 switch(c[0]){case
 0:var
-P=0;if(typeof
-a==="number"||!(0===a[0]))P=1;else
+W=0;if(typeof
+a==="number"||!(0===a[0]))W=1;else
 var
-C=w(c[1],a[1]),b=C?s(c[2],a[2]):C;if(P)var
+K=w(c[1],a[1]),b=K?z(c[2],a[2]):K;if(W)var
 b=0;break;case
 1:var
-Q=0;if(typeof
-a==="number"||!(1===a[0]))Q=1;else
+X=0;if(typeof
+a==="number"||!(1===a[0]))X=1;else
 var
-b=w(c[1],a[1]);if(Q)var
+b=w(c[1],a[1]);if(X)var
 b=0;break;case
 2:var
-R=0;if(typeof
-a==="number"||!(2===a[0]))R=1;else
+Y=0;if(typeof
+a==="number"||!(2===a[0]))Y=1;else
 var
-b=s(c[1],a[1]);if(R)var
+b=z(c[1],a[1]);if(Y)var
 b=0;break;case
 3:var
-S=0;if(typeof
-a==="number"||!(3===a[0]))S=1;else{var
-D=w(c[1],a[1]),T=0;if(D){var
-E=w(c[2],a[2]);if(E){var
-b=s(c[3],a[3]);T=1}else
+Z=0;if(typeof
+a==="number"||!(3===a[0]))Z=1;else{var
+L=w(c[1],a[1]),_=0;if(L){var
+N=w(c[2],a[2]);if(N){var
+b=z(c[3],a[3]);_=1}else
 var
-F=E}else
+O=N}else
 var
-F=D;if(!T)var
-b=F}if(S)var
+O=L;if(!_)var
+b=O}if(Z)var
 b=0;break;default:var
-U=0;if(typeof
-a==="number"||!(4===a[0]))U=1;else
+aa=0;if(typeof
+a==="number"||!(4===a[0]))aa=1;else
 var
-H=w(c[1],a[1]),b=H?w(c[2],a[2]):H;if(U)var
+P=w(c[1],a[1]),b=P?w(c[2],a[2]):P;if(aa)var
 b=0}if(b){var
-m=m[2],g=g[2];continue}var
-I=b}else
+r=r[2],i=i[2];continue}var
+Q=b}else
 var
-I=g;return I}return g?0:1}}return n}}function
-bt(b,a){return w(B(b[1],a[2]),B(a[1],b[2]))}function
-cc(c,b,a){return b?a?ax(c,b[1],a[1]):a:a?0:1}function
-qo(g,f){var
-p=cc(bt,g[1],f[1]);if(p){var
+Q=i;return Q}return i?0:1}}return s}}}function
+bu(b,a){return w(B(b[1],a[2]),B(a[1],b[2]))}function
+cc(c,b,a){return b?a?aJ(c,b[1],a[1]):a:a?0:1}function
+qi(g,f){var
+p=cc(bu,g[1],f[1]);if(p){var
 b=f[2],c=g[2],l=w(c[1],b[1]),r=0;if(l){var
 m=w(c[2],b[2]);if(m){var
 n=w(c[3],b[3]);if(n){var
@@ -3037,7 +3023,7 @@ var
 e=l;if(!r)var
 h=e;if(h){var
 s=f[3],t=g[3],q=cc(function(b,a){var
-c=bt(b[1],a[1]);return c?bt(b[2],a[2]):c},t,s);if(q){var
+c=bu(b[1],a[1]);return c?bu(b[2],a[2]):c},t,s);if(q){var
 d=g[4],a=f[4];for(;;){if(d){if(a){var
 j=w(d[1],a[1]);if(j){var
 d=d[2],a=a[2];continue}var
@@ -3049,7 +3035,7 @@ var
 i=h}else
 var
 i=p;return i}function
-i1(b,a){if(typeof
+iX(b,a){if(typeof
 b==="number")switch(b){case
 0:if(typeof
 a==="number"&&!a)return 1;return 0;case
@@ -3066,94 +3052,94 @@ a==="number"&&5===a)return 1;return 0;case
 6:if(typeof
 a==="number"&&6===a)return 1;return 0;default:if(typeof
 a==="number"&&7<=a)return 1;return 0}else{if(0===b[0]){if(typeof
-a!=="number"&&0===a[0])return bx(b[1],a[1]);return 0}if(typeof
-a!=="number"&&1===a[0])return bx(b[1],a[1]);return 0}}function
-dw(c,a){switch(c){case
+a!=="number"&&0===a[0])return by(b[1],a[1]);return 0}if(typeof
+a!=="number"&&1===a[0])return by(b[1],a[1]);return 0}}function
+dv(c,a){switch(c){case
 0:return a?0:1;case
 1:return 1===a?1:0;case
 2:return 2===a?1:0;default:var
 b=3<=a?1:0,d=b?1:b;return d}}function
-i2(e,a,c,b){var
-d=bh(e[3]);if(typeof
+iY(e,a,c,b){var
+d=bi(e[3]);if(typeof
 b==="number")switch(b){case
-0:return q(function(a){return fT(a[1],a[2])},a);case
+0:return q(function(a){return fU(a[1],a[2])},a);case
 4:return $(function(a){var
-b=iP(a[2]);return fU(d,a[1],v,b)},a);case
-5:return fU(d,a2,v,iP(c));case
-6:return q(function(a){return fT(a[1],a[2])},a);case
+b=iL(a[2]);return fV(d,a[1],u,b)},a);case
+5:return fV(d,a2,u,iL(c));case
+6:return q(function(a){return fU(a[1],a[2])},a);case
 1:case
-7:return[0,fT(a2,c),0]}return 0}function
-em(a,d,j){var
+7:return[0,fU(a2,c),0]}return 0}function
+en(a,d,j){var
 b=a[6];if(b){var
-c=b[1];return fW(iR,$(function(b){if(j)var
-g=0,h=a[7],i=iK(bQ,q(function(a){return iO(c,b,a)},h)),d=[0,[0,a2,q(function(a){var
-b=q(b_,a[2]),d=a[1],c=cw(q(b_,b));return[0,d,[0,cw(q(bQ,b)),c]]},i)],g];else
+c=b[1];return fX(iN,$(function(b){if(j)var
+g=0,h=a[7],i=iG(bP,q(function(a){return iK(c,b,a)},h)),d=[0,[0,a2,q(function(a){var
+b=q(b9,a[2]),d=a[1],c=cw(q(b9,b));return[0,d,[0,cw(q(bP,b)),c]]},i)],g];else
 var
-e=a[7],f=dv(function(a){return a[1]},e),d=q(function(a){var
-d=a[2],e=q(function(a){return iO(c,b,a)},d);return[0,a[1],e]},f);return q(function(a){var
-c=a[1];return[0,[0,[0,b,c],a2],q(qf,aw(qg,a[2]))]},d)},d))}return b}function
-i3(a){var
-g=a[7],h=dv(function(a){return a[1]},g),d=q(function(b){var
+e=a[7],f=d6(function(a){return a[1]},e),d=q(function(a){var
+d=a[2],e=q(function(a){return iK(c,b,a)},d);return[0,a[1],e]},f);return q(function(a){var
+c=a[1];return[0,[0,[0,b,c],a2],q(p$,aw(qa,a[2]))]},d)},d))}return b}function
+iZ(a){var
+g=a[7],h=d6(function(a){return a[1]},g),d=q(function(b){var
 c=b[2],d=q(function(b){var
-e=aE(b[3]),i=b[3],j=aU(e),f=q(function(a){return R(j,a)},i);switch(a[4]){case
+e=aC(b[3]),i=b[3],j=aU(e),f=q(function(a){return S(j,a)},i);switch(a[4]){case
 0:var
 c=e;break;case
 1:var
 c=b[5];break;default:var
-c=T}var
+c=U}var
 d=a[5];if(d)var
 g=d[1];else
 var
-h=b[4],g=q(function(a){return a?a[1]:O},h);var
-k=ay(f,g),l=aE(q(function(a){return R(a[1],a[2])},k));return[0,b[2],f,l,c]},c);return[0,b[1],d]},h),i=$(b_,d),j=iK(function(a){return a[1]},i),b=q(function(e){var
-b=e[2],h=e[1],i=bh(a[3]),c=cw(q(function(a){return a[4]},b)),d=aU(c),f=R(d,cw(q(function(a){return R(a[4],a[3])},b))),g=iL(i,q(function(a){var
-b=a[2],c=a[4];return q(function(a){return R(c,a)},b)},b));return[0,h,q(function(a){return R(d,a)},g),f,c]},j),e=iN(a),f=e?aw(function(a){return ah(a[4])},b):e,c=a[6],k=c?qp:c,l=x(qq,k);return[0,a,d,b,q(function(b){if(typeof
+h=b[4],g=q(function(a){return a?a[1]:P},h);var
+k=az(f,g),l=aC(q(function(a){return S(a[1],a[2])},k));return[0,b[2],f,l,c]},c);return[0,b[1],d]},h),i=$(b9,d),j=iG(function(a){return a[1]},i),b=q(function(e){var
+b=e[2],h=e[1],i=bi(a[3]),c=cw(q(function(a){return a[4]},b)),d=aU(c),f=S(d,cw(q(function(a){return S(a[4],a[3])},b))),g=iH(i,q(function(a){var
+b=a[2],c=a[4];return q(function(a){return S(c,a)},b)},b));return[0,h,q(function(a){return S(d,a)},g),f,c]},j),e=iJ(a),f=e?aw(function(a){return ah(a[4])},b):e,c=a[6],k=c?qj:c,l=x(qk,k);return[0,a,d,b,q(function(b){if(typeof
 b==="number")switch(b){case
 2:var
-c=aA(iZ,iX(q(function(a){var
-b=q(iT,a[2]);return[0,a[1],b]},d)));break;case
+c=ay(iV,iT(q(function(a){var
+b=q(iP,a[2]);return[0,a[1],b]},d)));break;case
 3:var
-c=aA(iZ,iX([0,[0,a2,q(iT,f)],0]));break;case
+c=ay(iV,iT([0,[0,a2,q(iP,f)],0]));break;case
 6:case
 7:var
-c=aA(ek,fW(iR,i2(a,d,f,b)));break;default:var
-c=fS(a)?0:aA(ek,fW(qj,i2(a,d,f,b)))}else
+c=ay(em,fX(iN,iY(a,d,f,b)));break;default:var
+c=fT(a)?0:ay(em,fX(qd,iY(a,d,f,b)))}else
 if(0===b[0])var
-c=aA(ek,em(a,[0,v,0],b[1]));else{var
-e=b[1],h=em(a,[0,v,0],e),g=0;if(h){var
-i=em(a,[0,t,0],e);if(i)var
-c=aA(ek,em(a,[0,v,[0,t,0]],e));else{var
+c=ay(em,en(a,[0,u,0],b[1]));else{var
+e=b[1],h=en(a,[0,u,0],e),g=0;if(h){var
+i=en(a,[0,t,0],e);if(i)var
+c=ay(em,en(a,[0,u,[0,t,0]],e));else{var
 j=i;g=1}}else{var
 j=h;g=1}if(g)var
 c=j}return[0,b,c]},l)]}function
-bU(c,b){var
-d=c[4],a=cR(function(a){return i1(a[1],b)},d);return a?a[1][2]:a}function
-i4(b,a){return I(b,a)?a:b}function
-qr(b,a){return I(b,a)?b:a}function
-i5(a){var
-b=a?[0,bA(i4,a[2],a[1])]:a;return b}function
-fY(a){var
-b=a?[0,bA(qr,a[2],a[1])]:a;return b}function
-i6(a,f){if(a){var
-i=q(bR,f),j=i6(a[1],i),k=0,l=q(function(a){return b$(k,a)},f),c=$(function(a){var
-b=a?[0,a[1],0]:a;return b},l),d=i5(c);if(d){var
-e=fY(c);if(e)var
+bT(c,b){var
+d=c[4],a=cR(function(a){return iX(a[1],b)},d);return a?a[1][2]:a}function
+i0(b,a){return I(b,a)?a:b}function
+ql(b,a){return I(b,a)?b:a}function
+i1(a){var
+b=a?[0,bg(i0,a[2],a[1])]:a;return b}function
+fZ(a){var
+b=a?[0,bg(ql,a[2],a[1])]:a;return b}function
+i2(a,f){if(a){var
+i=q(bQ,f),j=i2(a[1],i),k=0,l=q(function(a){return b_(k,a)},f),c=$(function(a){var
+b=a?[0,a[1],0]:a;return b},l),d=i1(c);if(d){var
+e=fZ(c);if(e)var
 h=ca(e[1]),b=ak(d[1],h);else
 var
-b=O}else
+b=P}else
 var
-b=O;var
+b=P;var
 g=[0,b,j]}else
 var
 g=a;return g}function
-i7(a){if(a[5])return O;var
-b=a[7],c=dv(function(a){return a[1]},b);return bA(i4,$(function(b){var
-c=b[2],d=q(function(a){return a[4]},c);return i6(bh(a[3]),d)},c),O)}function
-i8(a){if(a){var
-b=a[1],c=aU(ak(b,T));return R(ak(b,ca(T)),c)}return T}function
-i9(a,b){return a?fV(a[1][1],b):a}function
-fZ(a,b){return a?cc(bt,a[1][1],b):a}function
-i_(b,a){var
+i3(a){if(a[5])return P;var
+b=a[7],c=d6(function(a){return a[1]},b);return bg(i0,$(function(b){var
+c=b[2],d=q(function(a){return a[4]},c);return i2(bi(a[3]),d)},c),P)}function
+i4(a){if(a){var
+b=a[1],c=aU(ak(b,U));return S(ak(b,ca(U)),c)}return U}function
+i5(a,b){return a?fW(a[1][1],b):a}function
+f0(a,b){return a?cc(bu,a[1][1],b):a}function
+i6(b,a){var
 Y=b[1];switch(a[0]){case
 2:var
 i=0;break;case
@@ -3165,100 +3151,100 @@ z=typeof
 a[1]==="number"?1:0,X=z?1:z,i=X;break;default:var
 i=1}if(i){switch(a[0]){case
 0:var
-K=b[1][3],L=B(aD(ar(b[1][7])),K),c=w(a[1],L);break;case
+K=b[1][3],L=B(aH(au(b[1][7])),K),c=w(a[1],L);break;case
 1:var
-M=bU(b,a[1]),c=cc(qo,a[2],M);break;case
+M=bT(b,a[1]),c=cc(qi,a[2],M);break;case
 2:var
 c=0;break;case
 3:var
-m=i5(fR(b[1])),c=m?bt(a[1],m[1]):m;break;case
+m=i1(fS(b[1])),c=m?bu(a[1],m[1]):m;break;case
 4:var
-n=fY(fR(b[1])),c=n?bt(a[1],n[1]):n;break;case
+n=fZ(fS(b[1])),c=n?bu(a[1],n[1]):n;break;case
 5:var
-A=b[2],N=fY($(function(b){var
+A=b[2],N=fZ($(function(b){var
 a=b[2];if(a){var
 c=a[2];if(c){var
 e=b[2];return q(function(a){return a[3]},e)}var
 d=c}else
 var
-d=a;return d},A)),c=cc(bt,a[1],N);break;case
+d=a;return d},A)),c=cc(bu,a[1],N);break;case
 6:var
-O=i7(b[1]),c=bt(a[1],O);break;case
+O=i3(b[1]),c=bu(a[1],O);break;case
 7:var
-P=ah(i7(b[1])),c=bx(a[1],P);break;case
+P=ah(i3(b[1])),c=by(a[1],P);break;case
 8:var
-c=qn(b[1],b[2],b[3],a[1]);break;case
+c=qh(b[1],b[2],b[3],a[1]);break;case
 9:var
-Q=a[2],c=fZ(bU(b,a[1]),Q);break;case
+Q=a[2],c=f0(bT(b,a[1]),Q);break;case
 10:var
-S=a[2],T=a[1]?4:5,c=fZ(bU(b,T),S);break;case
+R=a[2],T=a[1]?4:5,c=f0(bT(b,T),R);break;case
 11:var
 d=a[3],e=a[2];if(a[1]){var
 r=0;if(typeof
 e==="number")if(2===e)var
-k=bU(b,4),g=k?cc(bt,[0,i8(k[1][1])],d):k;else
+k=bT(b,4),g=k?cc(bu,[0,i4(k[1][1])],d):k;else
 if(3===e)var
-l=bU(b,5),g=l?cc(bt,[0,i8(l[1][1])],d):l;else
+l=bT(b,5),g=l?cc(bu,[0,i4(l[1][1])],d):l;else
 r=1;else
 r=1;if(r)var
 g=0;var
-c=g?i9(bU(b,e),d):g}else{var
-u=i1(e,1),j=0;if(u){var
-C=b[3],s=q(function(a){return a[4]},C),D=cw(s),t=iM(b[1]);if(t)var
+c=g?i5(bT(b,e),d):g}else{var
+u=iX(e,1),j=0;if(u){var
+C=b[3],s=q(function(a){return a[4]},C),D=cw(s),t=iI(b[1]);if(t)var
 F=b[2],o=E(function(a){var
-b=a[2],c=cw(q(function(a){return a[4]},b)),d=ay(a[2],s);return E(function(a){var
-b=R(c,a[2]);return bt(R(a[1][4],D),b)},d)},F);else
+b=a[2],c=cw(q(function(a){return a[4]},b)),d=az(a[2],s);return E(function(a){var
+b=S(c,a[2]);return bu(S(a[1][4],D),b)},d)},F);else
 var
 o=t;if(o){var
-v=fZ(bU(b,0),d);if(v)var
-c=i9(bU(b,1),d);else{var
+v=f0(bT(b,0),d);if(v)var
+c=i5(bT(b,1),d);else{var
 p=v;j=1}}else{var
 p=o;j=1}}else{var
 p=u;j=1}if(j)var
 c=p}break;case
 12:var
-x=a[2],U=a[3],V=a[1]?x?6:7:x?0:1,y=bU(b,V),W=y?fV(y[1][1],[0,U])?0:1:2,c=dw(a[4],W);break;default:var
-f=a[1],G=1;if(ad(function(a){return dw(G,a)},f))var
-h=qs;else{var
-H=3;if(ad(function(a){return dw(H,a)},f))var
-h=qt;else{var
-I=2;if(ad(function(a){return dw(I,a)},f))var
-h=qu;else
+x=a[2],U=a[3],V=a[1]?x?6:7:x?0:1,y=bT(b,V),W=y?fW(y[1][1],[0,U])?0:1:2,c=dv(a[4],W);break;default:var
+f=a[1],G=1;if(ad(function(a){return dv(G,a)},f))var
+h=qm;else{var
+H=3;if(ad(function(a){return dv(H,a)},f))var
+h=qn;else{var
+I=2;if(ad(function(a){return dv(I,a)},f))var
+h=qo;else
 var
-J=f?qv:f,h=J}}var
-c=cc(dw,a[2],h)}return c?0:1}return 2}function
-i$(f,l){var
-r=g(2,g(2,g(2,g(2,g(2,g(2,t)))))),h=M(B(g(2,t),f),r),k=d4(l[2],f),q=[0,d2(v,by(d4(M(k,l[1]),h),k)),aS(h)],e=bh(f),a=q;for(;;){if(e){var
-o=a[2],p=B(g(2,t),o),b=[0,B(a[1],a[1]),p],d=ap(hO(b[1]),h);if(Q(v,d))var
-i=b[1],c=mN(d),m=M(b[2],d),n=0<=c?hm(i,c):mM(i,-c|0),j=[0,n,m];else
+J=f?qp:f,h=J}}var
+c=cc(dv,a[2],h)}return c?0:1}return 2}function
+i7(f,l){var
+r=g(2,g(2,g(2,g(2,g(2,g(2,t)))))),h=K(B(g(2,t),f),r),k=d4(l[2],f),q=[0,d1(u,bz(d4(K(k,l[1]),h),k)),aS(h)],e=bi(f),a=q;for(;;){if(e){var
+o=a[2],p=B(g(2,t),o),b=[0,B(a[1],a[1]),p],d=ap(hO(b[1]),h);if(R(u,d))var
+i=b[1],c=mI(d),m=K(b[2],d),n=0<=c?hn(i,c):mH(i,-c|0),j=[0,n,m];else
 var
 j=b;var
 e=e[1],a=j;continue}return a}}function
-ja(c,b,a){if(N(v,a[2]))return Q(c,d4(B(a[1],b),a[2]));var
-d=B(a[1],b);return Q(d4(c,aS(a[2])),d)}var
-qw=[0,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t)))))))))))))),0],qx=[0,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t))))))))))),qw],qy=[0,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t))))))))),qx],qz=[0,g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,t)))))))),qy],qA=[0,g(2,g(2,g(2,g(2,g(2,g(2,t)))))),qz];function
-en(b,a){var
-c=b[1],e=b[2];if(Q(c,e))return 0;if(Q(a[1],v))return 0;if(w(c,e))return[0,hM(v,a[1])];var
-i=a[1],j=a[2];if(N(B(M(hO(c),t),j),i))return qD;if(N(B(ap(c,e),a[2]),B(a[1],e)))return qE;if(N(B(a[1],c),B(ap(c,e),a[2])))return qF;var
-d=qA;for(;;){if(d){var
-f=d[1],g=i$(f,a);if(ja(b[1],b[2],g))return qB;var
-h=i$(f,[0,aS(a[1]),a[2]]);if(ja(b[2],b[1],h))return qC;var
+i8(c,b,a){if(O(u,a[2]))return R(c,d4(B(a[1],b),a[2]));var
+d=B(a[1],b);return R(d4(c,aS(a[2])),d)}var
+qq=[0,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t)))))))))))))),0],qr=[0,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t))))))))))),qq],qs=[0,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t))))))))),qr],qt=[0,g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,t)))))))),qs],qu=[0,g(2,g(2,g(2,g(2,g(2,g(2,t)))))),qt];function
+eo(b,a){var
+c=b[1],e=b[2];if(R(c,e))return 0;if(R(a[1],u))return 0;if(w(c,e))return[0,hM(u,a[1])];var
+i=a[1],j=a[2];if(O(B(K(hO(c),t),j),i))return qx;if(O(B(ap(c,e),a[2]),B(a[1],e)))return qy;if(O(B(a[1],c),B(ap(c,e),a[2])))return qz;var
+d=qu;for(;;){if(d){var
+f=d[1],g=i7(f,a);if(i8(b[1],b[2],g))return qv;var
+h=i7(f,[0,aS(a[1]),a[2]]);if(i8(b[2],b[1],h))return qw;var
 d=d[2];continue}return d}}var
-f0=g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,t)))))))))))))))))))))))))))))))))))))))))))))))))));function
-jb(a){if(a){var
+f1=g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,t)))))))))))))))))))))))))))))))))))))))))))))))))));function
+i9(a){if(a){var
 b=a[2],c=a[1];if(46===c)return[0,0,b];var
-d=jb(b);return[0,[0,c,d[1]],d[2]]}return qL}function
-jc(C){var
-j=jb(C),b=j[1];if(b){var
+d=i9(b);return[0,[0,c,d[1]],d[2]]}return qF}function
+i_(C){var
+j=i9(C),b=j[1];if(b){var
 k=j[2],m=0;if(48===b[1]){var
-l=b[2],D=l?1:l;if(D)m=1}if(!m&&!G(dj(ar(k),qM))){var
-f=v,c=x(b,k);for(;;){if(c){var
-y=c[1],w=g(2,g(2,g(2,g(2,F(g(2,t)))))),a=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(y),n=a(7),o=a(6),p=a(5),q=a(4),r=a(3),s=a(2),u=a(1),d=ap(hS([0,a(0),[0,u,[0,s,[0,r,[0,q,[0,p,[0,o,[0,n,0]]]]]]]]),w),h=N(v,d),i=h?N(d,F(g(2,g(2,g(2,t))))):h,e=i?[0,d]:i;if(e){var
-z=c[2],A=e[1],f=M(B(g(2,F(g(2,g(2,t)))),f),A),c=z;continue}return e}return[0,f]}}return 0}return b}var
-jd=k(qN),je=k(qO);function
-eo(h,g){var
+l=b[2],D=l?1:l;if(D)m=1}if(!m&&!G(di(au(k),qG))){var
+f=u,c=x(b,k);for(;;){if(c){var
+y=c[1],w=g(2,g(2,g(2,g(2,F(g(2,t)))))),a=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(y),n=a(7),o=a(6),p=a(5),q=a(4),r=a(3),s=a(2),v=a(1),d=ap(hS([0,a(0),[0,v,[0,s,[0,r,[0,q,[0,p,[0,o,[0,n,0]]]]]]]]),w),h=O(u,d),i=h?O(d,F(g(2,g(2,g(2,t))))):h,e=i?[0,d]:i;if(e){var
+z=c[2],A=e[1],f=K(B(g(2,F(g(2,g(2,t)))),f),A),c=z;continue}return e}return[0,f]}}return 0}return b}var
+i$=k(qH),ja=k(qI);function
+ep(h,g){var
 b=h,a=g;for(;;){if(b){if(a){var
-d=dU(b[1],a[1]);if(d){var
+d=dT(b[1],a[1]);if(d){var
 b=b[2],a=a[2];continue}var
 e=d}else
 var
@@ -3267,41 +3253,41 @@ c=e}else
 var
 c=a?0:1;var
 f=c?1:c;return f}}var
-cY=k(qS),ep=k(qT),f1=k(qU),cZ=k(qV),bb=k(qW),aa=k(qX),cx=k(qY),eq=k(qZ),er=k(q0),bu=k(q1),jf=k(q2),bj=k(q3),f2=k(q4),f3=k(q5),f4=k(q6),f5=k(q7),es=k(q8),et=k(q9),bk=k(q_),bc=k(q$);function
-jg(d){var
-a=af(ep,d);if(a){var
+cX=k(qM),eq=k(qN),f2=k(qO),cY=k(qP),ba=k(qQ),aa=k(qR),cx=k(qS),er=k(qT),es=k(qU),bv=k(qV),jb=k(qW),bk=k(qX),f3=k(qY),f4=k(qZ),f5=k(q0),f6=k(q1),et=k(q2),eu=k(q3),bl=k(q4),bb=k(q5);function
+jc(d){var
+a=af(eq,d);if(a){var
 b=a[1];if(typeof
-b!=="number"&&4===b[0])return V(cx,b[1]);var
+b!=="number"&&4===b[0])return W(cx,b[1]);var
 c=0}else
 var
 c=a;return c}function
-ra(a){function
+q6(a){function
 b(a){function
 b(c){function
 b(b){function
 d(d){function
 g(a){var
-e=a?[0,a[1],0]:a,f=J(cu([0,c,x(b,x(d,e))]),rb,[0,[0,c,b,d,a]]),g=b?1:b;return J(g,rc,f)}var
+e=a?[0,a[1],0]:a,f=J(cu([0,c,x(b,x(d,e))]),q7,[0,[0,c,b,d,a]]),g=b?1:b;return J(g,q8,f)}var
 e=af(cx,a);if(e)var
 h=function(a){return[0,[0,a]]},f=i(_(e[1]),h);else
 var
-f=rd;return i(f,g)}return i(r(function(a){return ai(_,a)},aa,a),d)}return i(r(function(a){return ai(_,a)},bb,a),b)}return i(r(_,cZ,a),b)}return i(S([0,cZ,[0,bb,[0,aa,0]]],[0,cx,0],a),b)}function
-f6(a){function
+f=q9;return i(f,g)}return i(r(function(a){return ai(_,a)},aa,a),d)}return i(r(function(a){return ai(_,a)},ba,a),b)}return i(r(_,cY,a),b)}return i(T([0,cY,[0,ba,[0,aa,0]]],[0,cx,0],a),b)}function
+f7(a){function
 b(b){function
 d(d){function
 c(a){var
 e=[0,[0,b,d,a]];if(b)var
 f=a[4]?0:1,c=f;else
 var
-c=1;return J(c,re,e)}return i(r(ra,ep,a),c)}if(b)var
-e=[0,[0,k(rf),2],0],c=[0,[0,k(rg),1],e];else
+c=1;return J(c,q_,e)}return i(r(q6,eq,a),c)}if(b)var
+e=[0,[0,k(q$),2],0],c=[0,[0,k(ra),1],e];else
 var
-c=[0,[0,k(rh),0],0];return i(r(function(a){return ba(c,a)},f1,a),d)}var
-c=[0,[0,k(ri),1],0],d=[0,[0,k(rj),0],c];return i(r(function(a){return ba(d,a)},cY,a),b)}function
-jh(e,a){var
+c=[0,[0,k(rb),0],0];return i(r(function(a){return a$(c,a)},f2,a),d)}var
+c=[0,[0,k(rc),1],0],d=[0,[0,k(rd),0],c];return i(r(function(a){return a$(d,a)},cX,a),b)}function
+jd(e,a){var
 c=e[3],b=a[3],h=H(c[1],b[1]);if(h){var
-i=ei(c[2],b[2]);if(i){var
-j=ei(c[3],b[3]);if(j){var
+i=ek(c[2],b[2]);if(i){var
+j=ek(c[3],b[3]);if(j){var
 k=c[4];if(k)var
 f=b[4],p=f?H(k[1],f[1]):f,l=p;else
 var
@@ -3321,10 +3307,10 @@ o=2<=a[2]?1:0,u=o?1:o,g=u}if(e[1])var
 m=a[1],r=m?1:m,n=r;else
 var
 s=a[1]?0:1,n=s;return[0,[0,n,g],d]}function
-W(a){return aD(ar(a))}function
-ji(a){function
+X(a){return aH(au(a))}function
+je(a){function
 b(c){var
-b=jg(c),d=b?[0,f5,0]:b;function
+b=jc(c),d=b?[0,f6,0]:b;function
 e(a){function
 b(e){function
 c(c){function
@@ -3336,293 +3322,293 @@ c(m){function
 f(f){function
 n(g){function
 h(a){return[0,[0,b,e,k,l,m,f,g]]}var
-c=af(f3,a);if(c)var
-j=function(a){return a1(eh,q(b_,a))},d=i(S(0,[0,bk,[0,bc,0]],c[1]),j);else
+c=af(f4,a);if(c)var
+j=function(a){return a1(ej,q(b9,a))},d=i(T(0,[0,bl,[0,bb,0]],c[1]),j);else
 var
-d=rk;return i(d,h)}var
-g=af(f4,a);if(g){var
+d=re;return i(d,h)}var
+g=af(f5,a);if(g){var
 c=g[1],j=0;if(typeof
 c==="number"||!(0===c[0]))j=1;else
 if(c[1])var
-o=b[1]?0:f?0:1,d=J(o,rn,rm);else
+o=b[1]?0:f?0:1,d=J(o,rh,rg);else
 var
-d=L(ro);if(j)var
-d=L(rl);var
+d=N(ri);if(j)var
+d=N(rf);var
 h=d}else
 var
-h=rp;return i(h,n)}var
-c=af(f5,a);if(c)var
-g=function(a){return[0,[0,a]]},d=i(aV(f5,ef(c[1])),g);else
+h=rj;return i(h,n)}var
+c=af(f6,a);if(c)var
+g=function(a){return[0,[0,a]]},d=i(aV(f6,eh(c[1])),g);else
 var
-d=rq;return i(d,f)}var
-d=W(e);function
-f(a){return al(d,am,a)}return i(r(function(a){return br(f,a)},bj,a),c)}var
-d=W(b[3][3]);return i(r(function(a){return eg(d,a)},jf,a),c)}var
-d=W(b[3][2]);return i(r(function(a){return eg(d,a)},bu,a),c)}return i(r(ef,er,a),c)}return i(f6(a),b)}var
-b=af(f2,a),d=b?aV(f2,iA(rr,1,b[1])):rs;return i(d,c)}var
-c=[0,[0,k(rt),0],0];return i(r(function(a){return ba(c,a)},eq,a),b)}return i(S(x([0,eq,[0,cY,[0,ep,[0,f1,[0,er,[0,bu,[0,jf,[0,bj,0]]]]]]]],d),[0,f2,[0,f3,[0,f4,0]]],a),e)}return i(a7(a),b)}function
-jj(a){if(typeof
-a!=="number"&&4===a[0])return V(f4,a[1]);return 0}var
-rB=k(rA);function
-jk(d){var
-a=d;for(;;){if(a){var
-b=a[2];if(b){var
-c=a[1];if(H(c,b[1])){var
-a=b;continue}return[0,c,jk(b)]}return a}return a}}function
-rC(e){var
-a=jk(z(iu[5],e));if(a){var
-b=a[2];if(b){var
-f=[0,a[1],[0,b[1],b[2]]],F=0,c=q(function(G){var
+d=rk;return i(d,f)}var
+d=X(e);function
+f(a){return al(d,am,a)}return i(r(function(a){return bs(f,a)},bk,a),c)}var
+d=X(b[3][3]);return i(r(function(a){return ei(d,a)},jb,a),c)}var
+d=X(b[3][2]);return i(r(function(a){return ei(d,a)},bv,a),c)}return i(r(eh,es,a),c)}return i(f7(a),b)}var
+b=af(f3,a),d=b?aV(f3,ix(rl,1,b[1])):rm;return i(d,c)}var
+c=[0,[0,k(rn),0],0];return i(r(function(a){return a$(c,a)},er,a),b)}return i(T(x([0,er,[0,cX,[0,eq,[0,f2,[0,es,[0,bv,[0,jb,[0,bk,0]]]]]]]],d),[0,f3,[0,f4,[0,f5,0]]],a),e)}return i(a7(a),b)}function
+jf(a){if(typeof
+a!=="number"&&4===a[0])return W(f5,a[1]);return 0}var
+rv=k(ru);function
+rw(j){var
+b=0,a=fD(fK,j);for(;;){if(a){var
+d=a[2],f=a[1];if(d){var
+i=H(f,d[1])?b:[0,f,b],b=i,a=d;continue}var
+c=M(a,b)}else
+var
+c=M(a,b);if(c){var
+e=c[2];if(e){var
+k=[0,c[1],[0,e[1],e[2]]],F=0,g=q(function(G){var
 e=F,d=G;for(;;){if(d){var
-g=d[2],a=d[1],k=dp(a),l=k||(11===a?1:0),m=l||(12===a?1:0);if(m){var
+g=d[2],a=d[1],k=dq(a),l=k||(11===a?1:0),m=l||(12===a?1:0);if(m){var
 d=g;continue}var
-h=d5(33,a),i=h?d5(a,mc):h;if(i){var
+h=d5(33,a),i=h?d5(a,l9):h;if(i){var
 c=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),x=c(7),y=c(6),z=c(5),A=c(4),B=c(3),C=c(2),D=c(1),E=c(0);if(z||!(y&&!x))var
 f=a;else{var
 j=0;if(d5(65,a)&&d5(a,90))var
 n=0,o=1,p=1,b=function(a,b){var
-c=a?1<<b:a;return c},q=b(n,7),r=b(o,6),s=b(p,5),t=b(A,4),u=b(B,3),v=b(C,2),w=b(D,1),f=fq(((((((b(E,0)+w|0)+v|0)+u|0)+t|0)+s|0)+r|0)+q|0);else
+c=a?1<<b:a;return c},q=b(n,7),r=b(o,6),s=b(p,5),t=b(A,4),u=b(B,3),v=b(C,2),w=b(D,1),f=fr(((((((b(E,0)+w|0)+v|0)+u|0)+t|0)+s|0)+r|0)+q|0);else
 j=1;if(j)var
 f=a}var
-e=[0,f,e],d=g;continue}return i}return[0,Y(e,0)]}},f),d=E(function(a){if(a){var
-b=a[1],f=ad(function(a){return G(ad(function(b){return a===b?1:0},rB))},b),c=f||G(ad(ea,b));if(c)var
+e=[0,f,e],d=g;continue}return i}return[0,M(e,0)]}},k),h=E(function(a){if(a){var
+b=a[1],f=ad(function(a){return G(ad(function(b){return a===b?1:0},rv))},b),c=f||G(ad(ec,b));if(c)var
 d=c;else
 var
-e=fO(b),g=e?1:e,d=g;return d}return a},c);return d?cu($(function(a){var
-b=a?[0,a[1],0]:a;return b},c)):d}return 1}return 1}function
-f7(a,b){if(a)var
-d=q(bR,b),e=f7(a[2],d),f=0,c=[0,q(function(a){return b$(f,a)},b),e];else
+e=fP(b),g=e?1:e,d=g;return d}return a},g);return h?cu($(function(a){var
+b=a?[0,a[1],0]:a;return b},g)):h}return 1}return 1}}function
+f8(a,b){if(a)var
+d=q(bQ,b),e=f8(a[2],d),f=0,c=[0,q(function(a){return b_(f,a)},b),e];else
 var
 c=a;return c}function
-f8(a){var
-c=a[1][3],b=a[6],d=b?[0,b[1],0]:b,e=x(f7(c[3],a[4]),d),f=x(f7(c[2],a[3]),e);return E(rC,[0,a[2],f])}var
-bl=k(rD),bd=k(rE),bm=k(rF),bn=k(rG),jl=k(rH),jm=k(rI),bo=k(rJ),jn=k(rK),jo=k(rL),be=k(rM),jp=k(rN),jq=k(rO),eu=k(rP),jr=k(rQ),cd=k(rR),js=k(rS),jt=k(rT),ju=k(rU),jv=k(rV),jw=k(rW),c0=k(rX),jx=k(rY);function
-f9(a){return w(a[1],v)}function
-jy(a,b){if(a)var
-d=q(bR,b),e=jy(a[1],d),c=[0,q(function(a){return b$(O,a)},b),e];else
+f9(a){var
+c=a[1][3],b=a[6],d=b?[0,b[1],0]:b,e=x(f8(c[3],a[4]),d),f=x(f8(c[2],a[3]),e);return E(rw,[0,a[2],f])}var
+bm=k(rx),bc=k(ry),bn=k(rz),bo=k(rA),jg=k(rB),jh=k(rC),bp=k(rD),ji=k(rE),jj=k(rF),bd=k(rG),jk=k(rH),jl=k(rI),ev=k(rJ),jm=k(rK),cd=k(rL),jn=k(rM),jo=k(rN),jp=k(rO),jq=k(rP),jr=k(rQ),cZ=k(rR),js=k(rS);function
+f_(a){return w(a[1],u)}function
+jt(a,b){if(a)var
+d=q(bQ,b),e=jt(a[1],d),c=[0,q(function(a){return b_(P,a)},b),e];else
 var
 c=a;return c}function
-jz(e,d){var
+ju(e,d){var
 b=e,a=d;for(;;){if(b){if(a){var
-f=ay(b[1],a[1]),c=E(function(a){return cT(a[1],a[2])},f);if(c){var
+f=az(b[1],a[1]),c=E(function(a){return cT(a[1],a[2])},f);if(c){var
 b=b[2],a=a[2];continue}return c}return 1}return 1}}function
-rZ(a){function
+rT(a){function
 b(a){function
 b(a){var
-c=jz(a,jy(ar(a),a)),f=[0,a];if(c)var
-e=cU(v,a),b=E(function(a){var
-b=cU(v,a[2]);return E(function(b){var
-c=w(a[1],b[1]);return bx(f9(b[2]),c)},b)},e),g=b?E(function(b){var
-c=ay(b,a);return E(function(a){var
-c=ay(b,a[2]);return E(function(b){var
+c=ju(a,jt(au(a),a)),f=[0,a];if(c)var
+e=dk(u,a),b=E(function(a){var
+b=dk(u,a[2]);return E(function(b){var
+c=w(a[1],b[1]);return by(f_(b[2]),c)},b)},e),g=b?E(function(b){var
+c=az(b,a);return E(function(a){var
+c=az(b,a[2]);return E(function(b){var
 c=ak(b[1],b[2]);return I(a[1],c)},c)},c)},a):b,d=g;else
 var
-d=c;return J(d,r0,f)}var
-c=W(a);return i(a1(function(a){return al(c,aQ,a)},a),b)}return i(bi(a),b)}function
-r7(a){function
+d=c;return J(d,rU,f)}var
+c=X(a);return i(a1(function(a){return al(c,aQ,a)},a),b)}return i(bj(a),b)}function
+r1(a){function
 b(a){function
 b(c){var
-b=W(c);function
+b=X(c);function
 d(c){function
 d(d){function
 e(e){function
 f(a){var
-b=[0,[0,[0,c,d,a],e]],f=ay(c,d);return J(E(function(a){return I(a[1],a[2])},f),r8,b)}function
+b=[0,[0,[0,c,d,a],e]],f=az(c,d);return J(E(function(a){return I(a[1],a[2])},f),r2,b)}function
 g(c){function
 a(a){function
 c(b){function
-c(a){return[0,[0,b,a]]}return i(r(am,eu,a),c)}return i(r(function(a){return al(b,am,a)},ju,a),c)}return i(S([0,ju,[0,eu,0]],0,c),a)}return i(r(function(a){return ai(g,a)},be,a),f)}function
+c(a){return[0,[0,b,a]]}return i(r(am,ev,a),c)}return i(r(function(a){return al(b,am,a)},jp,a),c)}return i(T([0,jp,[0,ev,0]],0,c),a)}return i(r(function(a){return ai(g,a)},bd,a),f)}function
 f(a){return al(b,am,a)}function
-g(a){return ai(f,a)}return i(r(function(a){return ai(g,a)},jt,a),e)}return i(r(function(a){return al(b,am,a)},js,a),d)}return i(r(function(a){return al(b,am,a)},cd,a),d)}return i(r(ef,jr,a),b)}return i(S([0,jr,[0,cd,[0,js,[0,jt,[0,be,0]]]]],0,a),b)}function
-jA(d,a,c,b){if(a)var
-f=bR(b),g=bR(c),h=jA(M(d,t),a[2],g,f),i=b$(O,c),j=b$(0,b),e=[0,[0,d,a[1],j,i],h];else
+g(a){return ai(f,a)}return i(r(function(a){return ai(g,a)},jo,a),e)}return i(r(function(a){return al(b,am,a)},jn,a),d)}return i(r(function(a){return al(b,am,a)},cd,a),d)}return i(r(eh,jm,a),b)}return i(T([0,jm,[0,cd,[0,jn,[0,jo,[0,bd,0]]]]],0,a),b)}function
+jv(d,a,c,b){if(a)var
+f=bQ(b),g=bQ(c),h=jv(K(d,t),a[2],g,f),i=b_(P,c),j=b_(0,b),e=[0,[0,d,a[1],j,i],h];else
 var
 e=a;return e}function
-jB(f,b,e){if(b){var
-k=bR(e),l=jB(f,b[2],k),m=b$(0,e),a=b[1],c=f[5];if(c)var
+jw(f,b,e){if(b){var
+k=bQ(e),l=jw(f,b[2],k),m=b_(0,e),a=b[1],c=f[5];if(c)var
 d=c[1];else
 var
-j=a[4],d=q(function(a){return a?a[1]:O},j);var
-h=a[5],i=jA(v,a[3],d,m),g=[0,[0,a[1],a[2],i,h],l]}else
+j=a[4],d=q(function(a){return a?a[1]:P},j);var
+h=a[5],i=jv(u,a[3],d,m),g=[0,[0,a[1],a[2],i,h],l]}else
 var
 g=b;return g}function
-jC(e,d){var
+jx(e,d){var
 a=d;for(;;){if(a){var
 b=a[2];if(b){var
-c=ax(e,a[1],b[1]);if(c){var
+c=aJ(e,a[1],b[1]);if(c){var
 a=b;continue}return c}return 1}return 1}}function
-sm(a){function
+sg(a){function
 b(a){if(a){var
 b=a[2];if(b){var
-c=b[1];if(b[2])return L(sn);var
+c=b[1];if(b[2])return N(sh);var
 d=function(b){function
-a(a){return J(G(f9(a)),so,[0,[0,b,a]])}return i(aQ(c),a)};return i(aJ(a[1]),d)}return L(sp)}return L(sq)}return i(bi(a),b)}function
-sr(a){function
+a(a){return J(G(f_(a)),si,[0,[0,b,a]])}return i(aQ(c),a)};return i(aI(a[1]),d)}return N(sj)}return N(sk)}return i(bj(a),b)}function
+sl(a){function
 b(a){var
-b=[0,a];return J(jC(function(b,a){return Q(b[1],a[1])},a),ss,b)}return i(ai(sm,a),b)}function
-st(b,a){var
-d=Q(b[1],a[1]);if(d)var
+b=[0,a];return J(jx(function(b,a){return R(b[1],a[1])},a),sm,b)}return i(ai(sg,a),b)}function
+sn(b,a){var
+d=R(b[1],a[1]);if(d)var
 c=d;else{var
 e=w(b[1],a[1]);if(e){var
-f=Q(b[2],a[2]);if(f)var
+f=R(b[2],a[2]);if(f)var
 c=f;else{var
-g=w(b[2],a[2]);if(g)return Q(b[3],a[3]);var
+g=w(b[2],a[2]);if(g)return R(b[3],a[3]);var
 c=g}}else
 var
 c=e}return c}function
-jD(c,b,d){var
+jy(c,b,d){var
 a=b?b[1][11]:b;function
 e(b){function
 d(c){function
-e(a){return J(jC(st,c),su,[0,c])}if(a)var
-f=W(a[1][1]),d=r(function(a){return al(f,am,a)},jw,b);else
+e(a){return J(jx(sn,c),so,[0,c])}if(a)var
+f=X(a[1][1]),d=r(function(a){return al(f,am,a)},jr,b);else
 var
-d=sv;return i(d,e)}function
+d=sp;return i(d,e)}function
 e(f){function
 a(a){function
 b(b){function
 c(c){function
 d(d){function
-e(a){return[0,[0,b,c,d,a]]}return i(r(sr,jx,a),e)}return i(r(aJ,cd,a),d)}return i(r(aJ,c0,a),c)}var
-d=c?r(aJ,aa,a):[0,aS(t)];return i(d,b)}var
-b=0,d=[0,c0,[0,cd,[0,jx,0]]],e=c?[0,aa,0]:c;return i(S(x(e,d),b,f),a)}return i(r(function(a){return ai(e,a)},jv,b),d)}var
-f=0,g=a?[0,jw,0]:a;return i(S([0,jv,g],f,d),e)}function
-dx(a){return a?ar(a[1]):a}function
-jE(a){return as(hI,sw,a)}function
-f_(a){return jE(q(ar,a))}function
-f$(a){return jE(q(dx,a))}function
-bD(a){return f_(a[1])}function
-jF(a){return f$(a[1])}function
+e(a){return[0,[0,b,c,d,a]]}return i(r(sl,js,a),e)}return i(r(aI,cd,a),d)}return i(r(aI,cZ,a),c)}var
+d=c?r(aI,aa,a):[0,aS(t)];return i(d,b)}var
+b=0,d=[0,cZ,[0,cd,[0,js,0]]],e=c?[0,aa,0]:c;return i(T(x(e,d),b,f),a)}return i(r(function(a){return ai(e,a)},jq,b),d)}var
+f=0,g=a?[0,jr,0]:a;return i(T([0,jq,g],f,d),e)}function
+dw(a){return a?au(a[1]):a}function
+jz(a){return av(hK,sq,a)}function
+f$(a){return jz(q(au,a))}function
+ga(a){return jz(q(dw,a))}function
+bC(a){return f$(a[1])}function
+jA(a){return ga(a[1])}function
 ce(b){var
-a=b[2];return 0===a[0]?f_(a[1]):a[1]}function
-jG(b){var
 a=b[2];return 0===a[0]?f$(a[1]):a[1]}function
-cy(b,a){return dj(ar(a),b)}function
-ev(e,a){var
+jB(b){var
+a=b[2];return 0===a[0]?ga(a[1]):a[1]}function
+cy(b,a){return di(au(a),b)}function
+ew(e,a){var
 b=cy(e,a);if(b){var
-c=E(a0,a);if(c)return cT(aE(a),T);var
+c=E(a0,a);if(c)return cT(aC(a),U);var
 d=c}else
 var
 d=b;return d}function
-jH(a){return ad(ah,a)}function
+jC(a){return ad(ah,a)}function
 cz(b,a){if(a){var
-c=cz(b,a[2]),d=ay(a[1],c);return q(function(a){return[0,a[1],a[2]]},d)}return dk(0,b)}function
-sx(a){var
-e=dx(a),b=E(function(a){return ev(e,a)},a);if(b){var
-c=G(cy(0,a));if(c)return E(jH,cz(dx(a),a));var
+c=cz(b,a[2]),d=az(a[1],c);return q(function(a){return[0,a[1],a[2]]},d)}return dj(0,b)}function
+sr(a){var
+e=dw(a),b=E(function(a){return ew(e,a)},a);if(b){var
+c=G(cy(0,a));if(c)return E(jC,cz(dw(a),a));var
 d=c}else
 var
 d=b;return d}function
-jI(a){var
-b=G(cy(0,a));return b?E(sx,a):b}function
-ga(d,c,a){var
+jD(a){var
+b=G(cy(0,a));return b?E(sr,a):b}function
+gb(d,c,a){var
 b=cy(d,a);return b?E(function(a){return cy(c,a)},a):b}function
-gb(a){if(a){var
+gc(a){if(a){var
 b=a[2],c=a[1];return $(function(a){var
-c=gb(b);return q(function(b){return $(function(a){return q(function(b){return R(a,b)},b)},a)},c)},c)}return[0,[0,T,0],0]}function
-jJ(a){if(a)var
-b=a[1],d=jJ(b),e=q(function(a){return[0,O,a]},d),c=[0,[0,T,dk(O,b)],e];else
+c=gc(b);return q(function(b){return $(function(a){return q(function(b){return S(a,b)},b)},a)},c)},c)}return[0,[0,U,0],0]}function
+jE(a){if(a)var
+b=a[1],d=jE(b),e=q(function(a){return[0,P,a]},d),c=[0,[0,U,dj(P,b)],e];else
 var
 c=a;return c}function
-jK(a){return gb(a[1])}function
-gc(b){var
-a=b[2];return 0===a[0]?gb(a[1]):jJ(a[1])}function
-gd(a){return as(function(b,a){return fB(b[2],a)},t,a)}function
-jL(b,a){var
-c=by(b,a[2]);return B(a[1],c)}function
-ew(a){return gd(a$(a))}function
-ex(a){var
-b=ew(a);function
-c(a){return jL(b,a)}return q(function(a){return q(c,a)},a)}function
-ge(a){return as(function(b,a){return B(ew(b),a)},t,a)}function
-c1(d,c,e){if(d){var
+jF(a){return gc(a[1])}function
+gd(b){var
+a=b[2];return 0===a[0]?gc(a[1]):jE(a[1])}function
+ge(a){return av(function(b,a){return fB(b[2],a)},t,a)}function
+jG(b,a){var
+c=bz(b,a[2]);return B(a[1],c)}function
+ex(a){return ge(bh(a))}function
+ey(a){var
+b=ex(a);function
+c(a){return jG(b,a)}return q(function(a){return q(c,a)},a)}function
+gf(a){return av(function(b,a){return B(ex(b),a)},t,a)}function
+c0(d,c,e){if(d){var
 b=c,a=e;for(;;){if(b&&a){var
 b=b[1],a=a[2];continue}var
-g=c1(d[1],c,a),f=[0,hP(c,e),g];break}}else
+g=c0(d[1],c,a),f=[0,hP(c,e),g];break}}else
 var
 f=d;return f}function
-jM(c,b,a){if(b){var
+jH(c,b,a){if(b){var
 d=b[1];if(a){var
-f=a[1],e=jM(c,b[2],a[2]),g=aT(d);if(0===g)return e;if(0<g){var
-i=ay(f,e);return q(function(a){return M(B(d,a[1]),a[2])},i)}var
-h=ay(f,e);return q(function(a){return M(B(d,a[1]),a[2])},h)}return dk(v,c)}return dk(v,c)}function
-gf(b,a,d){if(a){var
-c=a[2],e=a[1],f=d3(f$(c),b),g=c1(dx(e),f,d),h=q(function(a){return gf(b,c,a)},g),i=ex(e);return $(function(a){return jM(d3(f_(c),b),a,h)},i)}return d}function
-jN(a){var
-f=a[4],b=d3(bD(a),f),g=gd(a$(a$(a[5]))),h=a[5],c=q(function(b){var
-c=a$(b),d=q(function(a){return jL(g,a)},c);return gf(a[4],a[1],d)},h),d=a[2];if(0===d[0])var
-i=a$(c),e=gf(b,d[1],i);else
+f=a[1],e=jH(c,b[2],a[2]),g=aT(d);if(0===g)return e;if(0<g){var
+i=az(f,e);return q(function(a){return K(B(d,a[1]),a[2])},i)}var
+h=az(f,e);return q(function(a){return K(B(d,a[1]),a[2])},h)}return dj(u,c)}return dj(u,c)}function
+gg(b,a,d){if(a){var
+c=a[2],e=a[1],f=d2(ga(c),b),g=c0(dw(e),f,d),h=q(function(a){return gg(b,c,a)},g),i=ey(e);return $(function(a){return jH(d2(f$(c),b),a,h)},i)}return d}function
+jI(a){var
+f=a[4],b=d2(bC(a),f),g=ge(bh(bh(a[5]))),h=a[5],c=q(function(b){var
+c=bh(b),d=q(function(a){return jG(g,a)},c);return gg(a[4],a[1],d)},h),d=a[2];if(0===d[0])var
+i=bh(c),e=gg(b,d[1],i);else
 var
-e=a$(c);var
-j=c1(ce(a),b,e),k=a[4],l=bD(a);return q(function(a){return c1(l,k,a)},j)}function
-jO(a){var
-b=as(hL,v,a),c=aT(b);return 0===c?q(function(a){return O},a):0<c?q(function(a){return cS([0,a,b])},a):q(function(a){return O},a)}function
-dy(b,a){return I(b,a)?a:b}function
-jP(b,a){return I(b,a)?b:a}function
-ey(a){return a?as(dy,a[1],a[2]):O}function
-c2(a){return a?as(jP,a[1],a[2]):O}function
-ez(a){var
-b=c2(a),c=ey(a);return ah(b)?[0,R(c,aU(b))]:ah(c)?0:[0,T]}function
-dz(c,b,a){var
-d=b?a?[0,ax(c,b[1],a[1])]:a:b;return d}function
-jQ(a){var
-b=q(ez,cz(dx(a),a)),c=[0,T];return as(function(a,b){return dz(dy,a,b)},c,b)}function
-jR(a){var
-b=q(jQ,a),c=[0,T];return as(function(a,b){return dz(R,a,b)},c,b)}function
-dA(d,c,b){var
-a=d[7];return 0===a[0]?a[1]:bz(b,bz(c,a[1],0),0)}function
-gg(d,c,b){var
-a=d[6];return a?bz(b,bz(c,a[1],0),O):T}function
-cf(a){return ay(bB(0,ar(a)),a)}function
-gh(a,b){if(N(b,t))return a;var
-e=bg(b,bf(2)),f=e[1];if(w(e[2],v)){var
-c=gh(a,f);return B(c,c)}var
-d=gh(a,f);return B(a,B(d,d))}function
+e=bh(c);var
+j=c0(ce(a),b,e),k=a[4],l=bC(a);return q(function(a){return c0(l,k,a)},j)}function
+jJ(a){var
+b=av(hL,u,a),c=aT(b);return 0===c?q(function(a){return P},a):0<c?q(function(a){return cS([0,a,b])},a):q(function(a){return P},a)}function
+dx(b,a){return I(b,a)?a:b}function
+jK(b,a){return I(b,a)?b:a}function
+ez(a){return a?av(dx,a[1],a[2]):P}function
+c1(a){return a?av(jK,a[1],a[2]):P}function
+eA(a){var
+b=c1(a),c=ez(a);return ah(b)?[0,S(c,aU(b))]:ah(c)?0:[0,U]}function
+dy(c,b,a){var
+d=b?a?[0,aJ(c,b[1],a[1])]:a:b;return d}function
+jL(a){var
+b=q(eA,cz(dw(a),a)),c=[0,U];return av(function(a,b){return dy(dx,a,b)},c,b)}function
+jM(a){var
+b=q(jL,a),c=[0,U];return av(function(a,b){return dy(S,a,b)},c,b)}function
+dz(d,c,b){var
+a=d[7];return 0===a[0]?a[1]:bA(b,bA(c,a[1],0),0)}function
+gh(d,c,b){var
+a=d[6];return a?bA(b,bA(c,a[1],0),P):U}function
+cf(a){return az(b$(0,au(a)),a)}function
+gi(a,b){if(O(b,t))return a;var
+e=bf(b,be(2)),f=e[1];if(w(e[2],u)){var
+c=gi(a,f);return B(c,c)}var
+d=gi(a,f);return B(a,B(d,d))}function
 cA(c,a){var
-b=aT(a);return 0===b?t:0<b?gh(c,a):t}function
-jS(f,e,d){var
+b=aT(a);return 0===b?t:0<b?gi(c,a):t}function
+jN(f,e,d){var
 c=f,b=e,a=d;for(;;){if(c){var
 c=c[1],g=B(a,b),b=ap(b,t),a=g;continue}return a}}var
-sz=g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t)))))))),gi=cA(g(2,t),sz),sA=g(2,g(2,g(2,g(2,g(2,g(2,t)))))),jT=cA(g(2,t),sA);function
-jU(c,b,C,a){var
-d=C[1],f=ap(C[2],d);if(!N(d,v)&&!N(c,b)){if(N(f,v))return N(v,a[1]);var
-i=bh(b),s=cA(f,ap(c,b)),k=i,e=b,j=gi,g=gi,F=a[2];for(;;){if(k){var
-o=B(e,f),p=B(M(ap(c,e),t),d),D=0;if(w(j,t)&&N(o,p)){var
-u=M(g,e);D=1}if(!D){var
-n=aS(by(aS(B(j,o)),p)),k=k[1],e=ap(e,t),j=n,g=M(g,n);continue}}else
+st=g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t)))))))),gj=cA(g(2,t),st),su=g(2,g(2,g(2,g(2,g(2,g(2,t)))))),jO=cA(g(2,t),su);function
+jP(c,b,C,a){var
+d=C[1],f=ap(C[2],d);if(!O(d,u)&&!O(c,b)){if(O(f,u))return O(u,a[1]);var
+i=bi(b),s=cA(f,ap(c,b)),k=i,e=b,j=gj,g=gj,F=a[2];for(;;){if(k){var
+o=B(e,f),p=B(K(ap(c,e),t),d),D=0;if(w(j,t)&&O(o,p)){var
+v=K(g,e);D=1}if(!D){var
+n=aS(bz(aS(B(j,o)),p)),k=k[1],e=ap(e,t),j=n,g=K(g,n);continue}}else
 var
-u=g;var
-G=cA(d,b),x=B(B(B(B(jS(i,c,t),G),s),u),F),H=cA(M(d,f),c),y=B(jS(i,b,t),H),z=B(B(a[1],y),gi);if(N(x,z))return 1;var
-A=N(B(x,jT),B(z,M(jT,t)));if(A){var
+v=g;var
+G=cA(d,b),x=B(B(B(B(jN(i,c,t),G),s),v),F),H=cA(K(d,f),c),y=B(jN(i,b,t),H),z=B(B(a[1],y),gj);if(O(x,z))return 1;var
+A=O(B(x,jO),B(z,K(jO,t)));if(A){var
 m=i,h=t,q=t,l=t,I=B(a[1],y),J=a[2];for(;;){if(m){var
-r=B(B(q,M(ap(c,h),t)),d),m=m[1],E=M(B(B(l,h),f),r),h=M(h,t),q=r,l=E;continue}return N(B(B(l,s),J),I)}}return A}}return N(a[2],a[1])}function
-eA(a){var
-b=Q(v,a[2]);return b?ah(a[4]):b}var
-jV=g(2,g(2,g(2,F(g(2,g(2,g(2,g(2,F(g(2,F(g(2,F(g(2,g(2,g(2,t))))))))))))))));function
-sB(a){var
-b=G(eA(a));return b?b:N(a[2],jV)}function
-jW(b,a){return R(a,aU(b[4]))}function
-cB(a){return ak(T,ca(a))}function
-jX(r,y,x){var
+r=B(B(q,K(ap(c,h),t)),d),m=m[1],E=K(B(B(l,h),f),r),h=K(h,t),q=r,l=E;continue}return O(B(B(l,s),J),I)}}return A}}return O(a[2],a[1])}function
+eB(a){var
+b=R(u,a[2]);return b?ah(a[4]):b}var
+jQ=g(2,g(2,g(2,F(g(2,g(2,g(2,g(2,F(g(2,F(g(2,F(g(2,g(2,g(2,t))))))))))))))));function
+sv(a){var
+b=G(eB(a));return b?b:O(a[2],jQ)}function
+jR(b,a){return S(a,aU(b[4]))}function
+cB(a){return ak(U,ca(a))}function
+jS(r,y,x){var
 h=y,b=x;for(;;){if(h){if(b){var
 s=b[1],a=h[1],c=s[2],d=s[1],j=a0(d),i=0;if(j){var
 k=I(d,c);if(k){var
-l=I(c,a[4]);if(l)if(eA(a)){var
-m=N(a[2],jV);if(m){var
-n=I(d,O);if(n)var
+l=I(c,a[4]);if(l)if(eB(a)){var
+m=O(a[2],jQ);if(m){var
+n=I(d,P);if(n)var
 f=n;else
 var
-w=cB(jW(a,d)),f=jU(a[2],ap(a[2],a[3]),w,r)}else
+w=cB(jR(a,d)),f=jP(a[2],ap(a[2],a[3]),w,r)}else
 var
 f=m;var
 u=0;if(f){var
 o=I(a[4],c);if(o)var
 p=o;else{var
-v=jW(a,c),e=jU(a[2],a[3],v,r);i=1;u=1}}else
+v=jR(a,c),e=jP(a[2],a[3],v,r);i=1;u=1}}else
 var
 p=f;if(!u){var
 e=p;i=1}}else{var
-q=I(d,O);if(q){var
+q=I(d,P);if(q){var
 e=I(a[4],c);i=1}else
 var
 g=q}else
@@ -3637,74 +3623,74 @@ h=h[2],b=b[2];continue}var
 t=e}else
 var
 t=b;return t}return b?0:1}}function
-eB(a){return[0,a,t]}function
-jY(b,a){var
+eC(a){return[0,a,t]}function
+jT(b,a){var
 c=cA(b[2],a),d=aT(c),e=0===d?t:0<d?c:t;return[0,cA(b[1],a),e]}function
-eC(a){return aD(ar(aw(eA,a)))}function
-jZ(b,a){return N(b,a)?b:a}function
-j0(c){var
-f=aw(eA,c),a=q(function(a){return a[1]},f);for(;;){if(a){var
+eD(a){return aH(au(aw(eB,a)))}function
+jU(b,a){return O(b,a)?b:a}function
+jV(c){var
+f=aw(eB,c),a=q(function(a){return a[1]},f);for(;;){if(a){var
 b=a[2];if(b){var
-e=Q(a[1],b[1]);if(e){var
+e=R(a[1],b[1]);if(e){var
 a=b;continue}var
 d=e}else
 var
 d=1}else
 var
-d=1;if(d)return jZ(t,eC(c));var
-h=eC(c);return jZ(g(2,t),h)}}function
-gj(h,f,e,b,d,a){var
-l=R(eB(ap(B(g(2,t),e),b)),a),i=I(ak(ak(R(eB(b),d),l),h),T);if(i)var
+d=1;if(d)return jU(t,eD(c));var
+h=eD(c);return jU(g(2,t),h)}}function
+gk(h,f,e,b,d,a){var
+l=S(eC(ap(B(g(2,t),e),b)),a),i=I(ak(ak(S(eC(b),d),l),h),U);if(i)var
 c=i;else
 if(f){var
 j=ah(cB(ak(d,a)));if(j){var
 k=ah(cB(ak(a,a)));if(k){var
-m=jY(cB(ak(a,a)),ap(e,b));return I(h,R(jY(cB(ak(d,a)),b),m))}var
+m=jT(cB(ak(a,a)),ap(e,b));return I(h,S(jT(cB(ak(d,a)),b),m))}var
 c=k}else
 var
 c=j}else
 var
 c=f;return c}function
-j1(c,b,a){var
-d=R(c,a[1]);return I(b[2],d)}function
-j2(d,c){var
-a=d,b=c;for(;;){if(a){if(w(b,v))return[0,a[1]];var
+jW(c,b,a){var
+d=S(c,a[1]);return I(b[2],d)}function
+jX(d,c){var
+a=d,b=c;for(;;){if(a){if(w(b,u))return[0,a[1]];var
 a=a[2],b=ap(b,t);continue}return a}}function
-j3(b,a){return ay(q(function(a){return a[1]},b),a)}function
-gk(k){var
+jY(b,a){return az(q(function(a){return a[1]},b),a)}function
+gl(k){var
 b=k[1];if(0===b[0])return b[1];var
-a=b[1],d=cf(jN(a)),e=$(function(e){var
+a=b[1],d=cf(jI(a)),e=$(function(e){var
 b=cf(e[2]);return q(function(f){var
-b=f[1],c=e[1],l=f[2],h=gg(a,c,b),g=0;if(0===a[7][0])var
+b=f[1],c=e[1],l=f[2],h=gh(a,c,b),g=0;if(0===a[7][0])var
 d=0;else
 var
-k=dA(a,c,b),d=q(function(a){return[0,a]},k);var
-i=jO(l),j=aD(b);return[0,aD(c),j,i,d,h,g]},b)},d),c=a[7],f=0,g=0===c[0]?[0,c[1]]:0,h=a[6]?1:2,i=aD(a[4]),j=aD(bD(a));return[0,aD(ce(a)),j,i,h,g,f,e]}function
-j4(a,b){return b?a[2]:a[3]}var
-eD=k(sC),c3=k(sD),c4=k(sE),eE=k(sF),eF=k(sG),bV=k(sH),j5=k(sI),bW=k(sJ),dB=k(sK),dC=k(sL),eG=k(sM),eH=k(sN),c5=k(sO),eI=k(sP),gl=k(sQ),j6=k(sR),gm=k(sS),eJ=k(sT),eK=k(sU),eL=k(sV),j7=k(sW),eM=k(sX),eN=k(sY),gn=k(sZ),j8=k(s0),dD=k(s1),go=k(s2),cC=k(s3),eO=k(s4),eP=k(s5),j9=k(s6),eQ=k(s7),s9=k(s8),cg=k(s_),j_=k(s$),j$=k(ta),ka=k(tb),kb=k(tc),eR=k(td),kc=k(te),gp=k(tf),gq=k(tg),kd=k(th),ke=k(ti),kf=k(tj);function
-kg(a){var
-b=0;return as(function(b,a){return Y(Y(b,0),a)},b,a)}function
-gr(b,a){var
-c=k(tk),d=x(ix(a),c),e=x(k(tl),d);return x(k(b),e)}function
-bE(b,a){return z(dt(function(b){return ei(a,b)}),b)}function
-kh(a,b){function
-c(b){return a1(function(a){return r(_,a,b)},a)}return i(S(a,0,b),c)}function
-gs(c,b,a){function
-d(a){return[0,bE(b[3],a)]}return i(kh(c[3][2],a),d)}function
-ki(c,b,a){function
-d(a){return[0,bE(b[4],a)]}return i(kh(c[3][3],a),d)}function
-kj(b,a){function
+k=dz(a,c,b),d=q(function(a){return[0,a]},k);var
+i=jJ(l),j=aH(b);return[0,aH(c),j,i,d,h,g]},b)},d),c=a[7],f=0,g=0===c[0]?[0,c[1]]:0,h=a[6]?1:2,i=aH(a[4]),j=aH(bC(a));return[0,aH(ce(a)),j,i,h,g,f,e]}function
+jZ(a,b){return b?a[2]:a[3]}var
+eE=k(sw),c2=k(sx),c3=k(sy),eF=k(sz),eG=k(sA),bU=k(sB),j0=k(sC),bV=k(sD),dA=k(sE),dB=k(sF),eH=k(sG),eI=k(sH),c4=k(sI),eJ=k(sJ),gm=k(sK),j1=k(sL),gn=k(sM),eK=k(sN),eL=k(sO),eM=k(sP),j2=k(sQ),eN=k(sR),eO=k(sS),go=k(sT),j3=k(sU),dC=k(sV),gp=k(sW),cC=k(sX),eP=k(sY),eQ=k(sZ),j4=k(s0),eR=k(s1),s3=k(s2),cg=k(s4),j5=k(s5),j6=k(s6),j7=k(s7),j8=k(s8),eS=k(s9),j9=k(s_),gq=k(s$),gr=k(ta),j_=k(tb),j$=k(tc),ka=k(td);function
+kb(a){var
+b=0;return av(function(b,a){return M(M(b,0),a)},b,a)}function
+gs(b,a){var
+c=k(te),d=x(iu(a),c),e=x(k(tf),d);return x(k(b),e)}function
+bD(b,a){return A(du(function(b){return ek(a,b)}),b)}function
+kc(a,b){function
+c(b){return a1(function(a){return r(_,a,b)},a)}return i(T(a,0,b),c)}function
+gt(c,b,a){function
+d(a){return[0,bD(b[3],a)]}return i(kc(c[3][2],a),d)}function
+kd(c,b,a){function
+d(a){return[0,bD(b[4],a)]}return i(kc(c[3][3],a),d)}function
+ke(b,a){function
 c(a){var
-c=b[2];return[0,z(dt(function(b){return H(a,b)}),c)]}return i(_(a),c)}function
-eS(b,a){function
+c=b[2];return[0,A(du(function(b){return H(a,b)}),c)]}return i(_(a),c)}function
+eT(b,a){function
 c(a){if(a){var
-b=a[2];return b?b[2]?L(tm):[0,[0,a[1],b[1]]]:L(tn)}return L(to)}return i(al(g(2,t),b,a),c)}var
-tq=[0,[0,k(tp),t],0],ts=[0,[0,k(tr),v],tq];function
-bp(a,b){var
+b=a[2];return b?b[2]?N(tg):[0,[0,a[1],b[1]]]:N(th)}return N(ti)}return i(al(g(2,t),b,a),c)}var
+tk=[0,[0,k(tj),t],0],tm=[0,[0,k(tl),u],tk];function
+bq(a,b){var
 c=a?[0,b,0]:a;return c}function
-bF(c,b,a){return c?a:[0,b]}function
-kk(d,c,a,f,e){var
-b=a[6],g=b?[0,[0,b[1],b[2]],0]:b,h=x([0,c0,[0,cd,0]],g),j=x(bp(a[5],eQ),h),k=x(bp(a[4],er),j),l=x(bp(a[3],cZ),k),m=x(bp(a[2],aa),l);function
+bE(c,b,a){return c?a:[0,b]}function
+kf(d,c,a,f,e){var
+b=a[6],g=b?[0,[0,b[1],b[2]],0]:b,h=x([0,cZ,[0,cd,0]],g),j=x(bq(a[5],eR),h),k=x(bq(a[4],es),j),l=x(bq(a[3],cY),k),m=x(bq(a[2],aa),l);function
 n(b){function
 e(e){function
 g(g){function
@@ -3714,22 +3700,22 @@ k(k){function
 l(l){function
 m(a){return[0,[0,f,[0,j,e,g,k,l],a,h]]}var
 c=a[6];if(c)var
-n=function(a){return[0,[0,a]]},o=[0,c[1],c[2]],d=i(r(function(a){return eS(am,a)},o,b),n);else
+n=function(a){return[0,[0,a]]},o=[0,c[1],c[2]],d=i(r(function(a){return eT(am,a)},o,b),n);else
 var
-d=tv;return i(d,m)}return i(r(function(a){return gs(d,c,a)},cd,b),l)}return i(r(function(a){return gs(d,c,a)},c0,b),k)}var
-k=r(function(a){return ba(ts,a)},eQ,b);return i(bF(a[5],a2,k),j)}function
-j(a){return kj(c,a)}var
-k=r(function(a){return ai(j,a)},er,b);return i(bF(a[4],0,k),h)}var
-h=r(function(a){return kj(c,a)},cZ,b);return i(bF(a[3],a2,h),g)}var
-g=r(function(a){return ki(d,c,a)},aa,b);return i(bF(a[2],a2,g),e)}return i(S(m,0,e),n)}function
-tx(a){function
+d=tp;return i(d,m)}return i(r(function(a){return gt(d,c,a)},cd,b),l)}return i(r(function(a){return gt(d,c,a)},cZ,b),k)}var
+k=r(function(a){return a$(tm,a)},eR,b);return i(bE(a[5],a2,k),j)}function
+j(a){return ke(c,a)}var
+k=r(function(a){return ai(j,a)},es,b);return i(bE(a[4],0,k),h)}var
+h=r(function(a){return ke(c,a)},cY,b);return i(bE(a[3],a2,h),g)}var
+g=r(function(a){return kd(d,c,a)},aa,b);return i(bE(a[2],a2,g),e)}return i(T(m,0,e),n)}function
+tr(a){function
 b(a){var
-q=H(a,k(tw)),r=[0,a],c=q||H(a,iG),n=0;if(c)var
+q=H(a,k(tq)),r=[0,a],c=q||H(a,iD),n=0;if(c)var
 d=c;else{var
-e=iE(46,0,a),b=e[2],o=0;if(b){var
-f=b[1],h=fO(e[1]),p=0;if(h){var
-i=bs(g(2,g(2,F(g(2,t)))),f);if(i){var
-m=E(ea,f);n=1;o=1;p=1}else
+e=iB(46,0,a),b=e[2],o=0;if(b){var
+f=b[1],h=fP(e[1]),p=0;if(h){var
+i=bt(g(2,g(2,F(g(2,t)))),f);if(i){var
+m=E(ec,f);n=1;o=1;p=1}else
 var
 j=i}else
 var
@@ -3738,101 +3724,101 @@ l=j}else
 var
 l=b;if(!o)var
 d=l}if(!n)var
-m=d;return J(m,ty,r)}return i(_(a),b)}function
-eT(f,e,b,c){if(typeof
+m=d;return J(m,ts,r)}return i(_(a),b)}function
+eU(f,e,b,c){if(typeof
 c==="number")return[0,[0,[0,[0,[1,b,0]],0],0]];if(typeof
 b==="number")switch(b){case
 0:var
-a=[0,1,1,0,0,0,eP];break;case
+a=[0,1,1,0,0,0,eQ];break;case
 1:var
-a=[0,1,0,0,0,0,eP];break;case
+a=[0,1,0,0,0,0,eQ];break;case
 2:var
-a=tt;break;case
+a=tn;break;case
 3:var
-a=tu;break;case
+a=to;break;case
 4:var
-a=[0,1,1,1,0,0,j9];break;case
+a=[0,1,1,1,0,0,j4];break;case
 5:var
-a=[0,1,0,1,0,0,j9];break;case
+a=[0,1,0,1,0,0,j4];break;case
 6:var
-a=[0,0,1,0,0,0,eP];break;default:var
-a=[0,0,0,0,0,0,eP]}else
+a=[0,0,1,0,0,0,eQ];break;default:var
+a=[0,0,0,0,0,0,eQ]}else
 var
-a=[0,0,G(b[1]),0,0,1,s9];if(a[1]){var
+a=[0,0,G(b[1]),0,0,1,s3];if(a[1]){var
 d=function(c){function
 d(d){function
 g(g){function
-h(a){return[0,[0,[0,[0,[1,b,[0,a]]],[0,[2,d,g[1],g[2]],0]],[0,d]]]}return i(r(function(b){return kk(f,e,a,d,b)},eO,c),h)}return i(r(function(a){return eS(tx,a)},go,c),g)}return i(r(bT,dD,c),d)};return i(S([0,dD,[0,go,[0,eO,0]]],0,c),d)}function
+h(a){return[0,[0,[0,[0,[1,b,[0,a]]],[0,[2,d,g[1],g[2]],0]],[0,d]]]}return i(r(function(b){return kf(f,e,a,d,b)},eP,c),h)}return i(r(function(a){return eT(tr,a)},gp,c),g)}return i(r(bS,dC,c),d)};return i(T([0,dC,[0,gp,[0,eP,0]]],0,c),d)}function
 g(c){function
 d(d){function
 g(a){return[0,[0,[0,[0,[1,b,[0,a]]],0],[0,[0,d]]]]}var
-h=[0,d];return i(r(function(b){return kk(f,e,a,h,b)},eO,c),g)}return i(r(am,cC,c),d)}return i(S([0,cC,[0,eO,0]],0,c),g)}var
-tz=F(g(2,g(2,t))),tB=[0,[0,k(tA),tz],0],tC=g(2,g(2,t)),tE=[0,[0,k(tD),tC],tB],tF=F(g(2,t)),tH=[0,[0,k(tG),tF],tE],tI=g(2,t),tK=[0,[0,k(tJ),tI],tH],tM=[0,[0,k(tL),t],tK],tO=[0,[0,k(tN),v],tM],tQ=[0,[0,k(tP),[0,t,1]],0],tS=[0,[0,k(tR),[0,t,0]],tQ],tU=[0,[0,k(tT),[0,v,1]],tS],kl=[0,[0,k(tV),[0,v,0]],tU];function
-dE(b,a){var
-c=E(function(b){return V(b,a)},b);return c?E(function(a){return cv(b,a[1])},a):c}function
-km(f,d,c,a){function
+h=[0,d];return i(r(function(b){return kf(f,e,a,h,b)},eP,c),g)}return i(r(am,cC,c),d)}return i(T([0,cC,[0,eP,0]],0,c),g)}var
+tt=F(g(2,g(2,t))),tv=[0,[0,k(tu),tt],0],tw=g(2,g(2,t)),ty=[0,[0,k(tx),tw],tv],tz=F(g(2,t)),tB=[0,[0,k(tA),tz],ty],tC=g(2,t),tE=[0,[0,k(tD),tC],tB],tG=[0,[0,k(tF),t],tE],tI=[0,[0,k(tH),u],tG],tK=[0,[0,k(tJ),[0,t,1]],0],tM=[0,[0,k(tL),[0,t,0]],tK],tO=[0,[0,k(tN),[0,u,1]],tM],kg=[0,[0,k(tP),[0,u,0]],tO];function
+dD(b,a){var
+c=E(function(b){return W(b,a)},b);return c?E(function(a){return cv(b,a[1])},a):c}function
+kh(f,d,c,a){function
 b(a){function
-b(b){return c?dE([0,bl,b],a):c}var
-e=[0,b([0,bu,[0,cg,0]]),0],h=[0,b([0,aa,[0,cg,0]]),e],j=[0,b([0,aa,[0,bu,[0,cg,0]]]),h],k=[0,dE([0,bl,[0,cg,0]],a),j],l=[0,dE([0,bu,[0,cg,0]],a),k],m=[0,dE([0,aa,[0,cg,0]],a),l],n=[0,dE([0,aa,[0,bu,[0,cg,0]]],a),m];function
+b(b){return c?dD([0,bm,b],a):c}var
+e=[0,b([0,bv,[0,cg,0]]),0],h=[0,b([0,aa,[0,cg,0]]),e],j=[0,b([0,aa,[0,bv,[0,cg,0]]]),h],k=[0,dD([0,bm,[0,cg,0]],a),j],l=[0,dD([0,bv,[0,cg,0]],a),k],m=[0,dD([0,aa,[0,cg,0]],a),l],n=[0,dD([0,aa,[0,bv,[0,cg,0]]],a),m];function
 o(c){function
 b(B){function
 b(e){function
 b(d){function
 b(k){var
-l=ds(tO,B),b=0===l[0]?l[1]:fQ,m=ds(kl,k),f=0===m[0]?[0,m[1]]:0,h=d?1:d;if(V(bl,a)){var
-A=0;if(H(k,bc)&&G(V(aa,a))&&G(V(bu,a)))if(w(b,F(g(2,t))))var
-c=tW;else
+l=dt(tI,B),b=0===l[0]?l[1]:fR,m=dt(kg,k),f=0===m[0]?[0,m[1]]:0,h=d?1:d;if(W(bm,a)){var
+A=0;if(H(k,bb)&&G(W(aa,a))&&G(W(bv,a)))if(w(b,F(g(2,t))))var
+c=tQ;else
 var
-n=w(b,t),c=n?tX:n;else
+n=w(b,t),c=n?tR:n;else
 A=1;if(A)if(f){var
-o=f[1],i=o[1],C=V(aa,a);if(bx(o[2],C))var
+o=f[1],i=o[1],C=W(aa,a);if(by(o[2],C))var
 j=0;else
-if(V(bu,a))var
-D=w(i,v)?g(2,g(2,t)):F(g(2,g(2,t))),p=w(b,D),q=p?h:p,j=q?[0,[3,i,e,d]]:q;else
+if(W(bv,a))var
+D=w(i,u)?g(2,g(2,t)):F(g(2,g(2,t))),p=w(b,D),q=p?h:p,j=q?[0,[3,i,e,d]]:q;else
 var
 r=w(b,t),j=r?[0,[4,i,e]]:r;var
 c=j}else
 var
 c=f}else
-if(V(aa,a))if(V(bu,a))var
-s=w(b,v),u=s?h:s,c=u?[0,[0,e,d]]:u;else
+if(W(aa,a))if(W(bv,a))var
+s=w(b,u),v=s?h:s,c=v?[0,[0,e,d]]:v;else
 var
 x=w(b,t),c=x?[0,[1,e]]:x;else
 var
 y=w(b,g(2,t)),z=y?h:y,c=z?[0,[2,d]]:z;return[0,c]}var
-c=r(_,bl,a);return i(bF(V(bl,a),0,c),b)}function
+c=r(_,bm,a);return i(bE(W(bm,a),0,c),b)}function
 c(b){function
-a(a){return[0,bE(d[3],a)]}return i(al(W(f[3][2]),_,b),a)}var
-h=r(function(a){return ai(c,a)},bu,a);return i(bF(V(bu,a),0,h),b)}var
+a(a){return[0,bD(d[3],a)]}return i(al(X(f[3][2]),_,b),a)}var
+h=r(function(a){return ai(c,a)},bv,a);return i(bE(W(bv,a),0,h),b)}var
 c=r(function(b){function
-a(a){return[0,bE(d[4],a)]}return i(al(W(f[3][3]),_,b),a)},aa,a);return i(bF(V(aa,a),a2,c),b)}return i(r(_,cg,a),b)}return i(J(ad(function(a){return a},n),tZ,tY),o)}return i(a7(a),b)}function
-dF(e,d){var
+a(a){return[0,bD(d[4],a)]}return i(al(X(f[3][3]),_,b),a)},aa,a);return i(bE(W(aa,a),a2,c),b)}return i(r(_,cg,a),b)}return i(J(ad(function(a){return a},n),tT,tS),o)}return i(a7(a),b)}function
+dE(e,d){var
 a=e,b=d;for(;;){if(a){var
 c=a[1];if(c){var
-a=a[2],b=[0,c[1],b];continue}return c}return[0,Y(b,0)]}}var
-t1=[0,[0,k(t0),5],0],t3=[0,[0,k(t2),4],t1],t5=[0,[0,k(t4),2],t3],kn=[0,[0,bk,0],[0,[0,bc,1],[0,[0,k(t6),3],t5]]],t8=[0,[0,k(t7),7],0],dG=[0,[0,k(t9),6],t8];function
-ko(a){if(a)var
-c=[0,[0,k(t$),t_],0],b=[0,[0,k(ub),ua],c];else
+a=a[2],b=[0,c[1],b];continue}return c}return[0,M(b,0)]}}var
+tV=[0,[0,k(tU),5],0],tX=[0,[0,k(tW),4],tV],tZ=[0,[0,k(tY),2],tX],ki=[0,[0,bl,0],[0,[0,bb,1],[0,[0,k(t0),3],tZ]]],t2=[0,[0,k(t1),7],0],dF=[0,[0,k(t3),6],t2];function
+kj(a){if(a)var
+c=[0,[0,k(t5),t4],0],b=[0,[0,k(t7),t6],c];else
 var
 b=a;var
-d=[0,[0,k(ud),uc],0];return x([0,[0,k(uf),ue],d],b)}var
-ug=x(dG,ko(1)),ui=[0,[0,k(uh),2],0],uk=[0,[0,k(uj),3],ui],um=[0,[0,k(ul),1],uk],uo=x([0,[0,k(un),0],um],ug),gt=k(up),c6=k(uq),gu=k(ur),ut=k(us),kp=k(uu),kq=k(uv),eU=k(uw),kr=k(ux),ks=k(uy),eV=k(uz),eW=k(uA);function
+d=[0,[0,k(t9),t8],0];return x([0,[0,k(t$),t_],d],b)}var
+ua=x(dF,kj(1)),uc=[0,[0,k(ub),2],0],ue=[0,[0,k(ud),3],uc],ug=[0,[0,k(uf),1],ue],ui=x([0,[0,k(uh),0],ug],ua),gu=k(uj),c5=k(uk),gv=k(ul),un=k(um),kk=k(uo),kl=k(up),eV=k(uq),km=k(ur),kn=k(us),eW=k(ut),eX=k(uu);function
 ch(c,b){var
-a=ds(c,b);return 0===a[0]?[0,a[1]]:0}function
-kt(a,h){var
-c=H(a,kp);if(c)var
+a=dt(c,b);return 0===a[0]?[0,a[1]]:0}function
+ko(a,h){var
+c=H(a,kk);if(c)var
 b=c;else{var
-d=H(a,kr);if(d)var
+d=H(a,km);if(d)var
 b=d;else{var
-e=H(a,ks);if(e)var
+e=H(a,kn);if(e)var
 b=e;else{var
-f=H(a,kq);if(f)var
+f=H(a,kl);if(f)var
 b=f;else{var
-g=H(a,eU);if(g)return H(h,gu);var
+g=H(a,eV);if(g)return H(h,gv);var
 b=g}}}}return b}function
-ku(a){function
-b(a){return uH}return i(a7(a),b)}function
-gv(N,u,M,a){function
+kp(a){function
+b(a){return uB}return i(a7(a),b)}function
+gw(N,u,M,a){function
 b(b){function
 a(c){function
 a(d){function
@@ -3853,64 +3839,64 @@ p=0;var
 v=p}else
 var
 v=n;var
-P=[0,fL([2,a]),0],Q=[0,v,[0,k(uI),P]],R=[0,k(uJ),Q],T=[0,fL([2,d]),R],U=[0,k(uK),T],V=[0,fL([2,c]),U],W=[0,k(uL),V],X=kg([0,gr(uM,M),W]);function
-e(a){return r(a,eR,b)}var
-w=H(a,kq);if(w)var
-x=H(d,c6),y=x?H(g,ut):x;else
+P=[0,fM([2,a]),0],Q=[0,v,[0,k(uC),P]],R=[0,k(uD),Q],S=[0,fM([2,d]),R],U=[0,k(uE),S],V=[0,fM([2,c]),U],W=[0,k(uF),V],X=kb([0,gs(uG,M),W]);function
+e(a){return r(a,eS,b)}var
+w=H(a,kl);if(w)var
+x=H(d,c5),y=x?H(g,un):x;else
 var
 y=w;function
 Y(b){if(b&&typeof
 b[1]==="number")var
 e=b[2],f=e?1:e;else
 var
-f=1;return[0,[0,[0,c,[0,d,[0,a,[0,g,0]]]],X,b,f,O]]}if(G(H(g,gu)))var
+f=1;return[0,[0,[0,c,[0,d,[0,a,[0,g,0]]]],X,b,f,O]]}if(G(H(g,gv)))var
 f=0;else{var
-B=0;if(H(d,gt)&&H(a,kp))var
-E=ch(uo,c),f=aA(function(a){return[0,function(b){return[9,a,b]}]},E);else
+B=0;if(H(d,gu)&&H(a,kk))var
+E=ch(ui,c),f=ay(function(a){return[0,function(b){return[9,a,b]}]},E);else
 B=1;if(B){var
-C=0;if(H(d,gt)&&H(a,kr))var
-F=[0,[0,k(uB),0],0],I=ch([0,[0,k(uC),1],F],c),f=aA(function(a){return[0,function(b){return[10,a,b]}]},I);else
+C=0;if(H(d,gu)&&H(a,km))var
+F=[0,[0,k(uv),0],0],I=ch([0,[0,k(uw),1],F],c),f=ay(function(a){return[0,function(b){return[10,a,b]}]},I);else
 C=1;if(C){var
-D=0;if(H(d,c6)&&H(a,ks))var
-J=[0,[0,k(uE),uD],0],K=ch([0,[0,k(uG),uF],J],c),f=aA(function(a){return[1,a[1],a[2]]},K);else
+D=0;if(H(d,c5)&&H(a,kn))var
+J=[0,[0,k(uy),ux],0],K=ch([0,[0,k(uA),uz],J],c),f=ay(function(a){return[1,a[1],a[2]]},K);else
 D=1;if(D){var
-s=H(d,c6);if(s)var
-t=H(a,eU),m=t?H(c,eW):t;else
+s=H(d,c5);if(s)var
+t=H(a,eV),m=t?H(c,eX):t;else
 var
 m=s;var
 L=m?[0,[0,function(a){return[11,0,1,a]}]]:m,f=L}}}}if(f){var
 l=f[1];if(0===l[0])var
 Z=l[1],_=function(a){var
-b=[0,[7,H(a,N)],0];return[0,[0,[0,z(Z,j)],b]]},A=i(e(function(a){function
-b(a){return r(eh,dC,a)}return i(S([0,dC,0],0,a),b)}),_);else
+b=[0,[7,H(a,N)],0];return[0,[0,[0,A(Z,j)],b]]},z=i(e(function(a){function
+b(a){return r(ej,dB,a)}return i(T([0,dB,0],0,a),b)}),_);else
 var
-$=l[2],aa=l[1],ab=function(a){return[0,[0,[0,[11,1,$,j]],[0,[0,[10,aa,a]],0]]]},A=i(e(function(a){function
-b(a){return r(bT,kc,a)}return i(S([0,kc,0],0,a),b)}),ab);var
-h=A}else
-if(y)if(H(c,eV))var
-ac=function(a){return[0,[0,[1,1,j,a],0]]},ad=1,h=i(e(function(a){return jD(ad,u,a)}),ac);else
-if(H(c,eW))var
-ae=function(a){return[0,[0,[1,0,j,a],0]]},ag=0,h=i(e(function(a){return jD(ag,u,a)}),ae);else
+$=l[2],aa=l[1],ab=function(a){return[0,[0,[0,[11,1,$,j]],[0,[0,[10,aa,a]],0]]]},z=i(e(function(a){function
+b(a){return r(bS,j9,a)}return i(T([0,j9,0],0,a),b)}),ab);var
+h=z}else
+if(y)if(H(c,eW))var
+ac=function(a){return[0,[0,[1,1,j,a],0]]},ad=1,h=i(e(function(a){return jy(ad,u,a)}),ac);else
+if(H(c,eX))var
+ae=function(a){return[0,[0,[1,0,j,a],0]]},ag=0,h=i(e(function(a){return jy(ag,u,a)}),ae);else
 var
 ah=function(e){var
-b=kt(a,g),c=0,d=b?uN:b;return[0,[0,d,c]]},h=i(e(ku),ah);else
+b=ko(a,g),c=0,d=b?uH:b;return[0,[0,d,c]]},h=i(e(kp),ah);else
 var
 ai=function(e){var
-b=kt(a,g),c=0,d=b?uO:b;return[0,[0,d,c]]},h=i(e(ku),ai);return i(h,Y)}return i(r(function(a){return ai(_,a)},kb,b),e)}return i(r(bT,cC,b),e)}return i(r(_,j$,b),e)}return i(r(_,ka,b),a)}return i(r(_,j_,b),a)}return i(r(_,bl,b),a)}return i(S([0,bl,[0,j_,[0,cC,[0,j$,[0,ka,[0,kb,[0,eR,0]]]]]]],0,a),b)}function
-gw(c,a){if(a)var
-b=a[1],e=gw([0,b[1],c],a[2]),f=b[1],g=ad(function(a){return ei(f,a)},c)?uP:b[3],d=[0,[0,b[2],g],e];else
+b=ko(a,g),c=0,d=b?uI:b;return[0,[0,d,c]]},h=i(e(kp),ai);return i(h,Y)}return i(r(function(a){return ai(_,a)},j8,b),e)}return i(r(bS,cC,b),e)}return i(r(_,j6,b),e)}return i(r(_,j7,b),a)}return i(r(_,j5,b),a)}return i(r(_,bm,b),a)}return i(T([0,bm,[0,j5,[0,cC,[0,j6,[0,j7,[0,j8,[0,eS,0]]]]]]],0,a),b)}function
+gx(c,a){if(a)var
+b=a[1],e=gx([0,b[1],c],a[2]),f=b[1],g=ad(function(a){return ek(f,a)},c)?uJ:b[3],d=[0,[0,b[2],g],e];else
 var
 d=a;return d}var
-uR=[0,[0,k(uQ),0],0],uU=[0,[0,k(uT),uS],uR],uX=[0,[0,k(uW),uV],uU],u0=[0,[0,k(uZ),uY],uX],kv=[0,[0,k(u2),u1],u0];function
-eX(f,e){var
+uL=[0,[0,k(uK),0],0],uO=[0,[0,k(uN),uM],uL],uR=[0,[0,k(uQ),uP],uO],uU=[0,[0,k(uT),uS],uR],kq=[0,[0,k(uW),uV],uU];function
+eY(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=dU(b[1],a[1]);if(c){var
+c=dT(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return 1}}var
-u4=[0,k(u3),0],u6=[0,k(u5),u4],u8=[0,k(u7),u6],u_=[0,k(u9),u8];function
-kw(v,n,u,t,a){function
+uY=[0,k(uX),0],u0=[0,k(uZ),uY],u2=[0,k(u1),u0],u4=[0,k(u3),u2];function
+kr(v,n,u,t,a){function
 b(b){function
 a(d){function
 a(e){function
@@ -3927,116 +3913,116 @@ c!=="number")switch(c[0]){case
 d=0;e=1}if(!e)return 0}else
 var
 d=a;return d}var
-w=[0,g(bV),0],x=[0,k(ve),w],y=[0,g(gp),x],A=[0,k(vf),y],B=[0,g(gq),A],C=[0,k(vg),B],D=[0,g(bl),C],E=[0,k(vh),D],F=kg([0,gr(vi,t),E]),i=d?0:1,o=H(j,k(vj)),s=eX(k(u$),j),K=s||ad(function(b){var
-a=Y(j,0);return eX(Y(b,0),a)},u_);if(K)var
-c=vk;else
+w=[0,g(bU),0],x=[0,k(u_),w],y=[0,g(gq),x],z=[0,k(u$),y],B=[0,g(gr),z],C=[0,k(va),B],D=[0,g(bm),C],E=[0,k(vb),D],F=kb([0,gs(vc,t),E]),i=d?0:1,o=H(j,k(vd)),s=eY(k(u5),j),K=s||ad(function(b){var
+a=M(j,0);return eY(M(b,0),a)},u4);if(K)var
+c=ve;else
 if(G(o))var
-c=vn;else
+c=vh;else
 switch(h){case
 0:var
-r=z(v,d);if(r)if(a)var
-m=a[1],f=r[1],l=1===m?[0,[0,[9,i,f]],[0,[3,f,e,0],0]]:m?va:[0,[0,[9,i,f]],[0,[3,f,e,1],0]];else
+r=A(v,d);if(r)if(a)var
+m=a[1],f=r[1],l=1===m?[0,[0,[9,i,f]],[0,[3,f,e,0],0]]:m?u6:[0,[0,[9,i,f]],[0,[3,f,e,1],0]];else
 var
-l=vb;else
+l=u7;else
 var
-l=a?2===a[1]?[0,[0,[1,i,0]],0]:vc:vd;var
+l=a?2===a[1]?[0,[0,[1,i,0]],0]:u8:u9;var
 c=[0,[7,G(n)],l];break;case
 1:if(a)var
-Q=[0,[0,[12,0,d,e,a[1]]],0],c=[0,[7,G(n)],Q];else
+R=[0,[0,[12,0,d,e,a[1]]],0],c=[0,[7,G(n)],R];else
 var
-c=vo;break;default:var
-c=u?a?[0,[0,[12,1,d,e,a[1]]],0]:vp:vq}var
+c=vi;break;default:var
+c=u?a?[0,[0,[12,1,d,e,a[1]]],0]:vj:vk}var
 p=G(o),L=[0,[0,d,h,F,c,a]];if(p)var
 q=p;else
 var
-O=V(ke,b),P=O||V(kf,b),q=G(P);var
-M=J(q,vl,L),N=1===h?I(T,e):1;return J(N,vm,M)}return i(r(function(a){return ba(kv,a)},bV,b),a)}return i(r(_,kd,b),a)}var
-c=[0,[0,go,0],[0,[0,dD,1],[0,[0,k(vr),2],0]]];return i(r(function(a){return ba(c,a)},gq,b),a)}return i(r(aQ,gp,b),a)}var
-c=[0,[0,bk,1],[0,[0,bc,0],0]];return i(r(function(a){return ba(c,a)},bl,b),a)}return i(S([0,bl,[0,gp,[0,gq,[0,kd,[0,bV,0]]]]],[0,ke,[0,kf,0]],a),b)}function
-gx(c,b){if(b)var
-a=b[1],e=gx([0,a,c],b[2]),f=ad(function(e){var
-d=bx(a[1],e[1]);if(d){var
+P=W(j$,b),Q=P||W(ka,b),q=G(Q);var
+N=J(q,vf,L),O=1===h?I(U,e):1;return J(O,vg,N)}return i(r(function(a){return a$(kq,a)},bU,b),a)}return i(r(_,j_,b),a)}var
+c=[0,[0,gp,0],[0,[0,dC,1],[0,[0,k(vl),2],0]]];return i(r(function(a){return a$(c,a)},gr,b),a)}return i(r(aQ,gq,b),a)}var
+c=[0,[0,bl,1],[0,[0,bb,0],0]];return i(r(function(a){return a$(c,a)},bm,b),a)}return i(T([0,bm,[0,gq,[0,gr,[0,j_,[0,bU,0]]]]],[0,j$,[0,ka,0]],a),b)}function
+gy(c,b){if(b)var
+a=b[1],e=gy([0,a,c],b[2]),f=ad(function(e){var
+d=by(a[1],e[1]);if(d){var
 b=e[2];switch(a[2]){case
 0:return b?0:1;case
 1:return 1===b?1:0;default:var
-c=2<=b?1:0,f=c?1:c;return f}}return d},c)?vs:a[4],d=[0,[0,a[3],f],e];else
+c=2<=b?1:0,f=c?1:c;return f}}return d},c)?vm:a[4],d=[0,[0,a[3],f],e];else
 var
 d=b;return d}function
-kx(a,b){function
+ks(a,b){function
 d(c){if(ad(function(a){var
 b=a[4];return ad(function(b){var
 a=typeof
 b==="number"?1:0,c=a?1:a;return c},b)},a))var
-d=vt;else{var
-f=0,e=dF(q(function(a){return a[5]},a),f);if(e)if(c)var
+d=vn;else{var
+f=0,e=dE(q(function(a){return a[5]},a),f);if(e)if(c)var
 g=$(function(a){return a[4]},a),b=[0,[0,[13,e[1],c[1]]],g];else
 var
-b=vu;else
+b=vo;else
 var
-b=vv;var
-d=b}return[0,d]}if(H(b,k(vw)))var
-c=vx;else
+b=vp;var
+d=b}return[0,d]}if(H(b,k(vq)))var
+c=vr;else
 var
-e=function(a){return[0,aA(function(a){return[0,a]},a)]},c=i(ds(kv,b),e);return i(c,d)}function
-ky(a){var
-b=a[2];return N(b,t)?[0,a[1]]:w(bg(b,bf(2))[2],v)?0:0}function
+e=function(a){return[0,ay(function(a){return[0,a]},a)]},c=i(dt(kq,b),e);return i(c,d)}function
+kt(a){var
+b=a[2];return O(b,t)?[0,a[1]]:w(bf(b,be(2))[2],u)?0:0}function
 ci(d,a){if(a){var
-b=z(d,a[1]);if(b)var
+b=A(d,a[1]);if(b)var
 c=ci(d,a[2]),f=c?[0,[0,b[1],c[1]]]:c,e=f;else
 var
-e=b;return e}return vy}function
-gy(d,e,f){var
+e=b;return e}return vs}function
+gz(d,e,f){var
 b=f;for(;;){if(b){var
-a=b[2],c=b[1];if(w(c[1],e))return[0,[0,d,c],gy(d,e,a)];var
-g=a?w(a[1][1],c[1]):a;if(g)return[0,[0,M(d,t),c],gy(M(d,t),c[1],a)];var
+a=b[2],c=b[1];if(w(c[1],e))return[0,[0,d,c],gz(d,e,a)];var
+g=a?w(a[1][1],c[1]):a;if(g)return[0,[0,K(d,t),c],gz(K(d,t),c[1],a)];var
 b=a;continue}return b}}function
-kz(b,a){if(b){if(a){var
-c=kz(b[2],a[2]);return[0,M(b[1],a[1]),c]}return b}return a}function
-kA(a,h){if(a[4])return 0;if(h){var
-c=gy(aS(t),aS(t),a[7]);return ci(function(c){var
+ku(b,a){if(b){if(a){var
+c=ku(b[2],a[2]);return[0,K(b[1],a[1]),c]}return b}return a}function
+kv(a,h){if(a[4])return 0;if(h){var
+c=gz(aS(t),aS(t),a[7]);return ci(function(c){var
 e=a[5],h=c[2];if(e)var
 b=[0,e[1]];else
 var
 g=h[4],b=ci(function(a){return a},g);if(b)var
-d=ci(ky,c[2][3]),i=d?[0,[0,c[1],b[1],d[1]]]:d,f=i;else
+d=ci(kt,c[2][3]),i=d?[0,[0,c[1],b[1],d[1]]]:d,f=i;else
 var
 f=b;return f},c)}var
 b=a[5];if(b){var
 d=b[1],e=function(b){var
-c=a[7];return aw(function(a){return w(a[2],b)},c)},f=q(e,du(a[2])),g=aw(function(a){var
+c=a[7];return aw(function(a){return w(a[2],b)},c)},f=q(e,dl(a[2])),g=aw(function(a){var
 b=a?1:a;return b},f);return ci(function(a){var
-b=ci(function(a){return ci(ky,a[3])},a);return aA(function(a){return[0,v,d,bA(kz,a,0)]},b)},g)}return b}function
-kB(a){return bA(hL,a,v)}function
-kC(a){return w(a[1],v)}function
-vz(a){var
-f=a[2],b=bA(function(b,a){return I(a,b)?b:a},f,O),d=a0(b);if(d)var
+b=ci(function(a){return ci(kt,a[3])},a);return ay(function(a){return[0,u,d,bg(ku,a,0)]},b)},g)}return b}function
+kw(a){return bg(hL,a,u)}function
+kx(a){return w(a[1],u)}function
+vt(a){var
+f=a[2],b=bg(function(b,a){return I(a,b)?b:a},f,P),d=a0(b);if(d)var
 g=a[2],c=E(function(a){var
-c=kC(a);if(c)var
+c=kx(a);if(c)var
 d=c;else{var
 e=I(a,b);if(e)return I(b,a);var
 d=e}return d},g);else
 var
 c=d;if(c)var
-h=ay(a[2],a[3]),i=kB(q(function(a){return kC(a[1])?v:a[2]},h)),j=kB(a[3]),e=[0,[0,a[1],j,i,b]];else
+h=az(a[2],a[3]),i=kw(q(function(a){return kx(a[1])?u:a[2]},h)),j=kw(a[3]),e=[0,[0,a[1],j,i,b]];else
 var
 e=c;return e}var
-gz=k(vA),kD=k(vB),kE=k(vC),kF=k(vD),kG=k(vE),kH=k(vF),kI=k(vG),eY=k(vH),eZ=k(vI),kJ=k(vJ),kK=k(vK),vM=k(vL),vO=q(function(a){return[0,k(a),0]},vN);function
-dH(h,g,f,e){var
+gA=k(vu),ky=k(vv),kz=k(vw),kA=k(vx),kB=k(vy),kC=k(vz),kD=k(vA),eZ=k(vB),e0=k(vC),kE=k(vD),kF=k(vE),vG=k(vF),vI=q(function(a){return[0,k(a),0]},vH);function
+dG(h,g,f,e){var
 a=h,b=g,c=e;for(;;){if(a){var
-d=a[2];if(w(a[1][1],f)){if(w(c,v))return[0,b];var
-a=d,b=M(b,t),c=ap(c,t);continue}var
-a=d,b=M(b,t);continue}return a}}var
-dI=aS(t);function
-wd(a){return eS(aQ,a)}function
-kL(a){return ai(wd,a)}var
-kM=k(we),kN=k(wf);function
-kO(n,f,e){var
-o=f?bk:bc,a=af(o,e);if(a){var
-c=kA(n,f);if(c){var
+d=a[2];if(w(a[1][1],f)){if(w(c,u))return[0,b];var
+a=d,b=K(b,t),c=ap(c,t);continue}var
+a=d,b=K(b,t);continue}return a}}var
+dH=aS(t);function
+v9(a){return eT(aQ,a)}function
+kG(a){return ai(v9,a)}var
+kH=k(v_),kI=k(v$);function
+kJ(n,f,e){var
+o=f?bl:bb,a=af(o,e);if(a){var
+c=kv(n,f);if(c){var
 h=E(function(d){var
 a=d[2];if(typeof
 a!=="number"&&4===a[0]){var
-b=a[1],c=G(V(vM,b));return c?G(V(f3,b)):c}return 0},e);if(h){var
+b=a[1],c=G(W(vG,b));return c?G(W(f4,b)):c}return 0},e);if(h){var
 b=c[1],p=a[1],m=function(a){function
 c(c){function
 d(j){function
@@ -4051,140 +4037,140 @@ h(m){function
 d(n){function
 d(o){function
 d(i){var
-p=e?kN:kM,q=x(p,j),r=[0,[0,[0,c,e,k,l,m,n,o,i,f[1],f[2]],q]],d=ah(c),s=d?ah(ak(T,ca(c))):d,t=J(s,wg,r),b=af(kH,a);if(b)var
+p=e?kI:kH,q=x(p,j),r=[0,[0,[0,c,e,k,l,m,n,o,i,f[1],f[2]],q]],d=ah(c),s=d?ah(ak(U,ca(c))):d,t=J(s,wa,r),b=af(kC,a);if(b)var
 g=typeof
 b[1]==="number"?1:0,h=g?1:g;else
 var
-h=b;return J(h,wh,t)}return i(r(function(a){if(typeof
-a==="number")return vP;else
+h=b;return J(h,wb,t)}return i(r(function(a){if(typeof
+a==="number")return vJ;else
 switch(a[0]){case
 0:var
 c=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return L(vQ);var
+d=c[2];if(d){if(d[2])return N(vK);var
 e=function(c){var
-a=dH(b,v,f,c);return a?a[1]:dI},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(E(function(a){return N(v,a)},a),vR,h)}return L(vS)}return L(vT)}return L(vU)};return i(al(F(g(2,t)),aJ,a),c);case
+a=dG(b,u,f,c);return a?a[1]:dH},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(E(function(a){return O(u,a)},a),vL,h)}return N(vM)}return N(vN)}return N(vO)};return i(al(F(g(2,t)),aI,a),c);case
 1:var
 d=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return L(vV);var
+d=c[2];if(d){if(d[2])return N(vP);var
 e=function(c){var
-a=dH(b,v,f,c);return a?a[1]:dI},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(E(function(a){return N(v,a)},a),vW,h)}return L(vX)}return L(vY)}return L(vZ)};return i(al(F(g(2,t)),aJ,a),d);case
+a=dG(b,u,f,c);return a?a[1]:dH},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(E(function(a){return O(u,a)},a),vQ,h)}return N(vR)}return N(vS)}return N(vT)};return i(al(F(g(2,t)),aI,a),d);case
 2:var
 e=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return L(v0);var
+d=c[2];if(d){if(d[2])return N(vU);var
 e=function(c){var
-a=dH(b,v,f,c);return a?a[1]:dI},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(E(function(a){return N(v,a)},a),v1,h)}return L(v2)}return L(v3)}return L(v4)};return i(al(F(g(2,t)),aJ,a),e);case
+a=dG(b,u,f,c);return a?a[1]:dH},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(E(function(a){return O(u,a)},a),vV,h)}return N(vW)}return N(vX)}return N(vY)};return i(al(F(g(2,t)),aI,a),e);case
 3:var
 f=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return L(v5);var
+d=c[2];if(d){if(d[2])return N(vZ);var
 e=function(c){var
-a=dH(b,v,f,c);return a?a[1]:dI},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(E(function(a){return N(v,a)},a),v6,h)}return L(v7)}return L(v8)}return L(v9)};return i(al(F(g(2,t)),aJ,a),f);default:var
+a=dG(b,u,f,c);return a?a[1]:dH},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(E(function(a){return O(u,a)},a),v0,h)}return N(v1)}return N(v2)}return N(v3)};return i(al(F(g(2,t)),aI,a),f);default:var
 h=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return L(v_);var
+d=c[2];if(d){if(d[2])return N(v4);var
 e=function(c){var
-a=dH(b,v,f,c);return a?a[1]:dI},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(E(function(a){return N(v,a)},a),v$,h)}return L(wa)}return L(wb)}return L(wc)};return i(al(F(g(2,t)),aJ,a),h)}},kJ,a),d)}return i(r(kL,eZ,a),d)}return i(r(kL,eY,a),d)}return i(r(aQ,eZ,d),h)}return i(r(aQ,eY,d),h)}var
-h=0,l=[0,eY,[0,eZ,0]];return i(r(function(a){return S(l,h,a)},kI,a),d)}return i(r(function(a){return eS(bT,a)},dD,a),d)}return i(r(function(a){return ba(vO,a)},kG,a),d)}return i(r(fM,kF,a),d)}var
-f=[0,[0,k(wi),0],0];return i(r(function(a){return ba(f,a)},kE,a),d)}var
-e=[0,[0,k(wj),1],0],f=[0,[0,k(wk),0],e];return i(r(function(a){return ba(f,a)},kD,a),d)}return i(r(_,gz,a),d)}return i(r(am,gz,a),c)},d=i(S([0,gz,[0,kD,[0,kE,[0,kF,[0,kG,[0,kH,[0,dD,[0,kI,[0,eY,[0,eZ,[0,kJ,0]]]]]]]]]]],0,p),m);return 0===d[0]?[0,d[1]]:0}var
+a=dG(b,u,f,c);return a?a[1]:dH},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(E(function(a){return O(u,a)},a),v5,h)}return N(v6)}return N(v7)}return N(v8)};return i(al(F(g(2,t)),aI,a),h)}},kE,a),d)}return i(r(kG,e0,a),d)}return i(r(kG,eZ,a),d)}return i(r(aQ,e0,d),h)}return i(r(aQ,eZ,d),h)}var
+h=0,l=[0,eZ,[0,e0,0]];return i(r(function(a){return T(l,h,a)},kD,a),d)}return i(r(function(a){return eT(bS,a)},dC,a),d)}return i(r(function(a){return a$(vI,a)},kB,a),d)}return i(r(fN,kA,a),d)}var
+f=[0,[0,k(wc),0],0];return i(r(function(a){return a$(f,a)},kz,a),d)}var
+e=[0,[0,k(wd),1],0],f=[0,[0,k(we),0],e];return i(r(function(a){return a$(f,a)},ky,a),d)}return i(r(_,gA,a),d)}return i(r(am,gA,a),c)},d=i(T([0,gA,[0,ky,[0,kz,[0,kA,[0,kB,[0,kC,[0,dC,[0,kD,[0,eZ,[0,e0,[0,kE,0]]]]]]]]]]],0,p),m);return 0===d[0]?[0,d[1]]:0}var
 j=h}else
 var
 j=c;var
 l=j}else
 var
 l=a;return l}var
-wm=k(wl),wo=k(wn),wq=k(wp),ws=k(wr),wv=k(wu),wx=k(ww),wz=k(wy),wB=k(wA),kP=k(wG),gA=k(wH),kQ=k(wI),gB=k(wJ),gC=k(wK),kR=k(wL),gD=k(wM),kS=k(wN),e0=k(wO),wQ=k(wP);function
-kT(a){return q(function(a){if(H(a[1],cY)){var
-b=[2,k(wR)];return[0,a[1],b]}return a},a)}function
-gE(g,f){var
+wg=k(wf),wi=k(wh),wk=k(wj),wm=k(wl),wp=k(wo),wr=k(wq),wt=k(ws),wv=k(wu),kK=k(wA),gB=k(wB),kL=k(wC),gC=k(wD),gD=k(wE),kM=k(wF),gE=k(wG),kN=k(wH),e1=k(wI),wK=k(wJ);function
+kO(a){return q(function(a){if(H(a[1],cX)){var
+b=[2,k(wL)];return[0,a[1],b]}return a},a)}function
+gF(g,f){var
 b=g,a=f;for(;;){if(b){if(a){var
 c=a[2],d=b[2];if(b[1]){var
-h=gE(d,c);return[0,a[1],h]}var
+h=gF(d,c);return[0,a[1],h]}var
 b=d,a=c;continue}var
 e=a}else
 var
 e=b;return e}}function
-wS(a){function
+wM(a){function
 b(a){function
 b(c){function
 g(b){function
 c(d){function
 c(c){var
-e=W(c);function
+e=X(c);function
 f(a){var
-e=q(jH,cz(ar(c),a)),f=q(function(a){return gE(e,a)},a),g=[0,[0,b,d,gE(e,c),f]];return J(Q(v,b),wU,J(E(function(a){return cT(aE(a),T)},a),wT,g))}function
+e=q(jC,cz(au(c),a)),f=q(function(a){return gF(e,a)},a),g=[0,[0,b,d,gF(e,c),f]];return J(R(u,b),wO,J(E(function(a){return cT(aC(a),U)},a),wN,g))}function
 g(a){return al(e,aQ,a)}var
-h=W(d);return i(r(function(a){return al(h,g,a)},be,a),f)}return i(r(function(a){return eg(b,a)},kQ,a),c)}return i(r(function(a){return eg(b,a)},gA,a),c)}if(c){var
+h=X(d);return i(r(function(a){return al(h,g,a)},bd,a),f)}return i(r(function(a){return ei(b,a)},kL,a),c)}return i(r(function(a){return ei(b,a)},gB,a),c)}if(c){var
 b=c[1],f=0;if(typeof
 b!=="number"&&3===b[0]){var
-d=[0,W(b[1])];f=1}if(!f)var
-d=L(wV);var
+d=[0,X(b[1])];f=1}if(!f)var
+d=N(wP);var
 e=d}else
 var
-e=L(wW);return i(e,g)}return i(r(bi,gA,a),b)}return i(S([0,gA,[0,kQ,[0,be,0]]],0,a),b)}function
-kU(c,a){function
+e=N(wQ);return i(e,g)}return i(r(bj,gB,a),b)}return i(T([0,gB,[0,kL,[0,bd,0]]],0,a),b)}function
+kP(c,a){function
 b(a){var
-d=[0,a],b=a?1:a,e=b?w(as(function(b,a){return M(b[1],a)},v,a),c):b;return J(e,wX,d)}return i(ai(wS,a),b)}function
+d=[0,a],b=a?1:a,e=b?w(av(function(b,a){return K(b[1],a)},u,a),c):b;return J(e,wR,d)}return i(ai(wM,a),b)}function
 cD(a){if(a){var
-b=cD(a[2]),c=a[1];return $(function(a){return q(function(b){return x(a,b)},b)},c)}return wY}function
-aR(a){return as(function(b,a){return B(W(b),a)},t,a)}function
+b=cD(a[2]),c=a[1];return $(function(a){return q(function(b){return x(a,b)},b)},c)}return wS}function
+aR(a){return av(function(b,a){return B(X(b),a)},t,a)}function
 cj(a){var
 b=a[1];return q(function(a){return a[2]},b)}function
 ck(c,b){var
 a=b[2];if(a){var
 d=a[1];return q(function(a){return a[2]},d)}return[0,c[4],0]}function
-e1(a){var
+e2(a){var
 b=a[1];return q(function(a){return a[3]},b)}function
-gF(c,b){var
+gG(c,b){var
 a=b[2];if(a){var
 d=a[1];return q(function(a){return a[3]},d)}return[0,c[4],0]}function
-w1(b,a){var
-i=aR(cj(a)),f=B(aR(ck(b,a)),i),h=Q(g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,g(2,g(2,F(g(2,F(g(2,F(g(2,g(2,g(2,t)))))))))))))))))),f);if(h)var
+wV(b,a){var
+i=aR(cj(a)),f=B(aR(ck(b,a)),i),h=R(g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,g(2,g(2,F(g(2,F(g(2,F(g(2,g(2,g(2,t)))))))))))))))))),f);if(h)var
 c=h;else
 var
-q=B(f,W(b[2])),c=Q(g(2,g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,g(2,g(2,g(2,g(2,F(g(2,t)))))))))))))))))))))),q);if(c)var
+q=B(f,X(b[2])),c=R(g(2,g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,g(2,g(2,g(2,g(2,F(g(2,t)))))))))))))))))))))),q);if(c)var
 d=c;else
 var
-o=aR(e1(a)),p=B(aR(cj(a)),o),d=Q(g(2,g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,g(2,g(2,g(2,g(2,F(g(2,t)))))))))))))))))))))),p);if(d)var
+o=aR(e2(a)),p=B(aR(cj(a)),o),d=R(g(2,g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,g(2,g(2,g(2,g(2,F(g(2,t)))))))))))))))))))))),p);if(d)var
 e=d;else
 var
-m=aR(gF(b,a)),n=B(aR(ck(b,a)),m),e=Q(g(2,g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,g(2,g(2,g(2,g(2,F(g(2,t)))))))))))))))))))))),n);if(e)return e;var
-j=W(b[2]),k=aR(e1(a)),l=B(B(aR(ck(b,a)),k),j);return Q(g(2,g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,g(2,g(2,g(2,g(2,F(g(2,t)))))))))))))))))))))),l)}function
-kV(a,d,c,b){var
-e=a[3],f=q(function(a){return bE(e,a)},b),g=0;return dF(q(function(b){var
-e=bE(a[4],b),c=aw(function(a){return w(a[1],e)},d),g=0;return dF(q(function(d){var
+m=aR(gG(b,a)),n=B(aR(ck(b,a)),m),e=R(g(2,g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,g(2,g(2,g(2,g(2,F(g(2,t)))))))))))))))))))))),n);if(e)return e;var
+j=X(b[2]),k=aR(e2(a)),l=B(B(aR(ck(b,a)),k),j);return R(g(2,g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,g(2,g(2,g(2,g(2,F(g(2,t)))))))))))))))))))))),l)}function
+kQ(a,d,c,b){var
+e=a[3],f=q(function(a){return bD(e,a)},b),g=0;return dE(q(function(b){var
+e=bD(a[4],b),c=aw(function(a){return w(a[1],e)},d),g=0;return dE(q(function(d){var
 a=c;for(;;){if(a){var
 b=a[1];if(w(b[2],d))return[0,b[3]];var
 a=a[2];continue}return a}},f),g)},c),g)}function
-dJ(a){return 1===a[1][2]?1:0}function
-e2(a){return a[5]?0:1}function
-kW(a){return q(function(a){return a[4]},a)}function
-bX(a,c){var
+dI(a){return 1===a[1][2]?1:0}function
+e3(a){return a[5]?0:1}function
+kR(a){return q(function(a){return a[4]},a)}function
+bW(a,c){var
 b=af(a,c);if(b){var
-d=function(a){return[0,[0,a]]};return i(aV(a,aQ(b[1])),d)}return w9}function
-gG(b,a){function
+d=function(a){return[0,[0,a]]};return i(aV(a,aQ(b[1])),d)}return w3}function
+gH(b,a){function
 g(a){if(b){if(a){var
 h=a[1],c=h[2],d=h[1],i=a[2],j=b[1],e=j[2],f=j[1],k=b[2];switch(hM(B(f,c),B(d,e))){case
-0:return[0,[0,M(f,d),M(e,c)],gG(k,i)];case
-1:return[0,[0,f,e],gG(k,a)];default:return[0,[0,d,c],g(i)]}}return b}return a}return g(a)}function
-kX(a){if(a){var
+0:return[0,[0,K(f,d),K(e,c)],gH(k,i)];case
+1:return[0,[0,f,e],gH(k,a)];default:return[0,[0,d,c],g(i)]}}return b}return a}return g(a)}function
+kS(a){if(a){var
 b=a[2];if(b){var
-c=kX(b[2]);return[0,gG(a[1],b[1]),c]}return a}return a}function
-kY(f){var
+c=kS(b[2]);return[0,gH(a[1],b[1]),c]}return a}return a}function
+kT(f){var
 g=aw(function(a){var
-b=w(a[1],v),c=b?w(a[2],v):b;return G(c)},f),b=xd,a=q(function(a){return[0,a,0]},g);for(;;){if(b){if(a){if(a[2]){var
-e=kX(a),b=b[1],a=e;continue}var
+b=w(a[1],u),c=b?w(a[2],u):b;return G(c)},f),b=w9,a=q(function(a){return[0,a,0]},g);for(;;){if(b){if(a){if(a[2]){var
+e=kS(a),b=b[1],a=e;continue}var
 c=a[1]}else
 var
-c=a;return c}if(a){if(a[2])return a$(a);var
+c=a;return c}if(a){if(a[2])return bh(a);var
 d=a[1]}else
 var
 d=a;return d}}function
-kZ(a,b){return kY($(function(a){return q(function(b){return[0,B(a[1],b[1]),B(a[2],b[2])]},b)},a))}function
-k0(e,d){var
+kU(a,b){return kT($(function(a){return q(function(b){return[0,B(a[1],b[1]),B(a[2],b[2])]},b)},a))}function
+kV(e,d){var
 a=e,b=d;for(;;){if(b){var
 c=b[1],f=b[2],g=ad(function(i){return function(h){var
 b=i,a=h;for(;;){if(b){if(a){var
@@ -4193,110 +4179,110 @@ b=b[2],a=a[2];continue}var
 g=f}else
 var
 g=a;return g}return a?0:1}}}(c),a)?a:[0,c,a],a=g,b=f;continue}return a}}function
-gH(b,a){if(a){var
-c=a[2],d=a[1],e=gH([0,d,b],c),f=x(b,c);return x(q(function(a){return[0,d,a]},f),e)}return a}function
-gI(b,a){return kY(ay(b,a))}function
-gJ(a){if(a){var
-b=a[2],c=a[1],e=gH(0,ex(c)),f=k0(0,q(function(a){return gI(a[1],a[2])},e)),d=gJ(b),g=ew(c),h=[0,[0,ew(c),g],0],i=q(function(a){return kZ(h,a)},d);return k0(0,x($(function(a){var
-c=ge(b),e=[0,[0,[0,ge(b),c],0],d];return q(function(b){return kZ(a,b)},e)},f),i))}return a}function
-k1(b,a,d){var
-c=aT(b);if(0===c)return O;if(0<c){var
-e=B(b,a[2]);return cS([0,as(function(b,c){return M(d2(v,ap(B(b[1],a[2]),B(b[2],a[1]))),c)},v,d),e])}return O}function
+gI(b,a){if(a){var
+c=a[2],d=a[1],e=gI([0,d,b],c),f=x(b,c);return x(q(function(a){return[0,d,a]},f),e)}return a}function
+gJ(b,a){return kT(az(b,a))}function
+gK(a){if(a){var
+b=a[2],c=a[1],e=gI(0,ey(c)),f=kV(0,q(function(a){return gJ(a[1],a[2])},e)),d=gK(b),g=ex(c),h=[0,[0,ex(c),g],0],i=q(function(a){return kU(h,a)},d);return kV(0,x($(function(a){var
+c=gf(b),e=[0,[0,[0,gf(b),c],0],d];return q(function(b){return kU(a,b)},e)},f),i))}return a}function
+kW(b,a,d){var
+c=aT(b);if(0===c)return P;if(0<c){var
+e=B(b,a[2]);return cS([0,av(function(b,c){return K(d1(u,ap(B(b[1],a[2]),B(b[2],a[1]))),c)},u,d),e])}return P}function
 cl(b,a){return b?a?I(b[1],a[1]):1:a?0:1}function
-e3(b,a){if(b){if(a){var
+e4(b,a){if(b){if(a){var
 c=a[1],d=b[1],e=I(d,c);if(e)return I(c,d);var
 f=e}else
 var
 f=a;return f}return a?0:1}function
-gK(b,a){return dz(dy,b,a)}function
-bG(b,a){return ak(b,ca(a))}function
-e4(b){var
-a=b[7];return 0===a[0]?a[1]:a$(a$(a[1]))}function
-k2(a){var
-b=a[7];if(0===b[0])return O;var
-c=b[1];return as(function(d,c){var
-b=cz(a[4],d);return dy(as(function(a,b){var
-c=c2(a);return dy(bG(ey(a),c),b)},O,b),c)},O,c)}function
-gL(a,b){return a?a[1]:b}function
+gL(b,a){return dy(dx,b,a)}function
+bF(b,a){return ak(b,ca(a))}function
+e5(b){var
+a=b[7];return 0===a[0]?a[1]:bh(bh(a[1]))}function
+kX(a){var
+b=a[7];if(0===b[0])return P;var
+c=b[1];return av(function(d,c){var
+b=cz(a[4],d);return dx(av(function(a,b){var
+c=c1(a);return dx(bF(ez(a),c),b)},P,b),c)},P,c)}function
+gM(a,b){return a?a[1]:b}function
 cm(a){var
-b=ey(e4(a));return gL(a[8][1],b)}function
-dK(a){var
-b=c2(e4(a));return gL(a[8][2],b)}function
+b=ez(e5(a));return gM(a[8][1],b)}function
+dJ(a){var
+b=c1(e5(a));return gM(a[8][2],b)}function
 cn(a){var
-b=k2(a);return gL(a[8][4],b)}function
-k3(a){var
-e=cm(a),b=I(ey(e4(a)),e);if(b){var
-f=c2(e4(a)),c=I(dK(a),f);if(c){var
-g=cn(a);return I(k2(a),g)}var
+b=kX(a);return gM(a[8][4],b)}function
+kY(a){var
+e=cm(a),b=I(ez(e5(a)),e);if(b){var
+f=c1(e5(a)),c=I(dJ(a),f);if(c){var
+g=cn(a);return I(kX(a),g)}var
 d=c}else
 var
 d=b;return d}function
-dL(a){return w(cn(a)[1],v)}function
-bY(a){return fA(a[3],t)}function
-bH(a){return jR(a[1])}function
-dM(b,a){var
-c=ay(b,a);return aE(q(function(a){return R(a[1],a[2])},c))}function
-gM(a,b){var
+dK(a){return w(cn(a)[1],u)}function
+bX(a){return fA(a[3],t)}function
+bG(a){return jM(a[1])}function
+dL(b,a){var
+c=az(b,a);return aC(q(function(a){return S(a[1],a[2])},c))}function
+gN(a,b){var
 c=a[5];function
-d(c){return dM(c,dA(a,b,0))}return q(function(a){return q(d,a)},c)}function
-k4(a){var
-b=cf(gc(a));return as(gK,[0,T],q(ez,q(function(b){var
-c=gM(a,b[1]),d=cz(jF(a),c),e=b[2];return q(function(a){return dM(e,a)},d)},b)))}function
-k5(a,b){var
-c=bB(0,ce(a));return q(function(c){return gg(a,c,b)},c)}function
-gN(a){var
-b=bB(0,bD(a));return aw(function(b){return ah(aE(k5(a,b)))},b)}function
-k6(c,b){var
-a=k5(c,b),d=aU(aE(a));return q(function(a){return R(d,a)},a)}function
-k7(a){return fy(xe,ar(gN(a)))}function
-k8(a){var
-b=gN(a),c=q(function(b){return k6(a,b)},b),d=gc(a),e=cz(jG(a),d);return as(gK,[0,T],q(ez,q(function(a){return q(function(b){return dM(a,b)},c)},e)))}function
-dN(b,i,h){switch(i){case
+d(c){return dL(c,dz(a,b,0))}return q(function(a){return q(d,a)},c)}function
+kZ(a){var
+b=cf(gd(a));return av(gL,[0,U],q(eA,q(function(b){var
+c=gN(a,b[1]),d=cz(jA(a),c),e=b[2];return q(function(a){return dL(e,a)},d)},b)))}function
+k0(a,b){var
+c=b$(0,ce(a));return q(function(c){return gh(a,c,b)},c)}function
+gO(a){var
+b=b$(0,bC(a));return aw(function(b){return ah(aC(k0(a,b)))},b)}function
+k1(c,b){var
+a=k0(c,b),d=aU(aC(a));return q(function(a){return S(d,a)},a)}function
+k2(a){return fy(w_,au(gO(a)))}function
+k3(a){var
+b=gO(a),c=q(function(b){return k1(a,b)},b),d=gd(a),e=cz(jB(a),d);return av(gL,[0,U],q(eA,q(function(a){return q(function(b){return dL(a,b)},c)},e)))}function
+dM(b,i,h){switch(i){case
 0:var
-f=cf(jN(b)),a=[0,c2(a$(q(function(a){var
+f=cf(jI(b)),a=[0,c1(bh(q(function(a){var
 c=cf(a[2]);return q(function(c){var
-d=dA(b,a[1],c[1]);return dM(jO(c[2]),d)},c)},f)))];break;case
+d=dz(b,a[1],c[1]);return dL(jJ(c[2]),d)},c)},f)))];break;case
 2:var
 a=b[8][3];break;case
 7:var
-g=cf(gc(b)),a=[0,c2($(function(a){var
-c=gM(b,a[1]),d=ay(a[2],c);return $(function(a){var
+g=cf(gd(b)),a=[0,c1($(function(a){var
+c=gN(b,a[1]),d=az(a[2],c);return $(function(a){var
 b=ah(a[1]);return b?a[2]:b},d)},g))];break;default:var
 a=0}if(a){var
-c=a[1],d=ah(c);if(d)return z(h,c);var
+c=a[1],d=ah(c);if(d)return A(h,c);var
 e=d}else
 var
 e=a;return e}function
-e5(b,i,h,g,f,a,e,c){if(b){var
+e6(b,i,h,g,f,a,e,c){if(b){var
 j=b[1];return E(function(k){return ad(function(a){var
 c=a0(a);if(c){var
-d=R(bG(a,T),g),b=bG(ak(i,R(h,k1(e,a,k))),d),l=a0(b)?ak(a,R(b,aU(f))):a;return I(l,j)}return c},a)},c)}var
+d=S(bF(a,U),g),b=bF(ak(i,S(h,kW(e,a,k))),d),l=a0(b)?ak(a,S(b,aU(f))):a;return I(l,j)}return c},a)},c)}var
 d=a?1:a;return d}function
 co(a){var
-b=gJ(a[1]);return[0,ge(a[1]),b]}function
-k9(e){var
-c=bH(e);if(c){var
-d=c[1],a=d[1],b=d[2];return[0,M(a,b),[0,[0,[0,a,b],[0,[0,b,a],0]],0]]}return[0,t,[0,[0,[0,t,v],[0,[0,v,t],0]],0]]}function
-e6(b,a){if(!(3<=a))switch(a){case
+b=gK(a[1]);return[0,gf(a[1]),b]}function
+k4(e){var
+c=bG(e);if(c){var
+d=c[1],a=d[1],b=d[2];return[0,K(a,b),[0,[0,[0,a,b],[0,[0,b,a],0]],0]]}return[0,t,[0,[0,[0,t,u],[0,[0,u,t],0]],0]]}function
+e7(b,a){if(!(3<=a))switch(a){case
 0:return 1;case
-2:return bY(b)}return 0}function
-xf(a,c,e){var
+2:return bX(b)}return 0}function
+w$(a,c,e){var
 d=c[3],b=G(c[1]);if(typeof
 e==="number")switch(e){case
 0:if(b){var
-v=e6(a,c[4]);if(v){var
-w=d6(bH(a));if(w){var
+v=e7(a,c[4]);if(v){var
+w=d8(bG(a));if(w){var
 an=function(b){var
-c=aU(b),e=[0,ak(T,R(cn(a),c))];return cl(dz(R,bH(a),e),d)};return dN(a,c[4],an)}var
+c=aU(b),e=[0,ak(U,S(cn(a),c))];return cl(dy(S,bG(a),e),d)};return dM(a,c[4],an)}var
 l=w}else
 var
 l=v}else
 var
 l=b;return l;case
 1:if(1===c[4]){if(b){var
-x=bY(a);if(x){var
-y=dL(a);if(y){var
-z=d6(bH(a));if(z)return cl(bH(a),d);var
+x=bX(a);if(x){var
+y=dK(a);if(y){var
+z=d8(bG(a));if(z)return cl(bG(a),d);var
 h=z}else
 var
 h=y}else
@@ -4306,11 +4292,11 @@ var
 h=b;return h}return 0;case
 2:if(1===c[4]){var
 A=G(b);if(A){var
-B=k7(a);if(B){var
-C=bY(a);if(C){var
-D=dL(a);if(D){var
-F=d6(bH(a));if(F){var
-ai=gN(a),k=q(function(b){return k6(a,b)},ai);if(k)var
+B=k2(a);if(B){var
+C=bX(a);if(C){var
+D=dK(a);if(D){var
+F=d8(bG(a));if(F){var
+ai=gO(a),k=q(function(b){return k1(a,b)},ai);if(k)var
 aj=k[2],al=k[1],m=E(function(e){var
 b=al,a=e;for(;;){if(b){if(a){var
 c=cT(b[1],a[1]);if(c){var
@@ -4319,7 +4305,7 @@ d=c}else
 var
 d=a;return d}return a?0:1}},aj);else
 var
-m=1;if(m)return cl(bH(a),d);var
+m=1;if(m)return cl(bG(a),d);var
 f=m}else
 var
 f=F}else
@@ -4335,8 +4321,8 @@ f=A;return f}return 0;case
 H=8<=c[4]?1:0;if(H)if(b){var
 J=0===a[7][0]?1:0;if(J){var
 K=0===a[2][0]?1:0;if(K){var
-ag=gM(a,0);return cl(as(gK,[0,T],q(ez,q(function(b){var
-c=jK(a);return q(function(a){return dM(a,b)},c)},ag))),d)}var
+ag=gN(a,0);return cl(av(gL,[0,U],q(eA,q(function(b){var
+c=jF(a);return q(function(a){return dL(a,b)},c)},ag))),d)}var
 i=K}else
 var
 i=J}else
@@ -4344,40 +4330,40 @@ var
 i=b;else
 var
 i=H;return i;default:if(b){var
-L=e6(a,c[4]);if(L){var
+L=e7(a,c[4]);if(L){var
 ao=function(b){var
-c=aU(b);return cl([0,R(cm(a),c)],d)};return dN(a,c[4],ao)}var
+c=aU(b);return cl([0,S(cm(a),c)],d)};return dM(a,c[4],ao)}var
 M=L}else
 var
 M=b;return M}else
 switch(e[0]){case
 0:var
 ap=e[1];if(b){var
-N=e6(a,c[4]);if(N){var
+N=e7(a,c[4]);if(N){var
 aq=function(b){var
-c=co(a)[2],e=co(a)[1],f=cm(a);return e5(d,cn(a),f,O,b,ap,e,c)};return dN(a,c[4],aq)}var
-P=N}else
+c=co(a)[2],e=co(a)[1],f=cm(a);return e6(d,cn(a),f,P,b,ap,e,c)};return dM(a,c[4],aq)}var
+O=N}else
 var
-P=b;return P;case
+O=b;return O;case
 1:var
 Q=e[1],n=c[4];if(7===n){if(b){var
-S=dL(a);if(S)return dN(a,7,function(b){var
+R=dK(a);if(R)return dM(a,7,function(b){var
 c=I(b,cm(a));if(c){var
-e=k9(a)[2],f=k9(a)[1];return e5(d,O,cm(a),O,b,Q,f,e)}return c});var
-U=S}else
+e=k4(a)[2],f=k4(a)[1];return e6(d,P,cm(a),P,b,Q,f,e)}return c});var
+T=R}else
 var
-U=b;return U}if(b){var
-V=e6(a,n);if(V)return dN(a,n,function(b){var
-e=cn(a),c=I(b,bG(cm(a),e));if(c){var
-f=co(a)[2],g=co(a)[1],h=cn(a),i=bG(cm(a),h);return e5(d,cn(a),i,O,b,Q,g,f)}return c});var
+T=b;return T}if(b){var
+V=e7(a,n);if(V)return dM(a,n,function(b){var
+e=cn(a),c=I(b,bF(cm(a),e));if(c){var
+f=co(a)[2],g=co(a)[1],h=cn(a),i=bF(cm(a),h);return e6(d,cn(a),i,P,b,Q,g,f)}return c});var
 W=V}else
 var
 W=b;return W;case
 2:if(1===c[4]){if(b){var
-X=bY(a);if(X){var
-Y=dL(a);if(Y){var
-Z=ah(dK(a));if(Z){var
-ar=co(a)[2],at=co(a)[1],au=e[1],av=dK(a),aw=dK(a),ax=dK(a);return e5(d,O,bG(cm(a),ax),aw,av,au,at,ar)}var
+X=bX(a);if(X){var
+Y=dK(a);if(Y){var
+Z=ah(dJ(a));if(Z){var
+ar=co(a)[2],as=co(a)[1],at=e[1],au=dJ(a),aw=dJ(a),ax=dJ(a);return e6(d,P,bF(cm(a),ax),aw,au,at,as,ar)}var
 j=Z}else
 var
 j=Y}else
@@ -4387,12 +4373,12 @@ var
 j=b;return j}return 0;case
 3:if(1===c[4]){var
 _=G(b);if(_){var
-$=k7(a);if($){var
-aa=bY(a);if(aa){var
+$=k2(a);if($){var
+aa=bX(a);if(aa){var
 ab=0===a[7][0]?1:0;if(ab){var
-ac=d6(bH(a));if(ac){var
-ay=k8(a),ad=e3(e[1],ay);if(ad){var
-az=k8(a);return cl(dz(R,bH(a),az),d)}var
+ac=d8(bG(a));if(ac){var
+ay=k3(a),ad=e4(e[1],ay);if(ad){var
+az=k3(a);return cl(dy(S,bG(a),az),d)}var
 g=ad}else
 var
 g=ac}else
@@ -4405,10 +4391,10 @@ g=$}else
 var
 g=_;return g}return 0;case
 4:if(7===c[4]){if(b){var
-ae=dL(a);if(ae){var
-aA=k4(a),af=e3(e[1],aA);if(af){var
-o=k4(a),p=bH(a);if(p)if(o)var
-t=o[1],u=p[1],am=aU(ak(t,u)),r=[0,R(ak(T,R(t,u)),am)];else
+ae=dK(a);if(ae){var
+aA=kZ(a),af=e4(e[1],aA);if(af){var
+o=kZ(a),p=bG(a);if(p)if(o)var
+t=o[1],u=p[1],am=aU(ak(t,u)),r=[0,S(ak(U,S(t,u)),am)];else
 var
 r=p;else
 var
@@ -4418,15 +4404,15 @@ var
 s=ae}else
 var
 s=b;return s}return 0;default:return 0}}var
-k_=k(xg),k$=k(xh),la=k(xi),xk=k(xj),xm=k(xl),gO=k(xn),gP=k(xo);function
-lb(a){function
+k5=k(xa),k6=k(xb),k7=k(xc),xe=k(xd),xg=k(xf),gP=k(xh),gQ=k(xi);function
+k8(a){function
 b(a){function
 b(b){function
-c(a){return[0,[0,b,a]]}return i(r(function(a){return ai(bT,a)},k$,a),c)}return i(r(bT,k_,a),b)}return i(S([0,k_,[0,k$,0]],0,a),b)}function
-lc(l,g,d){var
-b=x(k(xp),l);if(g){if(d){var
-h=d[1],i=g[1],o=q(jQ,h),c=i[2],a=o,m=0,n=0;for(;;){if(c){if(a){var
-e=e3(c[1],a[1]);if(e){var
+c(a){return[0,[0,b,a]]}return i(r(function(a){return ai(bS,a)},k6,a),c)}return i(r(bS,k5,a),b)}return i(T([0,k5,[0,k6,0]],0,a),b)}function
+k9(l,g,d){var
+b=x(k(xj),l);if(g){if(d){var
+h=d[1],i=g[1],o=q(jL,h),c=i[2],a=o,m=0,n=0;for(;;){if(c){if(a){var
+e=e4(c[1],a[1]);if(e){var
 c=c[2],a=a[2];continue}var
 f=e}else
 var
@@ -4434,30 +4420,30 @@ f=a;var
 j=f}else
 var
 j=a?0:1;var
-p=[0,[0,x(b,k(xq)),[0,[7,j],n]],m],r=jR(h),s=[0,[7,e3(i[1],r)],0];return[0,[0,x(b,k(xr)),s],p]}}return[0,[0,b,xs],0]}return d?[0,[0,b,xt],0]:[0,[0,b,xu],0]}function
-e7(e,a,d,c){if(a)var
-f=[0,[0,d],[0,[7,z(c,a[1])],0]],b=[0,[0,x(k(xv),e),f],0];else
+p=[0,[0,x(b,k(xk)),[0,[7,j],n]],m],r=jM(h),s=[0,[7,e4(i[1],r)],0];return[0,[0,x(b,k(xl)),s],p]}}return[0,[0,b,xm],0]}return d?[0,[0,b,xn],0]:[0,[0,b,xo],0]}function
+e8(e,a,d,c){if(a)var
+f=[0,[0,d],[0,[7,A(c,a[1])],0]],b=[0,[0,x(k(xp),e),f],0];else
 var
 b=a;return b}function
-ld(c,b,a){if(a)var
-d=a[1][1],f=a[2],g=ld(M(c,t),d2(b,d),f),h=Q(b,d)?xw:xy,e=[0,[0,gr(xx,c),h],g];else
+k_(c,b,a){if(a)var
+d=a[1][1],f=a[2],g=k_(K(c,t),d1(b,d),f),h=R(b,d)?xq:xs,e=[0,[0,gs(xr,c),h],g];else
 var
 e=a;return e}var
-e8=k(xB),le=x(e8,k(xC)),lf=x(e8,k(xD)),xF=k(xE),lg=[0,[0,gu,0],[0,[0,e8,1],[0,[0,le,2],[0,[0,lf,5],[0,[0,xF,7],[0,[0,k(xG),8],0]]]]]];function
-c7(b,a){function
-c(a){return[0,b]}return i(S(0,0,a),c)}function
-lh(a,c,b){function
+e9=k(xv),k$=x(e9,k(xw)),la=x(e9,k(xx)),xz=k(xy),lb=[0,[0,gv,0],[0,[0,e9,1],[0,[0,k$,2],[0,[0,la,5],[0,[0,xz,7],[0,[0,k(xA),8],0]]]]]];function
+c6(b,a){function
+c(a){return[0,b]}return i(T(0,0,a),c)}function
+lc(a,c,b){function
 d(b){function
-d(a){return[0,z(c,a)]}return i(r(bT,a,b),d)}return i(S([0,a,0],0,b),d)}function
-e9(b,a){function
+d(a){return[0,A(c,a)]}return i(r(bS,a,b),d)}return i(T([0,a,0],0,b),d)}function
+e_(b,a){function
 c(a){function
 c(a){var
-c=[0,z(b,a)],d=a?1:a;return J(d,xH,c)}return i(r(function(a){return ai(aQ,a)},la,a),c)}return i(S([0,la,0],0,a),c)}var
-li=k(xI),lj=k(xJ);function
-lk(f,a,e,d){var
-b=z(f,a);if(b){var
-c=b[1],g=[0,[7,cl(c,e)],0],h=a?0:1;return[0,d,[0,[0,[9,h,c]],g]]}return xU}function
-ll(a){if(a){var
+c=[0,A(b,a)],d=a?1:a;return J(d,xB,c)}return i(r(function(a){return ai(aQ,a)},k7,a),c)}return i(T([0,k7,0],0,a),c)}var
+ld=k(xC),le=k(xD);function
+lf(f,a,e,d){var
+b=A(f,a);if(b){var
+c=b[1],g=[0,[7,cl(c,e)],0],h=a?0:1;return[0,d,[0,[0,[9,h,c]],g]]}return xO}function
+lg(a){if(a){var
 c=typeof
 a[1]==="number"?1:0;if(c){if(a[2])return 0;var
 b=1}else
@@ -4465,78 +4451,78 @@ var
 b=c}else
 var
 b=a;return b}var
-lm=k(x9),x$=k(x_);function
-ln(a){return a?as(d2,a[1],a[2]):v}function
-e_(a){return ln(q(bQ,a))}function
-yg(a){return ln(q(function(b){var
-c=e_(a);return w(b[1],c)?b[2]:v},a))}function
-e$(g,f,e,d,c,a){return as(function(b,h){var
-a=ay(d,c);return M(z(g,q(function(a){return[0,ap(B(B(b[1],a[1]),e),B(B(b[2],a[2]),f)),B(b[2],a[2])]},a)),h)},v,a)}function
-gQ(a,c){var
-b=bB(0,bD(a));return ex(q(function(b){return dA(a,c,b)},b))}function
-gR(a){return ex(jK(a))}function
-lo(f,e,d,a){var
+lh=k(x3),x5=k(x4);function
+li(a){return a?av(d1,a[1],a[2]):u}function
+e$(a){return li(q(bP,a))}function
+ya(a){return li(q(function(b){var
+c=e$(a);return w(b[1],c)?b[2]:u},a))}function
+fa(g,f,e,d,c,a){return av(function(b,h){var
+a=az(d,c);return K(A(g,q(function(a){return[0,ap(B(B(b[1],a[1]),e),B(B(b[2],a[2]),f)),B(b[2],a[2])]},a)),h)},u,a)}function
+gR(a,c){var
+b=b$(0,bC(a));return ey(q(function(b){return dz(a,c,b)},b))}function
+gS(a){return ey(jF(a))}function
+lj(f,e,d,a){var
 g=f[8][7],b=cR(function(a){var
-b=aD(d);return w(a[1],b)},g);if(b){var
-c=z(e,b[1]);return c?c[1]:a}return a}function
-lp(b){var
-a=ps(pt,0,b);return a?[0,a[1]]:L(yi)}function
-lq(j,c,h){if(!V(c5,c)&&!V(be,c)){if(h){var
-e=h[1],n=function(a){return[0,[0,[0,[0,a,0],z(j,e)]]]},d=0,b=0,a=e,k=function(a){function
-b(a){return J(H(ed(a),e),yj,[0,a])}return i(a1(lp,a),b)};for(;;){if(a){var
+b=aH(d);return w(a[1],b)},g);if(b){var
+c=A(e,b[1]);return c?c[1]:a}return a}function
+lk(b){var
+a=pm(pn,0,b);return a?[0,a[1]]:N(yc)}function
+ll(j,c,h){if(!W(c4,c)&&!W(bd,c)){if(h){var
+e=h[1],n=function(a){return[0,[0,[0,[0,a,0],A(j,e)]]]},d=0,b=0,a=e,k=function(a){function
+b(a){return J(H(ef(a),e),yd,[0,a])}return i(a1(lk,a),b)};for(;;){if(a){var
 f=a[2],g=a[1];if(10===g){var
-d=[0,Y(b,0),d],b=0,a=f;continue}var
+d=[0,M(b,0),d],b=0,a=f;continue}var
 b=[0,g,b],a=f;continue}var
-l=b?L(yh):[0,Y(d,0)];return i(i(l,k),n)}}return yk}function
+l=b?N(yb):[0,M(d,0)];return i(i(l,k),n)}}return ye}function
 m(a){function
-b(b){return[0,[0,[0,[0,[0,a,b],1],z(j,ed([0,a,b]))]]]}return i(r(bi,be,c),b)}return i(r(function(a){return[0,a]},c5,c),m)}function
-lr(a){function
+b(b){return[0,[0,[0,[0,[0,a,b],1],A(j,ef([0,a,b]))]]]}return i(r(bj,bd,c),b)}return i(r(function(a){return[0,a]},c4,c),m)}function
+lm(a){function
 b(a){function
 b(h){function
 b(j){function
 b(l){function
 b(m){function
 b(i){function
-b(b,a){return[0,x(k(yl),b),[0,[0,a],0]]}var
-n=[0,b(gn,[7,i]),0],o=[0,b(bo,[6,m]),n],p=[0,b(bn,[5,l]),o],q=[0,b(bm,[4,j]),p],r=[0,[0,b(bd,[3,h]),q]],d=af(j8,a);if(d){var
+b(b,a){return[0,x(k(yf),b),[0,[0,a],0]]}var
+n=[0,b(go,[7,i]),0],o=[0,b(bp,[6,m]),n],p=[0,b(bo,[5,l]),o],q=[0,b(bn,[4,j]),p],r=[0,[0,b(bc,[3,h]),q]],d=af(j3,a);if(d){var
 c=d[1],g=0;if(typeof
 c!=="number"&&0===c[0]){var
 e=c[1];g=1}if(!g)var
 e=0;var
 f=e}else
 var
-f=1;return J(f,ym,r)}return i(r(fM,gn,a),b)}return i(r(am,bo,a),b)}return i(r(function(a){return br(am,a)},bn,a),b)}return i(r(am,bm,a),b)}return i(r(am,bd,a),b)}return i(S([0,bd,[0,bm,[0,bn,[0,bo,[0,gn,0]]]]],[0,j8,0],a),b)}function
-fa(a){return x(k(yn),a)}function
-fb(c,b,a){var
-d=aw(function(a){return V(a,b)},c);return q(function(b){return[0,x(k(a),b),yo]},d)}function
-yp(a){function
+f=1;return J(f,yg,r)}return i(r(fN,go,a),b)}return i(r(am,bp,a),b)}return i(r(function(a){return bs(am,a)},bo,a),b)}return i(r(am,bn,a),b)}return i(r(am,bc,a),b)}return i(T([0,bc,[0,bn,[0,bo,[0,bp,[0,go,0]]]]],[0,j3,0],a),b)}function
+fb(a){return x(k(yh),a)}function
+fc(c,b,a){var
+d=aw(function(a){return W(a,b)},c);return q(function(b){return[0,x(k(a),b),yi]},d)}function
+yj(a){function
 b(a){function
 b(c){function
-b(a){return yq}return i(a1(function(a){return _(a[2])},a),b)}return i(a1(function(a){return _([2,a[1]])},a),b)}return i(a7(a),b)}var
-yr=[0,eq,[0,eD,[0,c3,[0,c4,[0,eE,[0,eF,[0,bV,[0,j5,0]]]]]]]];function
-dO(b,a){var
-c=cU(v,a);return a1(function(a){return ax(b,a[1],a[2])},c)}var
-ls=[0,eJ,[0,eK,[0,eL,[0,j7,[0,eM,[0,eN,0]]]]]];function
-c8(a){return a?a[1]?0:1:2}function
-lt(aO,aN){var
-P=j4(aO,aN);if(P){var
-a=P[1][1],N=kA(gk(aO),aN);if(N){var
-J=ci(vz,N[1]);if(J){var
+b(a){return yk}return i(a1(function(a){return _(a[2])},a),b)}return i(a1(function(a){return _([2,a[1]])},a),b)}return i(a7(a),b)}var
+yl=[0,er,[0,eE,[0,c2,[0,c3,[0,eF,[0,eG,[0,bU,[0,j0,0]]]]]]]];function
+dN(b,a){var
+c=dk(u,a);return a1(function(a){return aJ(b,a[1],a[2])},c)}var
+ln=[0,eK,[0,eL,[0,eM,[0,j2,[0,eN,[0,eO,0]]]]]];function
+c7(a){return a?a[1]?0:1:2}function
+lo(aO,aN){var
+O=jZ(aO,aN);if(O){var
+a=O[1][1],N=kv(gl(aO),aN);if(N){var
+J=ci(vt,N[1]);if(J){var
 b=J[1];if(b){var
-aK=E(sB,b);if(aK){var
-aL=I(a[1],T);if(aL){var
-ac=eC(b),ad=j0(b),ae=a[2],aP=0;if(ae)var
+aK=E(sv,b);if(aK){var
+aL=I(a[1],U);if(aL){var
+ac=eD(b),ad=jV(b),ae=a[2],aP=0;if(ae)var
 x=ae;else{var
-af=w(ac,v);if(af)var
+af=w(ac,u);if(af)var
 x=af;else{var
-aS=a[4],ag=R(eB(ad),aS),aT=a[5],ai=R(eB(ap(B(g(2,t),ac),ad)),aT),aj=I(ag,ai);if(aj){var
+aS=a[4],ag=S(eC(ad),aS),aT=a[5],ai=S(eC(ap(B(g(2,t),ac),ad)),aT),aj=I(ag,ai);if(aj){var
 K=I(ai,ag);aP=1}else
 var
 x=aj}}if(!aP)var
 K=x;if(K){var
-j=eC(b),u=j0(b),e=a[4],c=a[5];if(w(j,v)){var
-V=I(e,O);if(V){var
-W=I(c,O);if(W)var
+j=eD(b),v=jV(b),e=a[4],c=a[5];if(w(j,u)){var
+V=I(e,P);if(V){var
+W=I(c,P);if(W)var
 X=a0(e),f=X?a0(c):X;else
 var
 f=W}else
@@ -4549,29 +4535,29 @@ var
 f=aa}else
 var
 f=$}var
-S=0;if(f)if(a[2])var
-Y=gj(a[1],a[3],j,u,e,O),p=Y?gj(a[1],a[3],j,u,c,c):Y;else{var
+Q=0;if(f)if(a[2])var
+Y=gk(a[1],a[3],j,v,e,P),p=Y?gk(a[1],a[3],j,v,c,c):Y;else{var
 Z=I(c,e);if(Z)var
-p=gj(a[1],a[3],j,u,e,c);else{var
-_=Z;S=1}}else{var
-_=f;S=1}if(S)var
+p=gk(a[1],a[3],j,v,e,c);else{var
+_=Z;Q=1}}else{var
+_=f;Q=1}if(Q)var
 p=_;var
-U=0;if(p){var
-aE=jX(a[4],b,a[6]);if(aE){var
-aV=j3(b,a[6]),aF=a[10];if(aF){var
-y=aF[1],ao=I(T,y);if(ao){var
+T=0;if(p){var
+aE=jS(a[4],b,a[6]);if(aE){var
+aV=jY(b,a[6]),aF=a[10];if(aF){var
+y=aF[1],ao=I(U,y);if(ao){var
 m=aV;b:for(;;){if(m){var
 an=m[2],n=m[1],k=an;for(;;){if(k){var
 l=k[1];if(w(n[1],l[1])){var
-ak=j1(y,n[2],l[2]);if(ak){var
-al=j1(y,l[2],n[2]);if(al){var
+ak=jW(y,n[2],l[2]);if(ak){var
+al=jW(y,l[2],n[2]);if(al){var
 k=k[2];continue}var
 am=al}else
 var
 am=ak;var
 o=am}else
 var
-o=Q(n[1],l[1])}else
+o=R(n[1],l[1])}else
 var
 o=1;if(o){var
 m=an;continue b}var
@@ -4584,22 +4570,22 @@ var
 h=1}else
 var
 h=aE;if(h){var
-aG=jX(a[5],b,a[7]);if(aG){var
-aH=j3(b,a[7]),aI=a[8],i=a[9];if(aI){var
-aq=aI[1],ar=aq[2],as=aq[1],z=j2(aH,as),q=0;if(z){var
-A=z[1],C=j2(aH,ar),r=0;if(C){var
+aG=jS(a[5],b,a[7]);if(aG){var
+aH=jY(b,a[7]),aI=a[8],i=a[9];if(aI){var
+aq=aI[1],ar=aq[2],as=aq[1],z=jX(aH,as),q=0;if(z){var
+A=z[1],C=jX(aH,ar),r=0;if(C){var
 D=C[1],at=w(A[1],D[1]),s=0;if(at){var
 au=G(w(as,ar));if(au){var
 av=ah(A[2][1]);if(av)if(i){var
-F=i[1],aw=I(T,F),aQ=0;if(aw){var
-ax=G(I(F,T));if(ax){var
-aU=A[2][1],d=I(R(F,D[2][2]),aU);q=1;r=1;s=1;aQ=1}else
+F=i[1],aw=I(U,F),aQ=0;if(aw){var
+ax=G(I(F,U));if(ax){var
+aU=A[2][1],d=I(S(F,D[2][2]),aU);q=1;r=1;s=1;aQ=1}else
 var
 ay=ax}else
 var
 ay=aw;if(!aQ){var
 d=ay;q=1;r=1;s=1}}else{var
-d=I(D[2][2],O);q=1;r=1;s=1}else
+d=I(D[2][2],P);q=1;r=1;s=1}else
 var
 H=av}else
 var
@@ -4614,8 +4600,8 @@ var
 aA=z;if(!q)var
 d=aA}else{var
 aR=0;if(i){var
-aB=i[1],aC=I(aB,T);if(aC){var
-d=I(T,aB);aR=1}else
+aB=i[1],aC=I(aB,U);if(aC){var
+d=I(U,aB);aR=1}else
 var
 aD=aC}else
 var
@@ -4623,8 +4609,8 @@ aD=i;if(!aR)var
 d=aD}}else
 var
 d=aG}else{var
-aJ=h;U=1}}else{var
-aJ=p;U=1}if(U)var
+aJ=h;T=1}}else{var
+aJ=p;T=1}if(T)var
 d=aJ;var
 L=d}else
 var
@@ -4638,88 +4624,88 @@ var
 M=b;var
 aM=M}else
 var
-aM=J;return aM}return N}return P}function
-zi(ap,aK,h){function
+aM=J;return aM}return N}return O}function
+zc(ap,aK,h){function
 aL(b){function
 a(b){function
 a(c){function
 a(c){function
 a(e){var
-c=af(cY,e);if(c){var
+c=af(cX,e);if(c){var
 d=c[1],l=0;if(typeof
 d!=="number"&&2===d[0]){var
-y=k(ze),f=H(d[1],y);l=1}if(!l)var
+y=k(y_),f=H(d[1],y);l=1}if(!l)var
 f=0;var
 a=f}else
 var
 a=c;var
-j=jg(e),m=j?[0,gl,0]:j,n=a?[0,j6,[0,gm,0]]:a,o=x([0,cY,[0,ep,[0,f1,[0,dC,[0,bj,0]]]]],x(n,m)),p=a?0:[0,eI,[0,j7,[0,eM,[0,eN,0]]]],s=x([0,eJ,[0,eK,[0,eL,0]]],p);function
-u(c){if(a){var
+j=jc(e),m=j?[0,gm,0]:j,n=a?[0,j1,[0,gn,0]]:a,o=x([0,cX,[0,eq,[0,f2,[0,dB,[0,bk,0]]]]],x(n,m)),p=a?0:[0,eJ,[0,j2,[0,eN,[0,eO,0]]]],s=x([0,eK,[0,eL,[0,eM,0]]],p);function
+v(c){if(a){var
 f=function(a){return[0,[1,a]]},d=function(a){function
 b(a){var
-b=[0,[0,eF,yt],[0,[0,bV,ys],0]];return[0,x([0,[0,eD,yx],[0,[0,c3,yw],[0,[0,c4,yv],0]]],x(q(function(a){return[0,a[2],yu]},a),b))]}var
-c=0,d=0;return i(dO(function(a,b){return gv(d,c,a,b)},a),b)},o=i(i(r(bi,eE,b),d),f),j=function(l){function
+b=[0,[0,eG,yn],[0,[0,bU,ym],0]];return[0,x([0,[0,eE,yr],[0,[0,c2,yq],[0,[0,c3,yp],0]]],x(q(function(a){return[0,a[2],yo]},a),b))]}var
+c=0,d=0;return i(dN(function(a,b){return gw(d,c,a,b)},a),b)},o=i(i(r(bj,eF,b),d),f),j=function(l){function
 a(a){function
+d(Y){function
 d(Z){function
-d(ab){function
 d(d){if(d){var
-e=d[1],f=e[1],y=f[2],a=f[1],A=e[2];if(a){var
+e=d[1],f=e[1],y=f[2],a=f[1],z=e[2];if(a){var
 C=a[2],D=a[1],j=function(e){var
-a=af(cY,e),m=0;if(a){var
+a=af(cX,e),m=0;if(a){var
 d=a[1],n=0;if(typeof
 d!=="number"&&2===d[0]){var
-j=H(d[1],wQ);m=1;n=1}if(!n)var
+j=H(d[1],wK);m=1;n=1}if(!n)var
 f=0}else
 var
 f=a;if(!m)var
 j=f;if(G(j))return o;function
 p(a){function
-f(d){if(w1(a,d))return o;var
-u=a[5],F=cD(ck(a,d)),K=cD(cj(d)),e=[0,a[1],a[2],K,F,u,0,0],f=C,g=0;for(;;){if(f){var
+f(d){if(wV(a,d))return o;var
+v=a[5],F=cD(ck(a,d)),L=cD(cj(d)),e=[0,a[1],a[2],L,F,v,0,0],f=C,g=0;for(;;){if(f){var
 j=f[1],s=0;if(typeof
 j!=="number"&&4===j[0]){var
-n=V(gD,j[1]);s=1}if(!s)var
+n=W(gE,j[1]);s=1}if(!s)var
 n=0;if(!n){var
 f=f[2],g=[0,j,g];continue}var
-m=[0,Y(g,0),f]}else
+m=[0,M(g,0),f]}else
 var
-m=[0,Y(g,0),0];var
-p=m[2],O=function(f){function
+m=[0,M(g,0),0];var
+p=m[2],P=function(f){function
 s(F){var
-g=L(yX);function
-n(X){function
+g=N(yR);function
+n(V){function
 g(g){var
-m=bh(aR(ck(a,d))),n=bh(aR(cj(d))),o=a[5],K=o?[0,o[1]]:[1,c1(m,n,q(b_,F))],s=dJ(a),M=s?[0,c1(m,n,q(bQ,F))]:s,O=ar(a[2]),u=d[2],P=d[3],R=u?[0,kW(u[1])]:[1,ar(a[4])],j=[0,kW(d[1]),R,P,O,X,M,K,g],T=cD(cj(d)),U=kV(a,f,cD(ck(a,d)),T),p=aA(function(b){var
+m=bi(aR(ck(a,d))),n=bi(aR(cj(d))),o=a[5],K=o?[0,o[1]]:[1,c0(m,n,q(b9,F))],s=dI(a),L=s?[0,c0(m,n,q(bP,F))]:s,M=au(a[2]),v=d[2],P=d[3],Q=v?[0,kR(v[1])]:[1,au(a[4])],j=[0,kR(d[1]),Q,P,M,V,L,K,g],S=cD(cj(d)),U=kQ(a,f,cD(ck(a,d)),S),p=ay(function(b){var
 c=cf(b),e=$(function(b){var
 d=cf(b[2]),c=b[1];return q(function(b){var
-g=gg(j,c,b[1]),d=e2(a),f=0;if(d)var
-h=dA(j,c,b[1]),e=q(function(a){return[0,a]},h);else
+g=gh(j,c,b[1]),d=e3(a),f=0;if(d)var
+h=dz(j,c,b[1]),e=q(function(a){return[0,a]},h);else
 var
 e=d;var
-i=b[2],k=aD(b[1]);return[0,aD(c),k,i,e,g,f]},d)},c),g=a[5],f=0,h=dJ(a)?1:2,i=W(a[2]),k=aR(cj(d));return[0,aR(ck(a,d)),k,i,h,g,f,e]},U);function
-Y(Y){function
+i=b[2],k=aH(b[1]);return[0,aH(c),k,i,e,g,f]},d)},c),g=a[5],f=0,h=dI(a)?1:2,i=X(a[2]),k=aR(cj(d));return[0,aR(ck(a,d)),k,i,h,g,f,e]},U);function
+ab($){function
 m(o){var
-n=ad(function(a){return V(a[1],o)},dG),s=n?dG:n,m=x(kn,s);function
-u(o){function
+n=ad(function(a){return W(a[1],o)},dF),s=n?dF:n,m=x(ki,s);function
+v(o){function
 s(F){function
 s(K){function
 o(b){var
-c=b?bk:bc,a=ch(F,c),d=a?a[1][2]:a;return d}function
-m($){var
+c=b?bl:bb,a=ch(F,c),d=a?a[1][2]:a;return d}function
+m(ab){var
 an=fA(d[3],t);function
 m(m){function
-d(z){function
+d(A){function
 d(d){var
-n=V(eL,c),_=n||V(dB,b);function
+n=W(eM,c),_=n||W(dA,b);function
 o(aa){function
 d(ac){function
 d(ad){function
 d(s){function
 d(ae){var
-I=jh(l,a[1]),L=I[1],M=I[2];function
-N(a){return _?yY:a}function
-O(a){return M?a:[0,yZ,a]}var
-ag=[0,[0,bV,N(aa)],0],ah=gx(0,z),ai=x(q(function(a){var
+I=jd(l,a[1]),L=I[1],M=I[2];function
+N(a){return _?yS:a}function
+O(a){return M?a:[0,yT,a]}var
+ag=[0,[0,bU,N(aa)],0],ah=gy(0,A),ai=x(q(function(a){var
 b=N(a[2]);return[0,a[1],b]},ah),ag),aj=m?1:m,T=0;if(aj&&E(function(l){function
 n(f,e){var
 a=af(e,f);if(a){var
@@ -4737,14 +4723,14 @@ i=h[2],e=0;if(i){var
 c=i[2],f=0;if(c){var
 d=c[2],g=0;if(d)if(d[2]){var
 a=0;e=1;f=1;g=1}else{var
-j=d[1],o=c[1];if(H(j,lf))if(V(e0,s)){var
+j=d[1],o=c[1];if(H(j,la))if(W(e1,s)){var
 a=0;e=1;f=1;g=1}else{var
-G=0,I=V(bo,s)?b(bo):n(ae,bo),J=b(bd),K=b(bm),C=x(I,k(yc)),D=x(J,x(k(yd),C)),F=x(K,x(k(ye),D)),a=[0,[0,lm,[0,x(k(yf),F),G]]];e=1;f=1;g=1}else{var
-L=b(bn),A=x(L,k(ya)),B=x(k(yb),A),M=bp(H(j,le),B),p=H(j,e8);if(p)var
-N=H(o,eU),q=N||H(o,lj);else
+G=0,I=W(bp,s)?b(bp):n(ae,bp),J=b(bc),K=b(bn),C=x(I,k(x8)),D=x(J,x(k(x9),C)),F=x(K,x(k(x_),D)),a=[0,[0,lh,[0,x(k(x$),F),G]]];e=1;f=1;g=1}else{var
+L=b(bo),A=x(L,k(x6)),B=x(k(x7),A),M=bq(H(j,k$),B),p=H(j,e9);if(p)var
+N=H(o,eV),q=N||H(o,le);else
 var
 q=p;var
-r=[0,[0,lm,x(bp(q,x$),M)]]}}else
+r=[0,[0,lh,x(bq(q,x5),M)]]}}else
 var
 r=d;if(!g)var
 t=r}else
@@ -4756,53 +4742,53 @@ u=i;if(!e){var
 v=u;m=1}}else{var
 v=h;m=1}if(m)var
 a=v;if(a){var
-w=a[1],O=l[5],y=bs(W(w),O);if(y){var
+w=a[1],O=l[5],y=bt(X(w),O);if(y){var
 P=l[5];return E(function(a){return cv(P,a)},w)}var
 z=y}else
 var
 z=a;return z},m)){var
 P=0;T=1}if(!T)var
-P=[0,[0,k(zb),za],0];var
-ak=x(P,ai),al=x(gw(0,m),ak),R=dF($,0),am=0,an=0,ao=R?[0,[8,R[1]]]:y$,ap=x([0,[0,c4,[0,ao,an]],am],al),aq=O(K[2]),ar=x([0,[0,K[1],aq],0],ap),as=x(q(function(a){var
-b=O(a[2][1]);return[0,fa(a[1]),b]},F),ar),at=x(fb([0,bW,[0,dB,0]],b,0),as),U=0;if(!V(eK,c)){var
-X=0;if(f8(a)&&f8(e))X=1;if(!X){var
-S=[0,[0,k(y_),y9],0];U=1}}if(!U)var
+P=[0,[0,k(y7),y6],0];var
+ak=x(P,ai),al=x(gx(0,m),ak),Q=dE(ab,0),am=0,an=0,ao=Q?[0,[8,Q[1]]]:y5,ap=x([0,[0,c3,[0,ao,an]],am],al),aq=O(K[2]),ar=x([0,[0,K[1],aq],0],ap),as=x(q(function(a){var
+b=O(a[2][1]);return[0,fb(a[1]),b]},F),ar),at=x(fc([0,bV,[0,dA,0]],b,0),as),U=0;if(!W(eL,c)){var
+V=0;if(f9(a)&&f9(e))V=1;if(!V){var
+S=[0,[0,k(y4),y3],0];U=1}}if(!U)var
 S=0;var
-au=x(S,at),av=x(ac,x(Y,x(ad,x(fb(ls,c,y0),au))));if(h)if(y)var
-aw=ed([0,D,C]),ax=[0,[7,H(h[1],aw)],0],r=[0,[0,k(y1),ax],0];else
+au=x(S,at),av=x(ac,x($,x(ad,x(fc(ln,c,yU),au))));if(h)if(y)var
+aw=ef([0,D,C]),ax=[0,[7,H(h[1],aw)],0],r=[0,[0,k(yV),ax],0];else
 var
 r=y;else
 var
 r=h;var
-ay=x(r,av),az=[0,[0,k(y2),[0,[7,M],0]],0],aA=[0,[7,L[2]],0],aB=[0,[0,k(y3),aA],az],aC=[0,[7,L[1]],0],aD=[0,[0,k(y4),aC],aB],aE=W(a[2]),aF=[0,[7,w(ab,B(W(f),aE))],0],aG=[0,[0,k(y5),aF],aD],aH=[0,[7,H(Z,A)],0],aI=[0,[0,[0,[1,j,p],0,0,x([0,[0,k(y6),aH],aG],ay),0]]],aJ=E(function(a){return a[4]},f),aK=aJ||E(function(a){return G(a[4])},f),d=f,aL=J(aK,y7,aI);for(;;){if(d){var
+ay=x(r,av),az=[0,[0,k(yW),[0,[7,M],0]],0],aA=[0,[7,L[2]],0],aB=[0,[0,k(yX),aA],az],aC=[0,[7,L[1]],0],aD=[0,[0,k(yY),aC],aB],aE=X(a[2]),aF=[0,[7,w(Z,B(X(f),aE))],0],aG=[0,[0,k(yZ),aF],aD],aH=[0,[7,H(Y,z)],0],aI=[0,[0,[0,[1,j,p],0,0,x([0,[0,k(y0),aH],aG],ay),0]]],aJ=E(function(a){return a[4]},f),aK=aJ||E(function(a){return G(a[4])},f),d=f,aL=J(aK,y1,aI);for(;;){if(d){var
 g=d[2];if(g){var
-i=g[1],n=d[1],u=Q(n[1],i[1]);if(u)var
+i=g[1],n=d[1],u=R(n[1],i[1]);if(u)var
 o=u;else
 var
-v=w(n[1],i[1]),o=v?Q(n[2],i[2]):v;if(o){var
+v=w(n[1],i[1]),o=v?R(n[2],i[2]):v;if(o){var
 d=g;continue}var
 t=o}else
 var
 t=1}else
 var
-t=1;return J(t,y8,aL)}}return i(r(a7,bj,c),d)}return i(r(a7,gm,c),d)}return i(r(function(b){function
+t=1;return J(t,y2,aL)}}return i(r(a7,bk,c),d)}return i(r(a7,gn,c),d)}return i(r(function(b){function
 a(a){function
 b(c){function
 b(d){function
 b(b){function
 e(a){var
-f=ld(v,aS(t),g[7]),e=g[5],h=e?[0,[0,k(xA),xz],0]:e,i=x(h,f);function
+f=k_(u,aS(t),g[7]),e=g[5],h=e?[0,[0,k(xu),xt],0]:e,i=x(h,f);function
 j(b){return I(a,b)}var
-l=x(e7(bo,g[4],[6,a],j),i);function
+l=x(e8(bp,g[4],[6,a],j),i);function
 m(a){return b?I(a,b[1]):b}var
-n=x(e7(bn,g[3],[5,b],m),l);function
+n=x(e8(bo,g[3],[5,b],m),l);function
 o(a){return I(a,d)}var
-p=x(e7(bm,g[2],[4,d],o),n);function
-q(a){return I(c,a)}return[0,x(e7(bd,g[1],[3,c],q),p)]}return i(r(am,bo,a),e)}return i(r(function(a){return br(am,a)},bn,a),b)}return i(r(am,bm,a),b)}return i(r(am,bd,a),b)}return i(a7(b),a)},bj,c),d)}return i(r(lr,bj,c),d)}return i(kx(z,d),o)}return i(r(_,bV,b),d)}return i(r(function(a){function
+p=x(e8(bn,g[2],[4,d],o),n);function
+q(a){return I(c,a)}return[0,x(e8(bc,g[1],[3,c],q),p)]}return i(r(am,bp,a),e)}return i(r(function(a){return bs(am,a)},bo,a),b)}return i(r(am,bn,a),b)}return i(r(am,bc,a),b)}return i(a7(b),a)},bk,c),d)}return i(r(lm,bk,c),d)}return i(ks(A,d),o)}return i(r(_,bU,b),d)}return i(r(function(a){function
 b(a){var
-b=0;return dO(function(a,c){return kw(o,b,n,a,c)},a)}return i(bi(a),b)},eF,b),d)}return i(r(function(a){function
-b(a){return dO(function(b,h){function
-a(a){if(ll(a[3])){var
+b=0;return dN(function(a,c){return kr(o,b,n,a,c)},a)}return i(bj(a),b)},eG,b),d)}return i(r(function(a){function
+b(a){return dN(function(b,h){function
+a(a){if(lg(a[3])){var
 b=a[1];if(b){var
 c=b[2];if(c){var
 d=c[2];if(d){var
@@ -4810,54 +4796,54 @@ f=d[2];if(f){if(f[2])return[0,a];var
 n=f[1],p=d[1],q=c[1],g=b[1],j=function(b){function
 c(c){function
 d(b){var
-c=a[5],d=G(ll(b));return[0,[0,a[1],a[2],b,d,c]]}return i(r(function(s){if(H(g,eW))var
-d=xY;else
+c=a[5],d=G(lg(b));return[0,[0,a[1],a[2],b,d,c]]}return i(r(function(s){if(H(g,eX))var
+d=xS;else
 var
-m=H(g,eV),d=m?x8:m;if(d){var
-b=d[1],f=ch(lg,n);if(f){var
-h=f[1];if(H(q,c6)){var
-t=0,u=4,w=function(a){return c7(u,a)},x=[0,[0,k(xK),w],t],y=function(a){return[1,a]},A=function(a){return e9(y,a)},B=[0,[0,k(xL),A],x],C=function(a){return[0,a]},D=function(a){return e9(C,a)},E=[0,[0,k(xM),D],B],F=0,I=function(a){return c7(F,a)},J=[0,[0,k(xN),I],E];switch(h){case
+m=H(g,eW),d=m?x2:m;if(d){var
+b=d[1],f=ch(lb,n);if(f){var
+h=f[1];if(H(q,c5)){var
+t=0,v=4,w=function(a){return c6(v,a)},x=[0,[0,k(xE),w],t],y=function(a){return[1,a]},z=function(a){return e_(y,a)},B=[0,[0,k(xF),z],x],C=function(a){return[0,a]},D=function(a){return e_(C,a)},E=[0,[0,k(xG),D],B],F=0,I=function(a){return c6(F,a)},J=[0,[0,k(xH),I],E];switch(h){case
 1:if(b)var
-K=0,M=function(a){return[3,a]},O=[0,[0,lj,function(a){return lh(xm,M,a)}],K],P=2,a=[0,[0,eU,function(a){return c7(P,a)}],O];else
+K=0,L=function(a){return[3,a]},M=[0,[0,le,function(a){return lc(xg,L,a)}],K],P=2,a=[0,[0,eV,function(a){return c6(P,a)}],M];else
 var
-Q=0,R=function(a){return[2,a]},T=function(a){return e9(R,a)},U=[0,[0,k(xO),T],Q],V=1,W=function(a){return c7(V,a)},a=[0,[0,k(xP),W],U];break;case
+Q=0,R=function(a){return[2,a]},S=function(a){return e_(R,a)},U=[0,[0,k(xI),S],Q],V=1,W=function(a){return c6(V,a)},a=[0,[0,k(xJ),W],U];break;case
 5:if(b)var
 a=0;else
 var
-X=0,a=[0,[0,li,function(a){return c7(xQ,a)}],X];break;case
+X=0,a=[0,[0,ld,function(a){return c6(xK,a)}],X];break;case
 7:if(b)var
 a=0;else
 var
-Y=0,Z=function(a){return[4,a]},$=function(a){return lh(xk,Z,a)},ab=[0,[0,k(xR),$],Y],ac=function(a){return[1,a]},ad=function(a){return e9(ac,a)},a=[0,[0,k(xS),ad],ab];break;case
+Y=0,Z=function(a){return[4,a]},$=function(a){return lc(xe,Z,a)},ab=[0,[0,k(xL),$],Y],ac=function(a){return[1,a]},ad=function(a){return e_(ac,a)},a=[0,[0,k(xM),ad],ab];break;case
 8:if(b)var
 a=0;else
 var
-ae=0,ag=3,ah=function(a){return c7(ag,a)},a=[0,[0,k(xT),ah],ae];break;case
+ae=0,ag=3,ah=function(a){return c6(ag,a)},a=[0,[0,k(xN),ah],ae];break;case
 0:case
 2:var
 a=b?0:J;break;default:var
 a=0}var
 j=ch(a,p);if(j){var
-ak=function(a){return[0,lk(o,G(b),c,[4,[0,b,0,c,h],a])]};return i(z(j[1],s),ak)}return xZ}return x0}return x1}var
-l=ch(lg,n);if(l){if(1===l[1]){if(H(g,k(x2))&&H(q,gt)&&H(p,li)&&an){if(c){var
+ak=function(a){return[0,lf(o,G(b),c,[4,[0,b,0,c,h],a])]};return i(A(j[1],s),ak)}return xT}return xU}return xV}var
+l=ch(lb,n);if(l){if(1===l[1]){if(H(g,k(xW))&&H(q,gu)&&H(p,ld)&&an){if(c){var
 al=function(a){var
-b=a?lk(o,1,c,[4,[0,0,1,c,1],[5,a[1]]]):x3;return[0,b]},aj=function(c){var
-b=af(gO,c);if(b){var
+b=a?lf(o,1,c,[4,[0,0,1,c,1],[5,a[1]]]):xX;return[0,b]},aj=function(c){var
+b=af(gP,c);if(b){var
 a=b[1];if(typeof
-a==="number")return xV;else{if(4===a[0]){var
+a==="number")return xP;else{if(4===a[0]){var
 d=function(a){function
 b(b){function
 c(j){function
 c(k){var
-a=bE(e[3],j),c=bE(e[3],k),d=b?bE(e[4],b[1]):fQ,f=N(v,a),g=f?N(v,c):f,h=g?N(v,d):g;if(h)var
-l=bh(c),m=bh(a),i=[0,[0,[0,[0,bh(d)],m,l]]];else
+a=bD(e[3],j),c=bD(e[3],k),d=b?bD(e[4],b[1]):fR,f=O(u,a),g=f?O(u,c):f,h=g?O(u,d):g;if(h)var
+l=bi(c),m=bi(a),i=[0,[0,[0,[0,bi(d)],m,l]]];else
 var
-i=h;return[0,i]}return i(r(function(a){return ai(_,a)},cd,a),c)}return i(r(function(a){return ai(_,a)},c0,a),c)}function
-c(a){return ai(_,a)}return i(r(function(a){return br(c,a)},aa,a),b)};return i(aV(gO,S([0,aa,[0,c0,[0,cd,0]]],0,a)),d)}return L(xW)}}return L(xX)};return i(i(S([0,gO,0],0,s),aj),al)}return x4}return x5}return x6}return x7},eR,b),d)}return i(r(bT,cC,b),c)};return i(a7(h),j)}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return i(gv(A,0,b,h),a)},a)}return i(bi(a),b)},eE,b),m)}var
+i=h;return[0,i]}return i(r(function(a){return ai(_,a)},cd,a),c)}return i(r(function(a){return ai(_,a)},cZ,a),c)}function
+c(a){return ai(_,a)}return i(r(function(a){return bs(c,a)},aa,a),b)};return i(aV(gP,T([0,aa,[0,cZ,[0,cd,0]]],0,a)),d)}return N(xQ)}}return N(xR)};return i(i(T([0,gP,0],0,s),aj),al)}return xY}return xZ}return x0}return x1},eS,b),d)}return i(r(bS,cC,b),c)};return i(a7(h),j)}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return i(gw(z,0,b,h),a)},a)}return i(bj(a),b)},eF,b),m)}var
 s=0;function
-u(a){return km(l,e,s,a)}return i(r(function(a){return ai(u,a)},c4,b),m)}var
+v(a){return kh(l,e,s,a)}return i(r(function(a){return ai(v,a)},c3,b),m)}var
 m=p?1:p;return i(r(function(b){function
-c(a){return[0,[0,fa(gP),a]]}if(typeof
+c(a){return[0,[0,fb(gQ),a]]}if(typeof
 b==="number")var
 a=[0,[0,[7,G(m)],0]];else
 var
@@ -4867,16 +4853,16 @@ c(c){if(m)var
 d=x(b[1],c[1]),a=q(function(a){if(typeof
 a!=="number"&&0===a[0])return[5,a[1]];return a},d);else
 var
-a=yW;return[0,a]}var
-d=1;return i(r(function(a){return eT(l,e,d,a)},bc,a),c)}var
-c=0;return i(r(function(a){return eT(l,e,c,a)},bk,a),b)},a=i(S([0,bk,[0,bc,0]],0,b),d);return i(a,c)},gP,o),s)}return i(a1(function(a){function
+a=yQ;return[0,a]}var
+d=1;return i(r(function(a){return eU(l,e,d,a)},bb,a),c)}var
+c=0;return i(r(function(a){return eU(l,e,c,a)},bl,a),b)},a=i(T([0,bl,[0,bb,0]],0,b),d);return i(a,c)},gQ,o),s)}return i(a1(function(a){function
 b(b){return[0,[0,a[1],b]]}var
-c=a[1],d=a[2];return i(r(function(a){return eT(l,e,d,a)},c,o),b)},m),s)}var
-F=0,K=[0,gP,q(bQ,m)];return i(r(function(a){return S(K,F,a)},c3,b),u)}return i(r(a7,c3,b),m)}return i(r(function(b){function
+c=a[1],d=a[2];return i(r(function(a){return eU(l,e,d,a)},c,o),b)},m),s)}var
+F=0,K=[0,gQ,q(bP,m)];return i(r(function(a){return T(K,F,a)},c2,b),v)}return i(r(a7,c2,b),m)}return i(r(function(b){function
 a(a){function
 b(b){function
 c(c){var
-a=j[2],d=0===a[0]?[0,a[1]]:0,e=lc(aa,c,d);return[0,x(lc(bb,[0,b],[0,j[1]]),e)]}return i(r(function(a){return br(lb,a)},aa,a),c)}return i(r(lb,bb,a),b)}return i(S([0,bb,[0,aa,0]],0,b),a)},j6,c),Y)}return i(r(function(b){function
+a=j[2],d=0===a[0]?[0,a[1]]:0,e=k9(aa,c,d);return[0,x(k9(ba,[0,b],[0,j[1]]),e)]}return i(r(function(a){return bs(k8,a)},aa,a),c)}return i(r(k8,ba,a),b)}return i(T([0,ba,[0,aa,0]],0,b),a)},j1,c),ab)}return i(r(function(b){function
 a(a){function
 b(f){function
 b(g){function
@@ -4885,69 +4871,69 @@ b(j){function
 b(k){function
 b(b){function
 l(a){var
-c=[0,[0,f,g,h,j,k,b,a]],d=b?I(b[1],T):1;return J(d,w$,c)}var
-c=af(e0,a);if(c)var
+c=[0,[0,f,g,h,j,k,b,a]],d=b?I(b[1],U):1;return J(d,w5,c)}var
+c=af(e1,a);if(c)var
 m=function(a){var
-b=[0,q(b_,a)],c=J(cu(q(function(a){return iz(a[1])},a)),xa,b),d=a?1:a;return J(d,xb,c)},n=c[1],d=i(aV(e0,ai(function(b){function
+b=[0,q(b9,a)],c=J(cu(q(function(a){return iw(a[1])},a)),w6,b),d=a?1:a;return J(d,w7,c)},n=c[1],d=i(aV(e1,ai(function(b){function
 a(a){function
 b(b){function
 c(f){function
 c(g){function
 c(h){var
-i=[0,[0,b,[0,bE(e[4],b),f,g,h]]];if(a)var
+i=[0,[0,b,[0,bD(e[4],b),f,g,h]]];if(a)var
 c=a[2],d=c?1:c;else
 var
-d=1;return J(d,w_,i)}return i(bX(bn,a),c)}return i(bX(bm,a),c)}return i(bX(bd,a),c)}return i(r(function(a){return ai(_,a)},aa,a),b)}return i(S([0,aa,0],[0,bd,[0,bm,[0,bn,0]]],b),a)},n)),m);else
+d=1;return J(d,w4,i)}return i(bW(bo,a),c)}return i(bW(bn,a),c)}return i(bW(bc,a),c)}return i(r(function(a){return ai(_,a)},aa,a),b)}return i(T([0,aa,0],[0,bc,[0,bn,[0,bo,0]]],b),a)},n)),m);else
 var
-d=xc;return i(d,l)}return i(bX(eM,a),b)}return i(bX(kS,a),b)}return i(bX(bo,a),b)}return i(bX(bn,a),b)}return i(bX(bm,a),b)}return i(bX(bd,a),b)}return i(S(0,[0,bd,[0,bm,[0,bn,[0,bo,[0,kS,[0,eM,[0,e0,0]]]]]]],b),a)},gm,c),g)}var
-o=W(f),p=aR(e1(d));if(N(B(aR(gF(a,d)),p),o))var
-s=cD(e1(d)),j=kV(a,f,cD(gF(a,d)),s),u=j?[0,j[1]]:g,m=u;else
+d=w8;return i(d,l)}return i(bW(eN,a),b)}return i(bW(kN,a),b)}return i(bW(bp,a),b)}return i(bW(bo,a),b)}return i(bW(bn,a),b)}return i(bW(bc,a),b)}return i(T(0,[0,bc,[0,bn,[0,bo,[0,bp,[0,kN,[0,eN,[0,e1,0]]]]]]],b),a)},gn,c),g)}var
+o=X(f),p=aR(e2(d));if(O(B(aR(gG(a,d)),p),o))var
+s=cD(e2(d)),j=kQ(a,f,cD(gG(a,d)),s),v=j?[0,j[1]]:g,m=v;else
 var
 m=g;return i(m,n)}var
-j=0;if(!dJ(a)&&!e2(a)){var
-g=v;j=1}if(!j)var
+j=0;if(!dI(a)&&!e3(a)){var
+g=u;j=1}if(!j)var
 m=aR(cj(d)),g=B(aR(ck(a,d)),m);var
-n=cU(v,p),o=a1(function(b){var
+n=dk(u,p),o=a1(function(b){var
 g=b[2],k=b[1],e=aR(cj(d));function
 c(b){function
 c(d){function
 c(c){function
 f(f){function
 g(g){var
-a=w(M(B(d,e),c),k),h=[0,[0,f,g]],b=a?N(v,c):a,i=b?Q(c,e):b;return J(i,w7,h)}var
-h=W(a[2]),j=r(function(a){return al(h,am,a)},bj,b);return i(bF(e2(a),0,j),g)}var
-g=r(aQ,et,b);return i(bF(dJ(a),T,g),f)}return i(r(aJ,gD,b),c)}return i(r(aJ,kR,b),c)}var
-f=bp(e2(a),bj);return i(S(x([0,kR,[0,gD,0]],x(bp(dJ(a),et),f)),0,g),c)},n);return i(aV(be,J(bs(g,p),w8,o)),s)},P=m[1];return i(aV(be,a1(function(c){var
-g=ar(a[2]);function
+a=w(K(B(d,e),c),k),h=[0,[0,f,g]],b=a?O(u,c):a,i=b?R(c,e):b;return J(i,w1,h)}var
+h=X(a[2]),j=r(function(a){return al(h,am,a)},bk,b);return i(bE(e3(a),0,j),g)}var
+g=r(aQ,eu,b);return i(bE(dI(a),U,g),f)}return i(r(aI,gE,b),c)}return i(r(aI,kM,b),c)}var
+f=bq(e3(a),bk);return i(T(x([0,kM,[0,gE,0]],x(bq(dI(a),eu),f)),0,g),c)},n);return i(aV(bd,J(bt(g,p),w2,o)),s)},Q=m[1];return i(aV(bd,a1(function(c){var
+g=au(a[2]);function
 b(b){function
 c(c){function
 d(d){function
 e(a){function
 h(e){var
-b=N(v,c),f=J(ev(g,a),w2,[0,[0,c,d,a,e]]),h=b?N(v,d):b;return J(h,w3,f)}var
-e=af(gC,b);if(e)var
+b=O(u,c),f=J(ew(g,a),wW,[0,[0,c,d,a,e]]),h=b?O(u,d):b;return J(h,wX,f)}var
+e=af(gD,b);if(e)var
 j=function(b){var
-c=Q(v,b),d=c?w(hN(b,gd(q(cS,a))),v):c;return J(d,w5,w4)},f=i(aV(gC,aJ(e[1])),j);else
+c=R(u,b),d=c?w(hN(b,ge(q(cS,a))),u):c;return J(d,wZ,wY)},f=i(aV(gD,aI(e[1])),j);else
 var
-f=w6;return i(f,h)}var
-f=W(a[2]);return i(r(function(a){return al(f,aQ,a)},es,b),e)}var
-e=W(a[3]);return i(r(function(a){return ee(e,a)},bb,b),d)}var
-d=W(a[4]);return i(r(function(a){return ee(d,a)},aa,b),c)}return i(S([0,aa,[0,bb,[0,es,0]]],[0,gC,0],c),b)},P)),O)}}var
+f=w0;return i(f,h)}var
+f=X(a[2]);return i(r(function(a){return al(f,aQ,a)},et,b),e)}var
+e=X(a[3]);return i(r(function(a){return eg(e,a)},ba,b),d)}var
+d=X(a[4]);return i(r(function(a){return eg(d,a)},aa,b),c)}return i(T([0,aa,[0,ba,[0,et,0]]],[0,gD,0],c),b)},Q)),P)}}var
 d=a[1];return i(r(function(b){function
 a(a){function
 e(c){function
 b(b){function
 e(a){var
-d=[0,[0,b,a,c]],e=aR(q(function(a){return a[2]},b));return J(N(g(2,t),e),wZ,d)}var
-f=W(d[3][3]);function
-h(a){return kU(f,a)}return i(r(function(a){return br(h,a)},aa,a),e)}var
-e=W(d[3][2]);return i(r(function(a){return kU(e,a)},bb,a),b)}var
-b=af(gB,a);if(b)var
+d=[0,[0,b,a,c]],e=aR(q(function(a){return a[2]},b));return J(O(g(2,t),e),wT,d)}var
+f=X(d[3][3]);function
+h(a){return kP(f,a)}return i(r(function(a){return bs(h,a)},aa,a),e)}var
+e=X(d[3][2]);return i(r(function(a){return kP(e,a)},ba,a),b)}var
+b=af(gC,a);if(b)var
 f=function(a){var
-b=aT(a),d=0===b?t:0<b?a:t,c=N(g(2,t),a),e=[0,d],f=c?N(a,g(2,g(2,g(2,g(2,F(g(2,g(2,g(2,g(2,F(g(2,F(g(2,F(g(2,g(2,g(2,t)))))))))))))))))):c;return J(f,w0,e)},c=i(aV(gB,aJ(b[1])),f);else
+b=aT(a),d=0===b?t:0<b?a:t,c=O(g(2,t),a),e=[0,d],f=c?O(a,g(2,g(2,g(2,g(2,F(g(2,g(2,g(2,g(2,F(g(2,F(g(2,F(g(2,g(2,g(2,t)))))))))))))))))):c;return J(f,wU,e)},c=i(aV(gC,aI(b[1])),f);else
 var
-c=[0,t];return i(c,e)}return i(S([0,bb,[0,aa,0]],[0,gB,0],b),a)},kP,e),f)}return i(aV(c5,ji([4,kT(aw(function(a){return G(H(a[1],kP))},e))])),p)};return i(a7(D),j)}return L(zc)}return zd}return i(lq(ap,a,h),d)}return i(r(aJ,eH,a),d)}return i(r(eh,eG,a),d)}var
-d=[0,c5,[0,be,0]],e=[0,eG,[0,eH,0]];return i(r(function(a){return S(e,d,a)},dC,c),a)};return i(f6(kT(c)),j)}function
+c=[0,t];return i(c,e)}return i(T([0,ba,[0,aa,0]],[0,gC,0],b),a)},kK,e),f)}return i(aV(c4,je([4,kO(aw(function(a){return G(H(a[1],kK))},e))])),p)};return i(a7(D),j)}return N(y8)}return y9}return i(ll(ap,a,h),d)}return i(r(aI,eI,a),d)}return i(r(ej,eH,a),d)}var
+d=[0,c4,[0,bd,0]],e=[0,eH,[0,eI,0]];return i(r(function(a){return T(e,d,a)},dB,c),a)};return i(f7(kO(c)),j)}function
 l(a){var
 b=a?[0,a[1]]:a;return[0,b]}function
 e(e){function
@@ -4960,32 +4946,32 @@ C=a[2],D=a[1],l=function(a){function
 l(ab){var
 d=C,f=0;function
 ac(j){var
-m=a[5],n=a[1][2],p=W(a[2]),s=W(a[3]),f=[0,W(a[4]),s,p,n,m,ab,j];function
+m=a[5],n=a[1][2],p=X(a[2]),s=X(a[3]),f=[0,X(a[4]),s,p,n,m,ab,j];function
 y(d){function
 O(y){if(d){var
-n=d[1],t=jB(a,j,n[2]);switch(a[1][2]){case
+n=d[1],t=jw(a,j,n[2]);switch(a[1][2]){case
 0:var
 l=0;break;case
 1:var
 l=1;break;default:var
 l=2}var
-u=du(W(a[3])),v=[0,du(W(a[4])),u,l,t],A=[0,[0,n[1],v]]}else
+u=dl(X(a[3])),v=[0,dl(X(a[4])),u,l,t],A=[0,[0,n[1],v]]}else
 var
 A=d;var
 p=e[3][3],m=p?1:p,s=e[3][4],g=s?1:s;function
 w(p){var
-j=ad(function(a){return V(a[1],p)},dG),s=g?ko(m):g,t=j?dG:j,l=x(kn,x(t,s)),n=g?aw(function(a){return m?m:G(a[2][2])},kl):g;function
+j=ad(function(a){return W(a[1],p)},dF),s=g?kj(m):g,t=j?dF:j,l=x(ki,x(t,s)),n=g?aw(function(a){return m?m:G(a[2][2])},kg):g;function
 u(m){function
 p(F){function
-l(T){function
+l(S){function
 Q(b){var
-c=b?bk:bc,a=ch(F,c),d=a?a[1][2]:a;return d}function
+c=b?bl:bb,a=ch(F,c),d=a?a[1][2]:a;return d}function
 l(U){var
 I=a[7];if(I)var
 l=I;else
 var
-ab=V(eL,c),l=ab||V(dB,b);var
-m=af(bW,b);if(m){var
+ab=W(eM,c),l=ab||W(dA,b);var
+m=af(bV,b);if(m){var
 n=m[1],O=0;if(typeof
 n!=="number"&&4===n[0]){var
 K=n[1];O=1}if(!O)var
@@ -4993,12 +4979,12 @@ K=0;var
 p=K}else
 var
 p=m;var
-R=l||V(eJ,c),W=R||V(eN,c),g=G(W),X=g?kO(f,1,p):g,Y=g?kO(f,0,p):g;function
+R=l||W(eK,c),V=R||W(eO,c),g=G(V),X=g?kJ(f,1,p):g,Y=g?kJ(f,0,p):g;function
 s(a){return a?X:Y}var
-t=af(bj,c);if(t){var
+t=af(bk,c);if(t){var
 u=t[1],P=0;if(typeof
 u!=="number"&&4===u[0]){var
-v=af(bd,u[1]);if(v){var
+v=af(bc,u[1]);if(v){var
 w=v[1],z=0;if(typeof
 w==="number")z=1;else
 switch(w[0]){case
@@ -5019,61 +5005,61 @@ M=t;function
 aa(m){function
 g(t){function
 g(g){function
-n(S){function
-g(W){var
-u=jh(e,a[1]),v=u[1],w=u[2];function
-y(a){return l?yy:a}function
-z(a){return w?a:[0,yz,a]}var
-X=[0,[0,bV,y(S)],0],Y=gx(0,t),_=x(q(function(a){var
-b=y(a[2]);return[0,a[1],b]},Y),X),aa=x(gw(0,m),_),I=dF(U,0),ab=0,ac=0,ae=I?[0,[8,I[1]]]:yO,ag=x([0,[0,c4,[0,ae,ac]],ab],aa),ah=x(q(function(a){var
-b=z(a[2]);return[0,a[1],b]},T),ag),ai=x(q(function(a){var
-b=z(a[2][1]);return[0,fa(a[1]),b]},F),ah),aj=d?[0,[0,k(yB),yA],0]:d,ak=x(aj,ai),al=x(fb([0,dB,0],b,0),ak),n=af(bW,b);if(n){var
+n(T){function
+g(V){var
+u=jd(e,a[1]),v=u[1],w=u[2];function
+y(a){return l?ys:a}function
+z(a){return w?a:[0,yt,a]}var
+X=[0,[0,bU,y(T)],0],Y=gy(0,t),_=x(q(function(a){var
+b=y(a[2]);return[0,a[1],b]},Y),X),aa=x(gx(0,m),_),I=dE(U,0),ab=0,ac=0,ae=I?[0,[8,I[1]]]:yI,ag=x([0,[0,c3,[0,ae,ac]],ab],aa),ah=x(q(function(a){var
+b=z(a[2]);return[0,a[1],b]},S),ag),ai=x(q(function(a){var
+b=z(a[2][1]);return[0,fb(a[1]),b]},F),ah),aj=d?[0,[0,k(yv),yu],0]:d,ak=x(aj,ai),al=x(fc([0,dA,0],b,0),ak),n=af(bV,b);if(n){var
 i=n[1],O=0;if(typeof
 i!=="number"&&4===i[0]){var
 g=i[1];O=1}if(!O)var
 g=0;var
 r=function(a,d){var
-b=V(a,g);if(b)var
+b=W(a,g);if(b)var
 e=0,f=ad(function(e){var
 a=e[3];if(a){var
 b=a[1];if(typeof
-b!=="number"&&6===b[0])return bx(b[1],d);var
+b!=="number"&&6===b[0])return by(b[1],d);var
 c=0}else
 var
-c=a;return c},m)?[0,[6,d,0],0]:wD,c=[0,[0,x(bW,x(k(wC),a)),f],e];else
+c=a;return c},m)?[0,[6,d,0],0]:wx,c=[0,[0,x(bV,x(k(ww),a)),f],e];else
 var
-c=b;return c},Q=g?E(function(a){return cv([0,bk,[0,bc,0]],a[1])},g)?0:[0,[0,bW,wE],0]:[0,[0,bW,wF],0],R=x(r(bc,0),Q),K=x(r(bk,1),R)}else
+c=b;return c},Q=g?E(function(a){return cv([0,bl,[0,bb,0]],a[1])},g)?0:[0,[0,bV,wy],0]:[0,[0,bV,wz],0],R=x(r(bb,0),Q),K=x(r(bl,1),R)}else
 var
 K=n;var
-am=x(K,al),P=0;if(!V(eK,c)&&!f8(a)){var
-L=[0,[0,k(yN),yM],0];P=1}if(!P)var
+am=x(K,al),P=0;if(!W(eL,c)&&!f9(a)){var
+L=[0,[0,k(yH),yG],0];P=1}if(!P)var
 L=0;var
-an=x(L,am),ao=x(W,x(fb(ls,c,yC),an));if(h)if(o)var
-ap=ed([0,D,C]),aq=[0,[7,H(h[1],ap)],0],p=[0,[0,k(yD),aq],0];else
+an=x(L,am),ao=x(V,x(fc(ln,c,yw),an));if(h)if(o)var
+ap=ef([0,D,C]),aq=[0,[7,H(h[1],ap)],0],p=[0,[0,k(yx),aq],0];else
 var
 p=o;else
 var
 p=h;var
-ar=x(p,ao),as=[0,[0,k(yE),[0,[7,w],0]],0],at=[0,[7,v[2]],0],au=[0,[0,k(yF),at],as],av=[0,[7,v[1]],0],aw=[0,[0,k(yG),av],au],ax=[0,[0,k(yH),[0,[0,[0,$]],0]],aw],ay=[0,[7,H(Z,B)],0],az=x([0,[0,k(yI),ay],ax],ar),M=ad(function(a){var
+ar=x(p,ao),as=[0,[0,k(yy),[0,[7,w],0]],0],at=[0,[7,v[2]],0],au=[0,[0,k(yz),at],as],av=[0,[7,v[1]],0],aw=[0,[0,k(yA),av],au],ax=[0,[0,k(yB),[0,[0,[0,$]],0]],aw],ay=[0,[7,H(Z,B)],0],az=x([0,[0,k(yC),ay],ax],ar),M=ad(function(a){var
 b=a[4];if(b)var
 c=a[5],e=c?1:c,d=e;else
 var
 d=b;return d},m);if(M)var
-aA=V(eJ,c),aB=aA||V(eN,c),N=G(aB);else
+aA=W(eK,c),aB=aA||W(eO,c),N=G(aB);else
 var
 N=M;var
-aC=s(0),aD=[0,[0,[0,[0,f,A],s(1),aC,az,N]]],aE=G(fS(f)),aF=aE||(j?d?0:1:j),aG=J(aF,yJ,aD),aH=e[1]?G(V(bW,b)):1,aI=J(aH,yK,aG),aJ=d?G(V(bW,b)):1;return J(aJ,yL,aI)}return i(r(lr,bj,c),g)}return i(kx(t,g),n)}return i(r(_,bV,b),g)}return i(r(function(a){function
+aC=s(0),aD=[0,[0,[0,[0,f,A],s(1),aC,az,N]]],aE=G(fT(f)),aF=aE||(j?d?0:1:j),aG=J(aF,yD,aD),aH=e[1]?G(W(bV,b)):1,aI=J(aH,yE,aG),aJ=d?G(W(bV,b)):1;return J(aJ,yF,aI)}return i(r(lm,bk,c),g)}return i(ks(t,g),n)}return i(r(_,bU,b),g)}return i(r(function(a){function
 b(a){var
-b=fS(f);return dO(function(a,c){return kw(Q,b,j,a,c)},a)}return i(bi(a),b)},eF,b),g)}return i(r(function(b){function
-c(b){return dO(function(b,t){function
+b=fT(f);return dN(function(a,c){return kr(Q,b,j,a,c)},a)}return i(bj(a),b)},eG,b),g)}return i(r(function(b){function
+c(b){return dN(function(b,t){function
 c(b){var
 n=b[3];if(n){if(typeof
 n[1]==="number"){if(n[2])return[0,b];var
-p=b[1],z=p?H(p[1],eV):1,q=s(z);if(q){var
+p=b[1],z=p?H(p[1],eW):1,q=s(z);if(q){var
 A=q[1],B=function(c){if(c){var
 d=c[1],o=0;if(typeof
 d==="number"||!(6===d[0]))o=1;else{var
-e=b[5],m=d[1],q=bp(A[1][3],wz),r=x(bp(G(m),ws),q),s=0,t=a[5]?x(k(wt),M):wv,f=x([0,wq,[0,wx,[0,t,s]]],r),u=x(f,bp(m,wB)),g=E(function(a){return cv(e,a)},f),p=0;if(g){var
+e=b[5],m=d[1],q=bq(A[1][3],wt),r=x(bq(G(m),wm),q),s=0,t=a[5]?x(k(wn),M):wp,f=x([0,wk,[0,wr,[0,t,s]]],r),u=x(f,bq(m,wv)),g=E(function(a){return cv(e,a)},f),p=0;if(g){var
 h=E(function(a){return cv(u,a)},e);if(h){var
 n=cu(e);p=1}else
 var
@@ -5089,16 +5075,16 @@ l=b;return[0,l]},f=b[1];if(f){var
 g=f[2];if(g){var
 h=g[2];if(h){var
 j=h[2];if(j&&!j[2]){var
-e=j[1],l=g[1],o=f[1],m=H(o,eV),d=0;if(H(h[1],wm)){var
-u=0;if(!m&&!H(o,eW)){d=1;u=1}if(!u){var
-v=0;if(!H(l,c6)&&!H(l,wo)){d=1;v=1}if(!v){var
-w=0;if(eX(kM,e)||eX(kN,e))w=1;else
+e=j[1],l=g[1],o=f[1],m=H(o,eW),d=0;if(H(h[1],wg)){var
+u=0;if(!m&&!H(o,eX)){d=1;u=1}if(!u){var
+v=0;if(!H(l,c5)&&!H(l,wi)){d=1;v=1}if(!v){var
+w=0;if(eY(kH,e)||eY(kI,e))w=1;else
 d=1;if(w)var
 y=function(a){function
 b(b){function
 c(a){var
-c=0,d=m?bk:bc,f=[0,[7,H(a,d)],c],g=H(l,c6)?[0,e,b]:[1,e,b];return[0,[0,[6,m,g],f]]}return i(r(function(a){function
-b(a){return r(_,kK,a)}return i(S([0,kK,0],0,a),b)},eR,a),c)}return i(r(bT,cC,a),b)},c=i(a7(t),y)}}}else
+c=0,d=m?bl:bb,f=[0,[7,H(a,d)],c],g=H(l,c5)?[0,e,b]:[1,e,b];return[0,[0,[6,m,g],f]]}return i(r(function(a){function
+b(a){return r(_,kF,a)}return i(T([0,kF,0],0,a),b)},eS,a),c)}return i(r(bS,cC,a),b)},c=i(a7(t),y)}}}else
 d=1;if(d)var
 c=[0,b[3]]}else
 var
@@ -5108,32 +5094,32 @@ c=[0,b[3]]}else
 var
 c=[0,b[3]]}else
 var
-c=[0,b[3]];return i(c,B)}return[0,b]}return[0,b]}return[0,b]}return i(gv(B,aA(function(a){return a[1]},d),b,t),c)},b)}return i(bi(b),c)},eE,b),aa)}function
-m(b){return km(e,a,g,b)}return i(r(function(a){return ai(m,a)},c4,b),l)}return i(a1(function(b){function
-j(a){return[0,[0,fa(b[1]),a]]}var
+c=[0,b[3]];return i(c,B)}return[0,b]}return[0,b]}return[0,b]}return i(gw(B,ay(function(a){return a[1]},d),b,t),c)},b)}return i(bj(b),c)},eF,b),aa)}function
+m(b){return kh(e,a,g,b)}return i(r(function(a){return ai(m,a)},c3,b),l)}return i(a1(function(b){function
+j(a){return[0,[0,fb(b[1]),a]]}var
 c=af(b[1],m);if(c){var
 d=c[1];if(typeof
 d==="number")var
 f=[0,[0,[7,G(o)],0]];else
 var
 k=function(a){var
-c=o?[0,[0,[2,b[2][1],b[2][2],a]],0]:yP;return[0,c]},h=b[2][2],l=ai(function(c){function
+c=o?[0,[0,[2,b[2][1],b[2][2],a]],0]:yJ;return[0,c]},h=b[2][2],l=ai(function(c){function
 b(b){function
 c(c){function
 d(a){function
-d(b){return[0,[0,[0,c,a],b]]}return i(r(am,eQ,b),d)}return i(r(function(b){return gs(e,a,b)},bb,b),d)}var
-d=r(function(b){return ki(e,a,b)},aa,b);return i(bF(G(h),a2,d),c)}return i(S(x(bp(G(h),aa),[0,bb,[0,eQ,0]]),0,c),b)},d),f=i(aV(b[1],l),k);var
+d(b){return[0,[0,[0,c,a],b]]}return i(r(am,eR,b),d)}return i(r(function(b){return gt(e,a,b)},ba,b),d)}var
+d=r(function(b){return kd(e,a,b)},aa,b);return i(bE(G(h),a2,d),c)}return i(T(x(bq(G(h),aa),[0,ba,[0,eR,0]]),0,c),b)},d),f=i(aV(b[1],l),k);var
 g=f}else
 var
-g=yQ;return i(g,j)},n),l)}return i(a1(function(b){function
+g=yK;return i(g,j)},n),l)}return i(a1(function(b){function
 c(a){return[0,[0,b[1],a]]}var
-d=b[1],f=b[2];return i(r(function(b){return eT(e,a,f,b)},d,m),c)},l),p)}var
-w=q(bQ,n),v=0,y=x(q(bQ,l),w);return i(r(function(a){return S(y,v,a)},c3,b),u)}return i(r(a7,c3,b),w)}if(d){var
+d=b[1],f=b[2];return i(r(function(b){return eU(e,a,f,b)},d,m),c)},l),p)}var
+w=q(bP,n),v=0,y=x(q(bP,l),w);return i(r(function(a){return T(y,v,a)},c2,b),u)}return i(r(a7,c2,b),w)}if(d){var
 g=d[1],t=g[1];if(t[11]){if(t[6]){var
 m=j,l=g[2];for(;;){if(m){var
 p=m[2];if(p&&l){var
 s=l[2];if(s){var
-u=w(m[1][1],p[1][1])?jz(l[1],s[1]):1;if(u){var
+u=w(m[1][1],p[1][1])?ju(l[1],s[1]):1;if(u){var
 m=p,l=s;continue}var
 n=u}else
 var
@@ -5145,25 +5131,25 @@ n=1;var
 v=n;break}}else
 var
 v=1;var
-I=J(v,si,sh),K=g[2],y=bs(W(j),K);if(y)var
-L=g[2],M=W(a[2]),z=E(function(a){return bs(M,a)},L);else
+I=J(v,sc,sb),K=g[2],y=bt(X(j),K);if(y)var
+L=g[2],M=X(a[2]),z=E(function(a){return bt(M,a)},L);else
 var
 z=y;var
-A=J(z,sj,I)}else
+A=J(z,sd,I)}else
 var
-A=sl;var
-N=t[10],F=aV(eI,J(E(function(b){var
+A=sf;var
+N=t[10],F=aV(eJ,J(E(function(b){var
 c=b[1],f=g[1];return E(function(b){var
-d=W(a[2]),c=Q(b[3],d);return c?ad(function(a){var
+d=X(a[2]),c=R(b[3],d);return c?ad(function(a){var
 c=w(a[1],b[1]);if(c){var
 d=f[6];if(!d)return w(a[2],b[2]);var
 e=d}else
 var
-e=c;return e},j):c},c)},N),sk,A))}else
+e=c;return e},j):c},c)},N),se,A))}else
 var
-F=yR;return i(F,O)}var
-d=af(eI,c);if(d)var
-A=function(a){return[0,[0,a]]},F=d[1],u=function(b){function
+F=yL;return i(F,O)}var
+d=af(eJ,c);if(d)var
+z=function(a){return[0,[0,a]]},F=d[1],v=function(b){function
 c(e){function
 c(c){function
 d(h){function
@@ -5175,44 +5161,44 @@ f(f){function
 m(m){function
 g(n){function
 g(b){var
-o=b?b[1][2]:b,p=[0,[0,[0,l,c,h,d,k,e,j,f,m,n,aA(bQ,b)],o]];if(f)var
-q=f[1],g=bs(W(a[3]),q);else
+o=b?b[1][2]:b,p=[0,[0,[0,l,c,h,d,k,e,j,f,m,n,ay(bP,b)],o]];if(f)var
+q=f[1],g=bt(X(a[3]),q);else
 var
 g=1;var
-r=J(g,sb,p),s=e?j?0:1:1,t=J(s,sc,r),u=d?I(d[1],c):1,v=J(u,sd,t),i=G(f9(c)),w=i?I(h,c):i;return J(w,se,v)}return i(r(function(a){return br(r7,a)},jp,b),g)}function
+r=J(g,r7,p),s=e?j?0:1:1,t=J(s,r8,r),u=d?I(d[1],c):1,v=J(u,r9,t),i=G(f_(c)),w=i?I(h,c):i;return J(w,r_,v)}return i(r(function(a){return bs(r1,a)},jk,b),g)}function
 n(b){function
 a(a){function
 b(b){function
-c(a){return[0,[0,b,a]]}return i(r(am,eu,a),c)}function
+c(a){return[0,[0,b,a]]}return i(r(am,ev,a),c)}function
 c(b){function
 a(a){if(a){var
 b=a[2];if(b){var
 c=b[2],f=b[1];if(c){var
 d=c[2],g=c[1];if(d){var
-h=d[1];if(d[2])return L(r1);var
+h=d[1];if(d[2])return N(rV);var
 j=function(a){function
 b(b){function
 c(c){function
-d(d){return[0,[0,a,b,c,d]]}return i(am(h),d)}return i(aJ(g),c)}var
+d(d){return[0,[0,a,b,c,d]]}return i(am(h),d)}return i(aI(g),c)}var
 c=e?typeof
-f==="number"?[0,aS(t)]:L(r2):aJ(f);return i(c,b)};return i(aJ(a[1]),j)}return L(r3)}return L(r4)}return L(r5)}return L(r6)}return i(bi(b),a)}return i(r(function(a){return ai(c,a)},jq,a),b)}return i(S([0,jq,[0,eu,0]],0,b),a)}return i(r(function(a){return ai(n,a)},be,b),g)}var
+f==="number"?[0,aS(t)]:N(rW):aI(f);return i(c,b)};return i(aI(a[1]),j)}return N(rX)}return N(rY)}return N(rZ)}return N(r0)}return i(bj(b),a)}return i(r(function(a){return ai(c,a)},jl,a),b)}return i(T([0,jl,[0,ev,0]],0,b),a)}return i(r(function(a){return ai(n,a)},bd,b),g)}var
 n=a[2];function
 o(b){function
 a(f){var
-a=q(function(a){return z(dt(function(b){return H(a,b)}),n)},f);if(a){var
+a=q(function(a){return A(du(function(b){return H(a,b)}),n)},f);if(a){var
 b=a[2],c=a[1];if(b){var
-d=b[1];if(b[2])return L(r9);var
-e=N(v,c),g=[0,[0,c,d]],h=e?N(v,d):e;return J(h,r_,g)}return L(r$)}return L(sa)}return i(al(g(2,t),_,b),a)}return i(r(function(a){return ai(o,a)},jo,b),m)}return i(r(function(a){return br(rZ,a)},jn,b),f)}var
-m=[0,[0,k(sf),0],0],n=[0,[0,k(sg),1],m];return i(r(function(a){return ba(n,a)},jl,b),f)}var
-l=[0,[0,bk,1],[0,[0,bc,0],0]];return i(r(function(a){return ba(l,a)},bl,b),f)}return i(r(function(a){return br(aQ,a)},bo,b),f)}return i(r(function(a){return br(aQ,a)},bn,b),d)}return i(r(aQ,bm,b),d)}return i(r(aQ,bd,b),c)}return i(r(fM,jm,b),c)},l=i(aV(eI,i(S([0,bl,[0,bd,[0,bm,[0,bn,[0,jl,[0,jm,[0,bo,[0,jn,[0,jo,[0,be,[0,jp,0]]]]]]]]]]],0,F),u)),A);else
+d=b[1];if(b[2])return N(r3);var
+e=O(u,c),g=[0,[0,c,d]],h=e?O(u,d):e;return J(h,r4,g)}return N(r5)}return N(r6)}return i(al(g(2,t),_,b),a)}return i(r(function(a){return ai(o,a)},jj,b),m)}return i(r(function(a){return bs(rT,a)},ji,b),f)}var
+m=[0,[0,k(r$),0],0],n=[0,[0,k(sa),1],m];return i(r(function(a){return a$(n,a)},jg,b),f)}var
+l=[0,[0,bl,1],[0,[0,bb,0],0]];return i(r(function(a){return a$(l,a)},bm,b),f)}return i(r(function(a){return bs(aQ,a)},bp,b),f)}return i(r(function(a){return bs(aQ,a)},bo,b),d)}return i(r(aQ,bn,b),d)}return i(r(aQ,bc,b),c)}return i(r(fN,jh,b),c)},l=i(aV(eJ,i(T([0,bm,[0,bc,[0,bn,[0,bo,[0,jg,[0,jh,[0,bp,[0,ji,[0,jj,[0,bd,[0,jk,0]]]]]]]]]]],0,F),v)),z);else
 var
-l=yS;return i(l,y)}for(;;){if(d){var
-p=d[1],s=0;if(a[7]&&jj(p)){var
-l=[0,Y(f,0),d];s=1}if(!s){var
+l=yM;return i(l,y)}for(;;){if(d){var
+p=d[1],s=0;if(a[7]&&jf(p)){var
+l=[0,M(f,0),d];s=1}if(!s){var
 d=d[2],f=[0,p,f];continue}}else
 var
-l=[0,Y(f,0),0];var
-m=l[2],n=a[6],u=n?[0,cx,0]:n,y=a[5]?0:[0,bj,0],A=x(y,u),F=1===a[1][2]?[0,et,0]:0,K=x([0,aa,[0,bb,[0,es,0]]],x(F,A)),R=l[1],j=W(a[2]),M=W(a[4]),P=W(a[3]),T=a1(function(c){function
+l=[0,M(f,0),0];var
+m=l[2],n=a[6],v=n?[0,cx,0]:n,y=a[5]?0:[0,bk,0],z=x(y,v),F=1===a[1][2]?[0,eu,0]:0,K=x([0,aa,[0,ba,[0,et,0]]],x(F,z)),S=l[1],j=X(a[2]),L=X(a[4]),Q=X(a[3]),U=a1(function(c){function
 b(b){function
 c(e){function
 c(f){function
@@ -5221,45 +5207,45 @@ d(h){function
 c(k){function
 l(a){return[0,[0,e,f,g,h,k,a]]}var
 c=a[6];if(c)var
-m=function(a){return al(j,aQ,a)},n=W(c[1]),d=r(function(a){return al(n,m,a)},cx,b);else
+m=function(a){return al(j,aQ,a)},n=X(c[1]),d=r(function(a){return al(n,m,a)},cx,b);else
 var
-d=ru;return i(d,l)}var
-d=1===a[1][2]?r(aQ,et,b):[0,O];return i(d,c)}if(a[5])var
-c=rv;else
+d=ro;return i(d,l)}var
+d=1===a[1][2]?r(aQ,eu,b):[0,P];return i(d,c)}if(a[5])var
+c=rp;else
 var
-h=function(a){return br(am,a)},c=r(function(a){return al(j,h,a)},bj,b);return i(c,d)}return i(r(function(a){return al(j,aQ,a)},es,b),c)}return i(r(function(a){return ee(P,a)},bb,b),c)}return i(r(function(a){return ee(M,a)},aa,b),c)}return i(S(K,0,c),b)},R),U=a[7]?m?1:m:1,X=J(U,rw,T);return i(aV(be,J(E(jj,m),rx,X)),ac)}}var
-d=af(gl,c);if(d)var
+h=function(a){return bs(am,a)},c=r(function(a){return al(j,h,a)},bk,b);return i(c,d)}return i(r(function(a){return al(j,aQ,a)},et,b),c)}return i(r(function(a){return eg(Q,a)},ba,b),c)}return i(r(function(a){return eg(L,a)},aa,b),c)}return i(T(K,0,c),b)},S),V=a[7]?m?1:m:1,Y=J(V,rq,U);return i(aV(bd,J(E(jf,m),rr,Y)),ac)}}var
+d=af(gm,c);if(d)var
 m=d[1],j=function(b){function
 c(f){function
 c(g){var
 c=a[6];if(c){var
 d=c[1],b=q(function(b){var
-c=a[2];return z(dt(function(a){return H(b,a)}),c)},f),e=a[1][3][3],h=e?1:e,i=W(d),j=[0,[0,[0,b,z(dt(function(a){return H(g,a)}),d),i,h]]],k=ay(b,bR(b));return J(E(function(a){return Q(a[1],a[2])},k),ry,j)}return rz}return i(r(_,cx,b),c)}return i(r(ef,cZ,b),c)},f=aV(gl,i(S([0,cZ,[0,cx,0]],0,m),j));else
+c=a[2];return A(du(function(a){return H(b,a)}),c)},f),e=a[1][3][3],h=e?1:e,i=X(d),j=[0,[0,[0,b,A(du(function(a){return H(g,a)}),d),i,h]]],k=az(b,bQ(b));return J(E(function(a){return R(a[1],a[2])},k),rs,j)}return rt}return i(r(_,cx,b),c)}return i(r(eh,cY,b),c)},f=aV(gm,i(T([0,cY,[0,cx,0]],0,m),j));else
 var
-f=yT;return i(f,l)};return i(aV(c5,ji(D)),l)}return L(yU)}return yV}return i(lq(ap,a,h),d)}return i(r(aJ,eH,a),d)}return i(r(eh,eG,a),d)}var
-d=[0,c5,[0,be,0]],f=[0,eG,[0,eH,0]];return i(r(function(a){return S(f,d,a)},dC,c),a)}return i(i(f6(c),e),l)}return i(r(function(a){return S(o,s,a)},eD,b),u)}return i(r(a7,eD,b),a)}return i(r(yp,j5,b),a)}var
-c=[0,[0,k(zf),0],0];return i(r(function(a){return ba(c,a)},eq,b),a)}return i(S(yr,[0,bW,[0,dB,0]],b),a)}var
-p=i(lp(aK),aL);if(0===p[0]){var
+f=yN;return i(f,l)};return i(aV(c4,je(D)),l)}return N(yO)}return yP}return i(ll(ap,a,h),d)}return i(r(aI,eI,a),d)}return i(r(ej,eH,a),d)}var
+d=[0,c4,[0,bd,0]],f=[0,eH,[0,eI,0]];return i(r(function(a){return T(f,d,a)},dB,c),a)}return i(i(f7(c),e),l)}return i(r(function(a){return T(o,s,a)},eE,b),v)}return i(r(a7,eE,b),a)}return i(r(yj,j0,b),a)}var
+c=[0,[0,k(y$),0],0];return i(r(function(a){return a$(c,a)},er,b),a)}return i(T(yl,[0,bV,[0,dA,0]],b),a)}var
+p=i(lk(aK),aL);if(0===p[0]){var
 e=p[1];if(typeof
 e==="number")return 0;else{if(0===e[0]){var
-f=e[1],aG=gk(f),n=f[1];if(0===n[0])var
+f=e[1],aF=gl(f),n=f[1];if(0===n[0])var
 o=1;else{var
-aj=n[2],a=n[1],K=jI(a[1]),s=0;if(K){var
-l=a[2],P=0===l[0]?jI(l[1]):G(dj(l[1],0));if(P){var
-U=fy(sy,bD(a));if(U){var
-X=G(dj(a[4],0));if(X){var
-au=a[5],av=jF(a),Z=ga(jG(a),av,au);if(Z){var
-ax=a[5],az=a[4],aB=function(a){return ev(az,a)},ab=E(function(a){return E(aB,a)},ax);if(ab){var
+aj=n[2],a=n[1],L=jD(a[1]),s=0;if(L){var
+l=a[2],Q=0===l[0]?jD(l[1]):G(di(l[1],0));if(Q){var
+V=fy(ss,bC(a));if(V){var
+Y=G(di(a[4],0));if(Y){var
+as=a[5],at=jA(a),Z=gb(jB(a),at,as);if(Z){var
+ax=a[5],aA=a[4],aB=function(a){return ew(aA,a)},ab=E(function(a){return E(aB,a)},ax);if(ab){var
 j=a[7];if(0===j[0])var
-y=j[1],A=cy(a[4],y),c=A?E(a0,y):A;else{var
-C=j[1],aq=bD(a),D=ga(ce(a),aq,C);if(D)var
-at=function(b){var
-c=cy(a[4],b);return c?E(a0,b):c},c=E(function(a){return E(at,a)},C);else
+y=j[1],z=cy(a[4],y),c=z?E(a0,y):z;else{var
+C=j[1],aq=bC(a),D=gb(ce(a),aq,C);if(D)var
+ar=function(b){var
+c=cy(a[4],b);return c?E(a0,b):c},c=E(function(a){return E(ar,a)},C);else
 var
 c=D}if(c){var
 ac=a[6];if(ac){var
-m=ac[1],aC=bD(a),ae=ga(ce(a),aC,m);if(ae){var
-aE=a$(m),d=ev(ar(a$(m)),aE);s=1}else{var
+m=ac[1],aC=bC(a),ae=gb(ce(a),aC,m);if(ae){var
+aD=bh(m),d=ew(au(bh(m)),aD);s=1}else{var
 d=ae;s=1}}else
 var
 b=1}else
@@ -5270,37 +5256,37 @@ b=ab}else
 var
 b=Z}else
 var
-b=X}else
+b=Y}else
 var
-b=U}else
+b=V}else
 var
-b=P}else
+b=Q}else
 var
-b=K;if(!s)var
+b=L;if(!s)var
 d=b;var
-u=0;if(d)if(aj)var
-o=iI(aj[1]);else{var
-an=1;u=1}else{var
-an=d;u=1}if(u)var
-o=an}if(o&&iI(aG)){var
-ci=lt(f,0),cl=lt(f,1),ag=f[1],aF=0===ag[0]?0:ag[2],bt=aA(i3,aF),cm=i3(gk(f)),aH=f[4],ao=q(function(a){var
-b=0,c=a[2],d=bA(function(cp,c){if(typeof
+v=0;if(d)if(aj)var
+o=iF(aj[1]);else{var
+an=1;v=1}else{var
+an=d;v=1}if(v)var
+o=an}if(o&&iF(aF)){var
+cg=lo(f,0),ci=lo(f,1),ag=f[1],aE=0===ag[0]?0:ag[2],br=ay(iZ,aE),cl=iZ(gl(f)),aG=f[4],ao=q(function(a){var
+b=0,c=a[2],d=bg(function(cm,c){if(typeof
 c==="number")var
 d=2;else
 switch(c[0]){case
 0:var
-d=i_(cm,c[1]);break;case
+d=i6(cl,c[1]);break;case
 1:var
-aR=f[1],bs=0===aR[0]?aR[2]:0;if(bs){var
-bu=bs[1],bv=c[3],bw=c[2],e=bu[2],a=bu[1],aI=bx(c[1],a[1]),K=0;if(aI){var
-b1=im(a,e),aH=ad(function(a){if(a)var
+aQ=f[1],bs=0===aQ[0]?aQ[2]:0;if(bs){var
+bt=bs[1],bu=c[3],bv=c[2],e=bt[2],a=bt[1],aH=by(c[1],a[1]),J=0;if(aH){var
+bZ=im(a,e),aG=ad(function(a){if(a)var
 b=a[2],c=b?1:b;else
 var
-c=a;return c},b1);if(aH)if(bw){var
-s=bw[1],b0=im(a,e),aG=E(function(a){return E(function(b){return E(function(a){return I(b,R(s,a))},a)},a)},b0);if(aG){var
-bR=h$(a),av=bR||G(a[1]),ax=av?h_(a,e,0):av;if(a[1])var
-bT=e[1],P=q(function(b){var
-g=e[4],f=aw(function(a){return w(a[1],b)},g),h=h$(a)?ax:h_(a,e,[0,b]),c=q(o$,f),d=a[6],i=d?E(function(i){return E(function(j){var
+c=a;return c},bZ);if(aG)if(bv){var
+s=bv[1],bY=im(a,e),aF=E(function(a){return E(function(b){return E(function(a){return I(b,S(s,a))},a)},a)},bY);if(aF){var
+bP=h$(a),at=bP||G(a[1]),au=at?h_(a,e,0):at;if(a[1])var
+bQ=e[1],M=q(function(b){var
+g=e[4],f=aw(function(a){return w(a[1],b)},g),h=h$(a)?au:h_(a,e,[0,b]),c=q(o5,f),d=a[6],i=d?E(function(i){return E(function(j){var
 b=i,a=j;for(;;){if(b){if(a){var
 c=a[1],d=b[1],e=w(d[1],c[1]);if(e){var
 f=cT(d[2],c[2]);if(f){var
@@ -5311,162 +5297,160 @@ g=e;var
 h=g}else
 var
 h=a;return h}return a?0:1}},c)},c):d;return[0,b,q(function(b){var
-c=h5(a,b);return[0,b[2],c]},f),i,h]},bT);else
+c=h5(a,b);return[0,b[2],c]},f),i,h]},bQ);else
 var
-bU=0,bV=0,bW=ik(e),P=[0,[0,aS(t),q(function(b){var
+bS=0,bT=0,bU=ik(e),M=[0,[0,aS(t),q(function(b){var
 c=fF(e,b),d=h3(q(function(b){var
-c=h5(a,b);return ct(fE(e,b),c)},c));return[0,b,ct(aU(fG(e,b)),d)]},bW),bV,ax],bU];var
-r=fH(a),az=E(pa,e[4]),bJ=0;if(az){var
-aB=a0(a[3]);if(aB){var
-aC=I(a[3],a[2]);if(aC){var
-aD=Q(v,fH(a));if(aD){var
-bX=ig(a),bZ=fH(a),S=E(function(a){return ib(bZ,a)},bX);bJ=1}else
-var
-p=aD}else
+c=h5(a,b);return ct(fE(e,b),c)},c));return[0,b,ct(aU(fG(e,b)),d)]},bU),bT,au],bS];var
+r=fH(a),ax=E(o6,e[4]),bH=0;if(ax){var
+aA=a0(a[3]);if(aA){var
+aB=I(a[3],a[2]);if(aB){var
+aC=R(u,fH(a));if(aC){var
+bV=ig(a),bW=fH(a),N=E(function(a){return ib(bW,a)},bV);bH=1}else
 var
 p=aC}else
 var
 p=aB}else
 var
-p=az;if(!bJ)var
-S=p;var
-bK=0;if(S){var
-aE=I(T,s);if(aE){var
-aF=E(function(b){var
-aa=aw(function(a){return w(a[1],b[1])},bv),c=b[2],d=$(function(a){return $(function(b){return w(a[1],b[1])?0:[0,[0,a,b],0]},c)},c);return E(function(K){var
-g=K[2],h=K[1],G=cR(function(a){var
-c=w(a[1],b[1]),d=c?w(a[2],h[1]):c;return d?w(a[3],g[1]):d},aa);if(G){var
-f=a[4],Z=b[4];if(f)var
-W=a[5]?[0,h,[0,g,0]]:b[2],X=f[1],H=q(function(b){var
-a=bS(X);return cb(b[2],a)},W);else
+p=aA}else
 var
-H=f;var
-_=x(H,Z),i=ih(v,G[1][4],_);if(i){var
-j=i[1],$=ct(s,g[2]),k=cb(h[2],$),p=cV(k),t=as(function(a,b){var
-c=cV(a[2]);return fB(B(a[1][2],c),b)},p,j),u=id(k);if(u){var
+p=ax;if(!bH)var
+N=p;var
+bI=0;if(N){var
+aD=I(U,s);if(aD){var
+aE=E(function(b){var
+aa=aw(function(a){return w(a[1],b[1])},bu),c=b[2],d=$(function(a){return $(function(b){return w(a[1],b[1])?0:[0,[0,a,b],0]},c)},c);return E(function(J){var
+g=J[2],h=J[1],F=cR(function(a){var
+c=w(a[1],b[1]),d=c?w(a[2],h[1]):c;return d?w(a[3],g[1]):d},aa);if(F){var
+f=a[4],Y=b[4];if(f)var
+V=a[5]?[0,h,[0,g,0]]:b[2],W=f[1],G=q(function(b){var
+a=bR(W);return cb(b[2],a)},V);else
+var
+G=f;var
+Z=x(G,Y),i=ih(u,F[1][4],Z);if(i){var
+j=i[1],_=ct(s,g[2]),k=cb(h[2],_),p=cU(k),t=av(function(a,b){var
+c=cU(a[2]);return fB(B(a[1][2],c),b)},p,j),v=id(k);if(v){var
 y=E(function(a){return id(a[2])},j);if(y){var
-A=q(function(a){var
-b=ie(a[2]),c=cV(a[2]),d=by(t,B(a[1][2],c));return[0,B(a[1][1],d),b]},j),T=ie(k),C=by(t,p),U=function(c){var
-b=a[11],d=b?d8(O,b[1][2],c[1][1]):a[2];return d$(r,d)},l=Q(v,r),V=function(c){var
-b=a[11],d=b?d8(O,b[1][1],c[1][1]):a[3];return d$(r,d)};if(l){var
-m=Q(v,C);if(m){var
-c=A;for(;;){if(c){var
-n=N(v,c[1][1]);if(n){var
+z=q(function(a){var
+b=ie(a[2]),c=cU(a[2]),d=bz(t,B(a[1][2],c));return[0,B(a[1][1],d),b]},j),Q=ie(k),A=bz(t,p),T=function(c){var
+b=a[11],d=b?d_(P,b[1][2],c[1][1]):a[2];return eb(r,d)},l=R(u,r),U=function(c){var
+b=a[11],d=b?d_(P,b[1][1],c[1][1]):a[3];return eb(r,d)};if(l){var
+m=R(u,A);if(m){var
+c=z;for(;;){if(c){var
+n=O(u,c[1][1]);if(n){var
 c=c[2];continue}var
 d=n}else
 var
 d=1;if(d){var
-o=[0,[0,C,T],A],L=h1(o),P=h0(o),S=B(r,L);return N(M(h2(V,U,hZ(o8,z(hY(function(n,o){var
-b=o[1],c=n[1],d=b[1],e=d[2],f=d[1],g=c[1],h=g[2],i=g[1],j=Q(i,f);if(j)var
+o=[0,[0,A,Q],z],L=h1(o),M=h0(o),N=B(r,L);return O(K(h2(U,T,hZ(o2,hW(function(n,o){var
+b=o[1],c=n[1],d=b[1],e=d[2],f=d[1],g=c[1],h=g[2],i=g[1],j=R(i,f);if(j)var
 a=j;else{var
 k=w(i,f);if(k){var
-l=Q(h,e);if(l)var
+l=R(h,e);if(l)var
 a=l;else{var
-m=w(h,e);if(m)return N(c[2],b[2]);var
+m=w(h,e);if(m)return O(c[2],b[2]);var
 a=m}}else
 var
-a=k}return a}),P))),S),v)}var
+a=k}return a},M))),N),u)}var
 e=d;break}}else
 var
 e=m}else
 var
 e=l;return e}var
-D=y}else
+C=y}else
 var
-D=u;return D}return i}var
-J=b[3];if(J)return J;var
-F=ah(ii(a));if(F){var
-Y=R(s,ii(a));return I(a[2],Y)}return F},d)},P);if(aF){var
-D=E(function(a){return ad(function(b){var
+C=v;return C}return i}var
+H=b[3];if(H)return H;var
+D=ah(ii(a));if(D){var
+X=S(s,ii(a));return I(a[2],X)}return D},d)},M);if(aE){var
+C=E(function(a){return ad(function(b){var
 d=w(b[1],a[1]),e=d?G(w(a[2],a[3])):d;if(e)var
 f=b[2],c=ad(function(b){return w(b[1],a[2])},f);else
 var
 c=e;if(c){var
-g=b[2];return ad(function(b){return w(b[1],a[3])},g)}return c},P)},bv);bK=1}else
+g=b[2];return ad(function(b){return w(b[1],a[3])},g)}return c},M)},bu);bI=1}else
 var
-U=aF}else
+Q=aE}else
 var
-U=aE}else
+Q=aD}else
 var
-U=S;if(!bK)var
-D=U}else
+Q=N;if(!bI)var
+C=Q}else
 var
-D=aG}else{var
-V=1;K=1}else{var
-V=aH;K=1}}else{var
-V=aI;K=1}if(K)var
-D=V;var
-d=c8([0,D])}else
+C=aF}else{var
+T=1;J=1}else{var
+T=aG;J=1}}else{var
+T=aH;J=1}if(J)var
+C=T;var
+d=c7([0,C])}else
 var
 d=1;break;case
 2:var
-ap=c[3],aq=c[2],bA=c[1];if(bA){var
-l=bA[1];if(w(l[1],l[2]))var
-aN=eo(aq,jd),b3=aN?eo(ap,jd):aN,i=[0,b3];else{var
-aO=jc(aq);if(aO){var
-u=aO[1],aP=jc(ap);if(aP)if(w(aP[1],M(u,t))){var
-aJ=en(l,[0,u,f0]);if(aJ)if(1===aJ[1])var
-i=qH;else{var
-W=en(l,[0,M(u,t),f0]),ar=0;if(W)if(1===W[1]){var
-aK=qI;ar=1}else
+ao=c[3],ap=c[2],bw=c[1];if(bw){var
+l=bw[1];if(w(l[1],l[2]))var
+aM=ep(ap,i$),b1=aM?ep(ao,i$):aM,i=[0,b1];else{var
+aN=i_(ap);if(aN){var
+v=aN[1],aO=i_(ao);if(aO)if(w(aO[1],K(v,t))){var
+aI=eo(l,[0,v,f1]);if(aI)if(1===aI[1])var
+i=qB;else{var
+V=eo(l,[0,K(v,t),f1]),aq=0;if(V)if(1===V[1]){var
+aJ=qC;aq=1}else
 var
-i=qJ;else{var
-aK=W;ar=1}if(ar)var
-i=aK}else{var
-X=en(l,[0,M(u,t),f0]);if(X)var
-aL=1!==X[1]?1:0,aM=aL?qK:aL;else
+i=qD;else{var
+aJ=V;aq=1}if(aq)var
+i=aJ}else{var
+W=eo(l,[0,K(v,t),f1]);if(W)var
+aK=1!==W[1]?1:0,aL=aK?qE:aK;else
 var
-aM=X;var
-i=aM}}else
+aL=W;var
+i=aL}}else
 var
-i=qP;else
+i=qJ;else
 var
-i=qQ}else
+i=qK}else
 var
-i=qR}}else
+i=qL}}else
 var
-aQ=eo(aq,je),b4=aQ?eo(ap,je):aQ,i=[0,b4];var
-d=c8(i);break;case
+aP=ep(ap,ja),b2=aP?ep(ao,ja):aP,i=[0,b2];var
+d=c7(i);break;case
 3:var
-bC=c[1],ch=c[2];if(bC)var
-b2=en(bC[1],ch),bE=aA(function(a){return 2<=a?0:1},b2);else
+bx=c[1],ch=c[2];if(bx)var
+b0=eo(bx[1],ch),bB=ay(function(a){return 2<=a?0:1},b0);else
 var
-bE=qG;var
-cj=c[3],d=c8(aA(function(a){return bx(cj,a)},bE));break;case
+bB=qA;var
+cj=c[3],d=c7(ay(function(a){return by(cj,a)},bB));break;case
 4:var
-aT=f[1],bF=0===aT[0]?0:[0,aT[1]];if(bF){var
-o=c[2],g=c[1],b=bF[1],at=0;if(typeof
-o==="number")at=1;else
+aR=f[1],bD=0===aR[0]?0:[0,aR[1]];if(bD){var
+o=c[2],g=c[1],b=bD[1],ar=0;if(typeof
+o==="number")ar=1;else
 switch(o[0]){case
 5:var
-br=o[1];if(1===g[4]){var
-af=g[3];if(af){var
-bj=g[2];if(bj)var
-bk=G(g[1]),ag=bk?bY(b):bk;else
+bq=o[1];if(1===g[4]){var
+ae=g[3];if(ae){var
+bi=g[2];if(bi)var
+bj=G(g[1]),af=bj?bX(b):bj;else
 var
-ag=bj;if(ag){var
-n=af[1],y=n[1],A=n[2],ca=gR(b),cc=gJ(b[1]),a_=bY(b),L=0;if(a_){var
-a$=I(T,n);if(a$){var
-cd=bB(0,ce(b)),ba=E(function(f){var
-a=gQ(b,f);if(a){var
+af=bi;if(af){var
+n=ae[1],y=n[1],z=n[2],b_=gS(b),ca=gK(b[1]),a9=bX(b),L=0;if(a9){var
+a_=I(U,n);if(a_){var
+cc=b$(0,ce(b)),a$=E(function(f){var
+a=gR(b,f);if(a){var
 c=a[1],d=a[2];if(E(function(f){var
 b=c,a=f;for(;;){if(b){if(a){var
 d=w(b[1],a[1]);if(d){var
 b=b[2],a=a[2];continue}var
 e=d}else
 var
-e=a;return e}return a?0:1}},d))return E(function(a){return N(e$(e_,y,A,c,c,a),v)},cc);var
-e=gH(0,ay(ca,a));return E(function(a){var
-b=gI(a[1][1],a[2][1]);return N(e$(e_,y,A,a[1][2],a[2][2],b),v)},e)}return a},cd);if(ba)if(br){var
-h=br[1],Z=h[1],bL=0;if(Z){var
-_=Z[1],b5=gQ(b,_),a1=bz(h[2],b5,0),b6=gQ(b,_),a2=bz(h[3],b6,0),b7=gR(b),b8=bz(h[3],b7,0),b9=gR(b),a3=gI(bz(h[2],b9,0),b8),a4=fz(_,ce(b)),bM=0;if(a4){var
-b_=bD(b),a5=fz(h[2],b_);if(a5){var
-b$=bD(b),a6=fz(h[3],b$);if(a6){var
-a7=G(dj(h[2],h[3]));if(a7){var
-a8=w(e$(e_,y,A,a1,a2,a3),v);if(a8){var
-aa=Q(v,e$(yg,y,A,a1,a2,a3));bL=1;bM=1}else
-var
-m=a8}else
+e=a;return e}return a?0:1}},d))return E(function(a){return O(fa(e$,y,z,c,c,a),u)},ca);var
+e=gI(0,az(b_,a));return E(function(a){var
+b=gJ(a[1][1],a[2][1]);return O(fa(e$,y,z,a[1][2],a[2][2],b),u)},e)}return a},cc);if(a$)if(bq){var
+h=bq[1],Y=h[1],bJ=0;if(Y){var
+Z=Y[1],b3=gR(b,Z),aZ=bA(h[2],b3,0),b4=gR(b,Z),a1=bA(h[3],b4,0),b5=gS(b),b6=bA(h[3],b5,0),b7=gS(b),a2=gJ(bA(h[2],b7,0),b6),a3=fz(Z,ce(b)),bK=0;if(a3){var
+b8=bC(b),a4=fz(h[2],b8);if(a4){var
+b9=bC(b),a5=fz(h[3],b9);if(a5){var
+a6=G(di(h[2],h[3]));if(a6){var
+a7=w(fa(e$,y,z,aZ,a1,a2),u);if(a7){var
+_=R(u,fa(ya,y,z,aZ,a1,a2));bJ=1;bK=1}else
 var
 m=a7}else
 var
@@ -5474,119 +5458,121 @@ m=a6}else
 var
 m=a5}else
 var
-m=a4;if(!bM)var
-a9=m}else
+m=a4}else
 var
-a9=Z;if(!bL)var
-aa=a9;var
-ai=aa?G(I(n,T)):aa}else
+m=a3;if(!bK)var
+a8=m}else
 var
-ai=I(n,T);else{var
-ab=ba;L=1}}else{var
-ab=a$;L=1}}else{var
-ab=a_;L=1}if(L)var
-ai=ab;var
-aj=[0,ai]}else
+a8=Y;if(!bJ)var
+_=a8;var
+ag=_?G(I(n,U)):_}else
 var
-aj=ag}else
+ag=I(n,U);else{var
+aa=a$;L=1}}else{var
+aa=a_;L=1}}else{var
+aa=a9;L=1}if(L)var
+ag=aa;var
+ai=[0,ag]}else
 var
-aj=af;var
-j=aj}else
+ai=af}else
+var
+ai=ae;var
+j=ai}else
 var
 j=0;break;case
 6:var
 j=0;break;case
 7:var
-cg=o[1];if(5===g[4]){var
-al=g[3],bN=0;if(al)if(cg){var
-j=0;bN=1}else{var
-bl=G(g[2]);if(bl)var
-bm=G(g[1]),am=bm?bY(b):bm;else
+cf=o[1];if(5===g[4]){var
+aj=g[3],bL=0;if(aj)if(cf){var
+j=0;bL=1}else{var
+bk=G(g[2]);if(bk)var
+bl=G(g[1]),al=bl?bX(b):bl;else
 var
-am=bl;if(am){var
-an=al[1],ac=b[8][1],bO=0;if(ac){var
-bb=ac[1],ae=b[8][2],bP=0;if(ae){var
-bc=ae[1],bd=k3(b),bQ=0;if(bd){var
-be=bY(b);if(be){var
-bf=I(T,an);if(bf){var
-bg=I(bc,bb);if(bg){var
-cf=bB(0,ce(b)),bn=E(function(f){var
-c=lo(b,function(a){return a[2]},f,bb),a=lo(b,function(a){return a[3]},f,bc),g=bG(c,a),d=jP(cn(b),g),e=I(a,c);if(e){var
+al=bk;if(al){var
+am=aj[1],ab=b[8][1],bM=0;if(ab){var
+ba=ab[1],ac=b[8][2],bN=0;if(ac){var
+bb=ac[1],bc=kY(b),bO=0;if(bc){var
+bd=bX(b);if(bd){var
+be=I(U,am);if(be){var
+bf=I(bb,ba);if(bf){var
+cd=b$(0,ce(b)),bm=E(function(f){var
+c=lj(b,function(a){return a[2]},f,ba),a=lj(b,function(a){return a[3]},f,bb),g=bF(c,a),d=jK(cn(b),g),e=I(a,c);if(e){var
 h=co(b)[2];return E(function(e){var
-f=R(a,bG(an,T)),g=k1(co(b)[1],an,e);return I(ak(d,R(bG(bG(c,d),a),g)),f)},h)}return e},cf);bO=1;bP=1;bQ=1}else
+f=S(a,bF(am,U)),g=kW(co(b)[1],am,e);return I(ak(d,S(bF(bF(c,d),a),g)),f)},h)}return e},cd);bM=1;bN=1;bO=1}else
 var
-C=bg}else
+A=bf}else
 var
-C=bf}else
+A=be}else
 var
-C=be}else
+A=bd}else
 var
-C=bd;if(!bQ)var
-bh=C}else
+A=bc;if(!bO)var
+bg=A}else
 var
-bh=ae;if(!bP)var
-bi=bh}else
+bg=ac;if(!bN)var
+bh=bg}else
 var
-bi=ac;if(!bO)var
-bn=bi;var
-ao=[0,bn]}else
+bh=ab;if(!bM)var
+bm=bh;var
+an=[0,bm]}else
 var
-ao=am}else
+an=al}else
 var
-ao=al;if(!bN)var
-j=ao}else
+an=aj;if(!bL)var
+j=an}else
 var
-j=0;break;default:at=1}if(at){var
-bo=k3(b);if(bo)var
-bp=G(g[2]),bq=bp?xf(b,g,o):bp;else
+j=0;break;default:ar=1}if(ar){var
+bn=kY(b);if(bn)var
+bo=G(g[2]),bp=bo?w$(b,g,o):bo;else
 var
-bq=bo;var
-j=[0,bq]}var
-d=c8(j)}else
+bp=bn;var
+j=[0,bp]}var
+d=c7(j)}else
 var
 d=1;break;case
 5:var
-d=bt?i_(bt[1],c[1]):1;break;case
+d=br?i6(br[1],c[1]):1;break;case
 6:var
-bH=c[1],bI=j4(f,bH);if(bI){var
-k=c[2],F=bI[1],Y=function(b,a){return b?a?I(b[1],a[1]):1:a?0:1};if(typeof
+bE=c[1],bG=jZ(f,bE);if(bG){var
+k=c[2],D=bG[1],X=function(b,a){return b?a?I(b[1],a[1]):1:a?0:1};if(typeof
 k==="number")var
-J=1;else
+F=1;else
 if(0===k[0])var
-aV=H(k[1],F[2]),J=aV?Y(F[1][10],k[2]):aV;else{var
-aW=k[2],aX=H(k[1],F[2]),au=0;if(aX){var
-aY=Y([0,T],aW);if(aY)var
-J=Y(aW,F[1][9]);else{var
-aZ=aY;au=1}}else{var
-aZ=aX;au=1}if(au)var
-J=aZ}if(J)var
-ck=bH?cl:ci,d=c8(ck);else
+aT=H(k[1],D[2]),F=aT?X(D[1][10],k[2]):aT;else{var
+aV=k[2],aW=H(k[1],D[2]),as=0;if(aW){var
+aX=X([0,U],aV);if(aX)var
+F=X(aV,D[1][9]);else{var
+aY=aX;as=1}}else{var
+aY=aW;as=1}if(as)var
+F=aY}if(F)var
+ck=bE?ci:cg,d=c7(ck);else
 var
 d=1}else
 var
 d=2;break;default:var
-d=c8([0,c[1]])}switch(cp){case
+d=c7([0,c[1]])}switch(cm){case
 0:return d;case
-1:return 1;default:return d?d:2}},c,b);return[0,a[1],d]},aH);if(f[5]&&G(ad(function(a){return 1===a[2]?1:0},ao)))return[1,k(zg)];return[0,ao]}return[1,k(zh)]}var
-aI=e[1];return[0,q(function(a){return[0,a[1],2]},aI)]}}return[1,p[1]]}function
-lu(c){var
+1:return 1;default:return d?d:2}},c,b);return[0,a[1],d]},aG);if(f[5]&&G(ad(function(a){return 1===a[2]?1:0},ao)))return[1,k(za)];return[0,ao]}return[1,k(zb)]}var
+aJ=e[1];return[0,q(function(a){return[0,a[1],2]},aJ)]}}return[1,p[1]]}function
+lp(c){var
 a=ao(c)-1|0,b=0;for(;;){if(0<=a){var
 d=[0,a9(c,a),b],a=a-1|0,b=d;continue}return b}}function
-lv(a){return fs(zk,fr(hu(function(a){if(32<=a&&!(mc<a))return hx(1,a);return z(hD(zj),a)},a)))}function
-zo(g,f){try{var
-h=mV(lu,f),a=zi(o0,lu(g),h)}catch(a){a=mK(a);if(a!==hr&&a!==hq)throw a;return zp}if(typeof
-a==="number")return zq;else{if(0===a[0]){var
+lq(a){return ft(ze,fs(hv(function(a){if(32<=a&&!(l9<a))return hy(1,a);return A(hE(zd),a)},a)))}function
+zi(g,f){try{var
+h=mQ(lp,f),a=zc(oV,lp(g),h)}catch(a){a=mF(a);if(a!==hs&&a!==hr)throw a;return zj}if(typeof
+a==="number")return zk;else{if(0===a[0]){var
 b=a[1],c=function(e){var
 a=b;for(;;){if(a){var
 c=a[1][2]===e?1:0,d=a[2];if(c)return c;var
 a=d;continue}return 0}};if(c(1))var
 d=1;else
 var
-e=c(2),d=e?3:e;return[0,fr(hu(function(b){var
-c=df(zr,lv(b[1]));switch(b[2]){case
+e=c(2),d=e?3:e;return[0,fs(hv(function(b){var
+c=de(zl,lq(b[1]));switch(b[2]){case
 0:var
-a=zl;break;case
+a=zf;break;case
 1:var
-a=zm;break;default:var
-a=zn}return df(a,c)},b)),d]}return[0,[0,df(zs,lv(a[1])),0],2]}}AB(function(b){var
-a=zo(b,0);return fs(zt,[0,s(U+a[2]),a[1]])});ht(0);return}(globalThis));
+a=zg;break;default:var
+a=zh}return de(a,c)},b)),d]}return[0,[0,de(zm,lq(a[1])),0],2]}}Av(function(b){var
+a=zi(b,0);return ft(zn,[0,s(V+a[2]),a[1]])});hu(0);return}(globalThis));
