@@ -160,7 +160,7 @@ def foot_of(entry: Entry, written: Mapping[str, bytes]) -> str:
 FOOT = """
 ## Check it
 
-Download {links}. A page opens in a browser and recomputes its figures there.
+Download {links}. A page opens in a browser and checks itself there.
 
 ```console
 fairaudit verify {certificates}
