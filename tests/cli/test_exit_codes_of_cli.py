@@ -113,7 +113,7 @@ CASES: dict[str, tuple[str, ...]] = {
     "experiment 2": ("experiment run other",),
     "experiment 3": ("experiment certify package-delivery --trials 30 --folder more --max-local-ratio 3",),
     "navigation 0": ("navigation office office",),
-    "navigation 2": ("navigation office .",),
+    "navigation 2": ("navigation office log.csv",),
 }
 
 

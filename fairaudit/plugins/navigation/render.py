@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import argparse
 import json
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer, add_format
 from fairaudit.errors import InputError
-from fairaudit.plugins.navigation.exports import FORMAT
 
 if TYPE_CHECKING:
     from fairaudit.plugins.navigation.maps import Maps
     from fairaudit.plugins.navigation.rooms import Rooms
     from fairaudit.plugins.navigation.scenario import CandidateSet
 
-__all__ = ["FORMAT", "add", "draw_maps", "render", "run"]
+__all__ = ["add", "draw_maps", "render", "run"]
 
 DESCRIPTION = """\
 Draw what a scenario file describes. It says which scan, start and candidates there are; the top view, the traversability map, one picture
@@ -95,8 +93,11 @@ def render(found: CandidateSet, folder: Path) -> dict[str, Any]:
     InputError
         If pillow is missing, or a file cannot be written.
     """
+    from dataclasses import asdict
+
     from fairaudit.files import write_atomically
     from fairaudit.plugins.navigation.diagram import draw_topology
+    from fairaudit.plugins.navigation.exports import FORMAT
     from fairaudit.plugins.navigation.prompts import draw, view
     from fairaudit.plugins.navigation.routes import Route
 
