@@ -9,7 +9,7 @@ import unicodedata
 from collections.abc import Iterator
 from decimal import Decimal, localcontext
 from fractions import Fraction
-from itertools import combinations, pairwise, permutations
+from itertools import combinations, islice, pairwise, permutations
 from math import gcd
 from typing import Any
 
@@ -316,12 +316,12 @@ def strings(document: Any) -> list[str]:
     return sorted(text for text in found if len(text) < 64)
 
 
-def changed_values(document: Any) -> Iterator[bytes]:
-    """Change every leaf, list and object of a document in many ways."""
+def changed_values(document: Any, first: int = 0, step: int = 1) -> Iterator[bytes]:
+    """Change every leaf, list and object of a document in many ways; with a step, one change in so many."""
     pool, text = strings(document), json.dumps(document)
-    for path, value in places(document):
-        for other in other_values(value, pool):
-            yield as_bytes(put(text, path, other) if path else other)
+    changes = ((path, other) for path, value in places(document) for other in other_values(value, pool))
+    for path, other in islice(changes, first, None, step):
+        yield as_bytes(put(text, path, other) if path else other)
 
 
 def changed_text(document: Any) -> Iterator[bytes]:

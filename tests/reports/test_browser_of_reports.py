@@ -6,7 +6,7 @@ import io
 import json
 import os
 from collections.abc import Callable, Iterator
-from itertools import islice, pairwise
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -221,7 +221,7 @@ def test_the_page_is_not_green_on_false_statements(kind: Callable[..., fa.Result
     result = kind(**FOUR)
     page = html(result.certificate)
     step = 29 if FULL else 211
-    changed = islice(changed_values(json.loads(result.certificate.text)), 5, None, step)
+    changed = changed_values(json.loads(result.certificate.text), 5, step)
     picked = [mutant for mutant in changed if outcome(mutant) == "false"][: 200 if FULL else 25]
     assert picked
     states = []
