@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import inf, isfinite, log
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from fairaudit.audits.faces import Picture
 from fairaudit.audits.result import Result
 from fairaudit.certificates.reader import Subject
 from fairaudit.errors import InputError, nearest, shown
@@ -23,7 +24,7 @@ from fairaudit.reports.overview_parts import amount_name, counted_decisions
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["draw", "plot_bounds", "plot_expectations", "plot_ratios", "plot_truth_kept", "save_truth_kept"]
+__all__ = ["check_extra", "draw", "drawn", "plot_bounds", "plot_expectations", "plot_ratios", "plot_truth_kept", "save_truth_kept"]
 
 HIGH, LOW, MID, ALARM = "#1f5f8b", "#b0561b", "#7c8593", "#a32f2a"
 MARKS = tuple(zip(("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"), "osD^vPX", strict=True))
@@ -31,13 +32,13 @@ SHOW_TEXT = 40
 BEYOND = 1e12  # ratios above this are drawn up to the edge, as infinite ones are
 
 
-def plot_expectations(result: Result, ax: Axes | None = None) -> Axes:
+def plot_expectations(result: Result | Content, ax: Axes | None = None) -> Axes:
     """Draw what each group gets, in the most unequal contexts and overall, with intervals where decisions were drawn.
 
     Parameters
     ----------
-    result : Result
-        What `certify` found.
+    result : Result or Content
+        What `certify` found, or what a report says of its certificate.
     ax : Axes, optional
         Where to draw; a new figure by default.
 
@@ -54,6 +55,9 @@ def plot_expectations(result: Result, ax: Axes | None = None) -> Axes:
         If matplotlib is missing.
     """
     content = _content(result)
+    subject = content.subject
+    if subject is None:
+        raise InputError("the certificate does not hold its table, whose groups the picture shows")
     panels = _panels(content)
     lines = sum(len(panel.members) + 1 for panel in panels)
     axes = ax if ax is not None else _figure(1, width=8.0, height=1.2 + 0.24 * lines)[1][0]
@@ -80,8 +84,8 @@ def plot_expectations(result: Result, ax: Axes | None = None) -> Axes:
     axes.set_ylim(len(labels) - 0.5, -0.5)
     if not content.signed:
         axes.set_xlim(left=0)
-    counted = counted_decisions(result.utility)
-    axes.set_xlabel(_shown(amount_name(result.law, counted, burden=content.burden)))
+    counted = counted_decisions(subject.utility)
+    axes.set_xlabel(_shown(amount_name(subject.law, counted, burden=content.burden)))
     if counted:
         axes.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.0f} %")
     lines_of = dict(zip(*axes.get_legend_handles_labels()[::-1], strict=True))
@@ -89,13 +93,13 @@ def plot_expectations(result: Result, ax: Axes | None = None) -> Axes:
     return axes
 
 
-def plot_ratios(result: Result, ax: Axes | None = None, *, quantity: Literal["local", "global"] = "local") -> Axes:
+def plot_ratios(result: Result | Content, ax: Axes | None = None, *, quantity: Literal["local", "global"] = "local") -> Axes:
     """Draw the matrix of pairwise ratios, in the most unequal context or overall.
 
     Parameters
     ----------
-    result : Result
-        What `certify` found.
+    result : Result or Content
+        What `certify` found, or what a report says of its certificate.
     ax : Axes, optional
         Where to draw; a new figure by default.
     quantity : {"local", "global"}
@@ -112,7 +116,7 @@ def plot_ratios(result: Result, ax: Axes | None = None, *, quantity: Literal["lo
         If matplotlib is missing, or the quantity was not measured.
     """
     content = _content(result)
-    if not content.matrices or (result.local if quantity == "local" else result.global_) is None:
+    if not content.matrices or content.measured[quantity] is None:
         raise InputError(f"the {quantity} ratio was not measured; there is nothing to draw")
     matrix = content.matrices[-1 if quantity == "global" else 0]
     size = len(matrix.rows)
@@ -131,13 +135,13 @@ def plot_ratios(result: Result, ax: Axes | None = None, *, quantity: Literal["lo
     return axes
 
 
-def plot_bounds(result: Result, ax: Axes | None = None, *, quantity: Literal["local", "global"] = "local") -> Axes:
+def plot_bounds(result: Result | Content, ax: Axes | None = None, *, quantity: Literal["local", "global"] = "local") -> Axes:
     """Draw the ladder of what is known of a ratio: measured, bounded, asked for.
 
     Parameters
     ----------
-    result : Result
-        What `certify` found.
+    result : Result or Content
+        What `certify` found, or what a report says of its certificate.
     ax : Axes, optional
         Where to draw; a new figure by default.
     quantity : {"local", "global"}
@@ -251,7 +255,7 @@ def save_truth_kept(found: Sequence[Calibration] | Sequence[Design] | Frontier, 
     _save(figure, path)
 
 
-def draw(result: Result, picture: Literal["expectations", "ratios", "bounds"], path: str | os.PathLike[str] | None = None) -> Axes:
+def draw(result: Result, picture: Picture, path: str | os.PathLike[str] | None = None) -> Axes:
     """Draw one of the pictures of a result, into a file if one is named.
 
     Raises
@@ -259,13 +263,33 @@ def draw(result: Result, picture: Literal["expectations", "ratios", "bounds"], p
     InputError
         If there is no such picture, matplotlib is missing, or the file cannot be written.
     """
-    pictures = {"expectations": plot_expectations, "ratios": plot_ratios, "bounds": plot_bounds}
-    if picture not in pictures:
-        raise InputError(f"there is no picture {shown(picture)}; {nearest(str(picture), pictures)}")
-    axes = pictures[picture](result)
+    if picture not in PICTURES:
+        raise InputError(f"there is no picture {shown(picture)}; {nearest(str(picture), PICTURES)}")
+    axes = PICTURES[picture](result)
     if path is not None:
         _save(axes.figure, os.fspath(path))
     return axes
+
+
+PICTURES = {"expectations": plot_expectations, "ratios": plot_ratios, "bounds": plot_bounds}
+
+
+def drawn(found: Result | Mapping[str, Any], path: str, picture: Picture = "expectations") -> bytes:
+    """The bytes of a picture of a result, or of the document of a certificate, for a file of this name.
+
+    Raises
+    ------
+    InputError
+        If matplotlib is missing, or there is nothing to draw: the certificate does not hold its table, or no ratio was measured.
+    """
+    from fairaudit.certificates.reader import FORMAT
+
+    if not isinstance(found, Result) and found.get("format") != FORMAT:
+        raise InputError(f"{path}: a picture is drawn of a certificate of ratios, and this one is {shown(found.get('format'))}")
+    try:
+        return _bytes(PICTURES[picture](found if isinstance(found, Result) else describe(found)).figure, path)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
 
 
 def _label_targets(axes: Axes) -> None:
@@ -293,8 +317,12 @@ def _truth(found: Sequence[Calibration] | Sequence[Design]) -> tuple[str, Points
     return "design", kept, "randomized response", known
 
 
-def _content(result: Result) -> Content:
-    return describe(result.certificate.document, Subject(result.law, result.utility, result.deployment))
+def _content(result: Result | Content) -> Content:
+    return (
+        result
+        if isinstance(result, Content)
+        else describe(result.certificate.document, Subject(result.law, result.utility, result.deployment))
+    )
 
 
 def _panels(content: Content) -> list[Panel]:
@@ -308,24 +336,41 @@ def _shown(text: str, width: int = SHOW_TEXT) -> str:
 
 
 def _save(figure: Any, path: str) -> None:
-    import io
-
     from fairaudit.files import write_atomically
+
+    write_atomically(Path(path), [_bytes(figure, path)])
+
+
+def _bytes(figure: Any, path: str) -> bytes:
+    import io
 
     ending = Path(path).suffix.lower().lstrip(".") or "png"
     if ending not in ("png", "svg", "pdf"):
         raise InputError(f"{path}: a picture ends in .png, .svg or .pdf")
     picture = io.BytesIO()
     figure.savefig(picture, format=ending, dpi=120)
-    write_atomically(Path(path), [picture.getvalue()])
+    return picture.getvalue()
+
+
+def check_extra() -> None:
+    """Refuse to go on where matplotlib is missing.
+
+    Raises
+    ------
+    InputError
+        If it is.
+    """
+    try:
+        import matplotlib.figure  # noqa: F401
+    except ImportError:
+        raise InputError("pictures need matplotlib; install the extra: pip install 'fairaudit-certify[plots]'") from None
 
 
 def _figure(panels: int, *, width: float = 4.6, height: float = 3.6) -> tuple[Any, Any]:
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise InputError("pictures need matplotlib; install the extra: pip install 'fairaudit-certify[plots]'") from None
+    check_extra()
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(width * panels, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure, figure.subplots(1, panels, squeeze=False)[0]

@@ -12,8 +12,11 @@ import pytest
 from certificate_kinds import FOUR, KINDS, admissions, infinite, never_locally, small_counts
 
 import fairaudit as fa
+from fairaudit.cli import main
 
 pytest.importorskip("matplotlib", reason="matplotlib is not installed (it is in the extra plots)")
+
+from matplotlib import rc_context
 
 from fairaudit.plots import plot_bounds, plot_expectations, plot_ratios, plot_truth_kept, save_truth_kept
 
@@ -76,6 +79,30 @@ def test_every_kind_can_be_drawn(plot: Callable[..., Any], kind: Callable[..., f
         return
     axes = plot(result)
     axes.figure.canvas.draw()
+
+
+def test_commands_draw_what_a_result_draws(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`certify`, and `report` of its certificate: each the same picture as `Result.plot`."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
+    words = ["certify", "--example", "ucb-admissions", "-o"]
+    with rc_context({"svg.hashsalt": "the same"}):
+        for picture in ("expectations", "ratios", "bounds"):
+            admissions().plot(f"{picture}.svg", picture=picture)
+        assert main([*words, "c.json", "-o", "c.svg", "-o", "C.PNG"]) == 0
+        for picture in ("expectations", "ratios", "bounds"):
+            assert main(["report", "c.json", "-o", f"of-{picture}.svg", "--picture", picture]) == 0
+    for picture in ("expectations", "ratios", "bounds"):
+        assert Path(f"of-{picture}.svg").read_bytes() == Path(f"{picture}.svg").read_bytes()
+    assert Path("c.svg").read_bytes() == Path("expectations.svg").read_bytes()
+    assert Path("C.PNG").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_false_certificate_has_no_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "c.json"
+    path.write_text(admissions().certificate.text.replace('"1198"', '"1199"').replace("1198/2691", "1199/2691"))
+    assert main(["report", str(path), "-o", str(tmp_path / "c.svg")]) == 1
+    assert "FALSE" in capsys.readouterr().err and not (tmp_path / "c.svg").exists()
 
 
 def test_an_axes_that_is_given_is_used() -> None:

@@ -53,7 +53,7 @@ def certify_choices(arguments: argparse.Namespace) -> Answer:
         within = certify(found.profile_by_position, {CHOSEN: 1}, confidence=None, burden=arguments.burden)
     except InputError as error:
         raise InputError(f"{table.name}: {error}") from None
-    written = write_outputs((profile.certificate, names), (position.certificate, beside)) if names else []
+    written = write_outputs((profile, names), (position, beside)) if names else []
     return Answer(
         "allocation",
         verdict=profile.verdict,

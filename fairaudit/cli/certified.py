@@ -62,7 +62,7 @@ def write_attested(
         return []
     stated = None if attesting is None else (attesting.path, attesting.text(result, arguments.output).encode("ascii"))
     before = [] if kept is None else [(kept.path, kept.blocks())]
-    return write_outputs((result.certificate, arguments.output or []), attestation=stated, before=before)
+    return write_outputs((result, arguments.output or []), attestation=stated, before=before)
 
 
 def _text(arguments: argparse.Namespace, result: Result, findings: list[Finding], written: Sequence[str]) -> str:

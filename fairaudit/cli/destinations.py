@@ -6,15 +6,29 @@ import argparse
 import os
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.tables.sources import is_audit_file, is_database
 
 if TYPE_CHECKING:
+    from fairaudit.audits.faces import Picture
     from fairaudit.certificates.certificate import Certificate
+    from fairaudit.reports.report import Draw
+    from fairaudit.verified.verification import Certified
 
-__all__ = ["add_output", "check_forms", "check_output", "documents", "named_in", "refuse_output", "refuse_twice", "write_outputs"]
+__all__ = [
+    "add_output",
+    "check_forms",
+    "check_output",
+    "documents",
+    "drawing",
+    "named_in",
+    "refuse_output",
+    "refuse_twice",
+    "write_outputs",
+]
 
 
 def add_output(group: Any) -> None:
@@ -24,7 +38,8 @@ def add_output(group: Any) -> None:
         "--output",
         metavar="FILE",
         action="append",
-        help="write the certificate (.json), a page for people (.html), that in print (.pdf) or markdown (.md); may be given several times",
+        help="write the certificate (.json), a page for people (.html), that in print (.pdf), markdown (.md) or a picture of what each "
+        "group gets (.svg, .png); may be given several times",
     )
     group.add_argument("--report", metavar="FILE", dest="output", action="append", help="the same as -o")
     group.add_argument("--no-table", action="store_true", help="keep the table out of the certificate (it is written beside it)")
@@ -37,8 +52,10 @@ def documents(arguments: argparse.Namespace) -> list[str]:
     return [name for name in arguments.output or [] if form_of(name) != "json"]
 
 
-def check_output(arguments: argparse.Namespace, more: Sequence[str] = ()) -> None:
+def check_output(arguments: argparse.Namespace, more: Sequence[str] = (), *, undrawn: str = "") -> None:
     """Refuse outputs that cannot be written, or must not be, before the work is done; more are written than those that were named.
+
+    Of what is `undrawn` there is no picture.
 
     Raises
     ------
@@ -60,6 +77,12 @@ def check_output(arguments: argparse.Namespace, more: Sequence[str] = ()) -> Non
         for path in written:
             refuse_output(path, read, what)
     check_forms(names)
+    for name in names if undrawn else ():
+        if form_of(name) == "picture":
+            raise InputError(f"{name}: there is no picture of {undrawn}; name .json, .html, .pdf or .md")
+    for name in names if arguments.no_table else ():
+        if form_of(name) == "picture":
+            raise InputError(f"{name} would show what single groups get, which --no-table keeps back; leave one away")
     if arguments.no_table and not any(form_of(name) == "json" for name in names):
         raise InputError("--no-table needs -o FILE.json, to write the certificate and its table separately")
     refuse_twice([*names, *stated, *kept])
@@ -92,6 +115,10 @@ def check_forms(names: Sequence[str]) -> None:
         from fairaudit.reports.paper import check_extra as check_paper
 
         check_paper()
+    if "picture" in forms:
+        from fairaudit.plots import check_extra as check_plots
+
+        check_plots()
 
 
 def refuse_twice(names: Sequence[str]) -> None:
@@ -110,7 +137,7 @@ def refuse_twice(names: Sequence[str]) -> None:
 
 
 def write_outputs(
-    *made: tuple[Certificate, Sequence[str]],
+    *made: tuple[Certificate | Certified, Sequence[str]],
     attestation: tuple[str, bytes] | None = None,
     before: Sequence[tuple[Path, Iterable[bytes]]] = (),
 ) -> list[str]:
@@ -118,8 +145,8 @@ def write_outputs(
 
     Parameters
     ----------
-    *made : (Certificate, sequence of str)
-        A certificate and the names of its files.
+    *made : (Certificate or Result, sequence of str)
+        A certificate, or what has one, and the names of its files.
     attestation : (str, bytes), optional
         The file of a statement of the certificate, and what it holds; pages show it.
     before : sequence of (Path, iterable of bytes)
@@ -140,28 +167,46 @@ def write_outputs(
     from fairaudit.reports.endings import form_of
 
     stated = None if attestation is None else attestation[1]
-    files = [file for certificate, names in made for file in _files(certificate, names, stated)]
+    files = [file for subject, names in made for file in _files(subject, names, stated)]
     beside = [] if attestation is None else [(Path(attestation[0]), [attestation[1]])]
     write_together([*before, *beside, *files])
-    certificate, names = made[0]
+    first, names = made[0]
+    certificate = _certificate(first)
     for name in names:
         if form_of(name) == "json":
             return [name] if certificate.table is None else [name, str(table_beside(Path(name)))]
     return [name for name in names if form_of(name) == "html"][:1]
 
 
-def _files(certificate: Certificate, names: Sequence[str], attestation: bytes | None) -> list[tuple[Path, Iterable[bytes]]]:
+def _certificate(made: Certificate | Certified) -> Certificate:
+    from fairaudit.certificates.certificate import Certificate
+
+    return made if isinstance(made, Certificate) else made.certificate
+
+
+def _files(made: Certificate | Certified, names: Sequence[str], attestation: bytes | None) -> list[tuple[Path, Iterable[bytes]]]:
     from fairaudit.errors import FalseCertificate
     from fairaudit.reports.endings import form_of
 
     if all(form_of(name) == "json" for name in names):
-        return [file for name in names for file in certificate.files(name)]
+        return [file for name in names for file in _certificate(made).files(name)]
     from fairaudit.reports.report import files_of
 
     try:
-        return files_of(certificate, names, attestation=attestation)
+        return files_of(made, names, attestation=attestation, draw=drawing(names))
     except FalseCertificate as error:
         raise RuntimeError(str(error)) from None
+
+
+def drawing(names: Sequence[str], picture: Picture = "expectations") -> Draw | None:
+    """What draws the pictures among these files; nothing is loaded where there is none."""
+    from fairaudit.reports.endings import form_of
+
+    if all(form_of(name) != "picture" for name in names):
+        return None
+    from fairaudit.plots import drawn
+
+    return partial(drawn, picture=picture)
 
 
 def refuse_output(name: str, read: Sequence[str], what: str = "the table") -> None:

@@ -62,7 +62,7 @@ def certify_by_proxies(arguments: argparse.Namespace) -> Answer:
         raise InputError("--group-probability goes with a log or a table of counts, not with an audit file")
     if arguments.utility is None and arguments.utility_column is None:
         raise InputError("no utility was given; use --utility, such as --utility Admitted, or --utility-column COL")
-    check_output(arguments)
+    check_output(arguments, undrawn="groups that are known by probabilities alone")
     stated = attesting(arguments, again=False)
     reading = reading_of(arguments)
     utility = None if arguments.utility is None else Utility(utility_values(arguments.utility, "--utility"))

@@ -11,10 +11,10 @@ from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer
 
 DESCRIPTION = """\
-Write a certificate as one self-contained HTML page, as that in print (PDF), as markdown, or as part of a model card. Every statement is
-checked first, as `fairaudit verify` does; a false certificate gets no report, and one whose table is in another file that --table does not
-name, a report marked as not checked. With an attestation it says who made this, of what: what was checked of that apart from what is only
-stated. The page loads nothing, embeds the certificate, and checks it in the reader's browser."""
+Write a certificate as one self-contained HTML page, as that in print (PDF), as markdown, as a picture, or as part of a model card. Every
+statement is checked first, as `fairaudit verify` does; a false certificate gets no report, and one whose table is in another file that
+--table does not name, a report marked as not checked. With an attestation it says who made this, of what: what was checked of that apart
+from what is only stated. The page loads nothing, embeds the certificate, and checks it in the reader's browser."""
 
 
 EPILOG = """\
@@ -22,6 +22,7 @@ exit codes: 0 written; 1 a statement of the certificate is false; 2 bad input; 3
 
 examples:
   fairaudit report certificate.json -o page.html -o page.pdf
+  fairaudit report certificate.json -o picture.svg
   fairaudit report certificate.json --format markdown
   fairaudit report certificate.json --format model-card -o card.md
   fairaudit report certificate.json --attestation attestation.json -o page.html
@@ -38,13 +39,19 @@ def add(commands: Any) -> None:
         "--output",
         metavar="FILE",
         action="append",
-        help="where to write: a page (.html), that in print (.pdf), markdown (.md), the certificate itself (.json); may be given several "
-        "times (standard output by default)",
+        help="where to write: a page (.html), that in print (.pdf), markdown (.md), a picture (.svg, .png), the certificate (.json); "
+        "may be given several times (standard output by default)",
     )
     parser.add_argument(
         "--format",
         choices=("html", "markdown", "model-card"),
         help="what to write to standard output (html); a model card may also be written to a file that ends in .md",
+    )
+    parser.add_argument(
+        "--picture",
+        choices=("expectations", "ratios", "bounds"),
+        help="what a picture shows: what each group gets (expectations, as by default), the ratio of each pair of groups in the most "
+        "unequal context, or what is known of the ratio within contexts",
     )
     parser.add_argument(
         "--table",
@@ -69,7 +76,7 @@ def add(commands: Any) -> None:
 def run(arguments: argparse.Namespace) -> Answer | int:
     """Do the work."""
     from fairaudit.attestations.verification import read_attestation
-    from fairaudit.cli.destinations import check_forms, refuse_output, refuse_twice
+    from fairaudit.cli.destinations import check_forms, drawing, refuse_output, refuse_twice
     from fairaudit.errors import FalseCertificate, InputError
     from fairaudit.files import write_together
     from fairaudit.reports.endings import form_of
@@ -86,6 +93,9 @@ def run(arguments: argparse.Namespace) -> Answer | int:
             raise InputError(f"--format {arguments.format} does not go with {name}, whose ending says what is written; leave one away")
     refuse_twice(names)
     check_forms(names)
+    draw = drawing(names, arguments.picture or "expectations")
+    if arguments.picture is not None and draw is None:
+        raise InputError(f"--picture {arguments.picture} goes with -o FILE.svg or -o FILE.png, which a picture is written to")
     if arguments.small is not None and arguments.format == "model-card":
         raise InputError("--small does not go with --format model-card, which has the exact figures of all groups")
     try:
@@ -96,7 +106,7 @@ def run(arguments: argparse.Namespace) -> Answer | int:
         if names:
             stated = None if arguments.attestation is None else read_attestation(arguments.attestation)
             cards = arguments.format == "model-card"
-            write_together(files_of(arguments.certificate, names, arguments.table, cards=cards, attestation=stated))
+            write_together(files_of(arguments.certificate, names, arguments.table, cards=cards, attestation=stated, draw=draw))
             return 0
         text = report(arguments.certificate, format=arguments.format, table=arguments.table, attestation=arguments.attestation)
     except FalseCertificate as error:

@@ -74,7 +74,7 @@ def run(arguments: argparse.Namespace) -> Answer:
     from fairaudit.audits.subgroups import find_subgroups
     from fairaudit.model.utility import Utility, utility_values
 
-    check_output(arguments)
+    check_output(arguments, undrawn="subgroups")
     reading = reading_of(arguments)
     given = None if arguments.utility is None else Utility(utility_values(arguments.utility, "--utility"))
     with progress() as told:

@@ -209,6 +209,8 @@ def public_files(source: Source, least: int, paths: Sequence[str]) -> list[tuple
     """
     forms = [form_of(path) for path in paths]
     for path, form in zip(paths, forms, strict=True):
+        if form == "picture":
+            raise InputError(f"{path} would be a picture of the exact figures, which --small withholds; name .html, .pdf or .md")
         if form == "json":
             raise InputError(
                 f"{path} would be the certificate itself, which tells the counts that --small withholds; name .html, .pdf or .md"

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from fairaudit.arguments import answered
 from fairaudit.attestations.verification import read_attestation
+from fairaudit.audits.result import Result
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.errors import FalseCertificate, InputError, nearest, shown
 from fairaudit.files import write_together
@@ -27,6 +29,10 @@ from fairaudit.verified.verification import CertificateLike, Opened, checked, op
 __all__ = ["files_of", "report"]
 
 MODEL_CARD: Form = "model-card"
+
+NO_PICTURE = "a report is no picture; Result.plot draws one, and so does fairaudit report"
+
+Draw = Callable[[Result | Mapping[str, Any], str], bytes]
 
 FORMATS: dict[str, Callable[..., str]] = {"html": html, "markdown": markdown, MODEL_CARD: model_card}
 
@@ -100,6 +106,7 @@ def files_of(
     *,
     cards: bool = False,
     attestation: bytes | None = None,
+    draw: Draw | None = None,
 ) -> list[tuple[Path, Iterable[bytes]]]:
     """Make files of a certificate, of each what its ending says, after it was checked.
 
@@ -108,13 +115,15 @@ def files_of(
     certificate : Certificate, Result, mapping, bytes or path
         The certificate.
     paths : sequence of paths
-        Files that end in ``.json``, ``.html``, ``.pdf`` or ``.md``.
+        Files that end in ``.json``, ``.html``, ``.pdf``, ``.md``, ``.svg`` or ``.png``.
     table : path, optional
         The file of the canonical table, where the certificate does not hold it.
     cards : bool
         Whether what ends in ``.md`` is a model card.
     attestation : bytes, optional
         The bytes of an attestation, which stands in what people read.
+    draw : callable, optional
+        What makes the bytes of a picture, of the document of the certificate or a result, for a file of this name.
 
     Returns
     -------
@@ -136,6 +145,10 @@ def files_of(
     for path, form in zip(paths, forms, strict=True):
         if form == "json":
             files += made.files(path)
+        elif form == "picture":
+            if draw is None:
+                raise InputError(f"{os.fspath(path)}: {NO_PICTURE}")
+            files.append((Path(path), [draw(certificate if isinstance(certificate, Result) else subject.found.document, os.fspath(path))]))
         else:
             files.append((Path(path), [subject.file(subject.text(form) if form in ("markdown", MODEL_CARD) else page, form)]))
     return files
@@ -171,7 +184,7 @@ class _Subject:
 
 def _form(given: Form | None, path: str | os.PathLike[str] | None) -> Form:
     """What to write, by its name or by the ending of the path."""
-    known = dict.fromkeys((*ENDINGS.values(), MODEL_CARD))
+    known = dict.fromkeys((*(form for form in ENDINGS.values() if form != "picture"), MODEL_CARD))
     if given is not None and given not in known:
         raise InputError(f"format={shown(given)} is not accepted; {nearest(str(given), known)}")
     if path is None:
@@ -179,6 +192,8 @@ def _form(given: Form | None, path: str | os.PathLike[str] | None) -> Form:
             raise InputError("format='pdf' needs a path that ends in .pdf; a print is no text")
         return given or "html"
     form = form_of(path)
+    if form == "picture":
+        raise InputError(f"{os.fspath(path)}: {NO_PICTURE}")
     if (given, form) == (MODEL_CARD, "markdown"):
         return MODEL_CARD
     if given not in (None, form):
