@@ -11,7 +11,20 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decima
 from fractions import Fraction
 from typing import Any, Literal, TypeVar
 
-__all__ = ["BENEFIT", "BURDEN", "Words", "approximate", "brief", "ends_text", "harmless", "percent", "place", "plain", "words_for"]
+__all__ = [
+    "BENEFIT",
+    "BURDEN",
+    "Words",
+    "approximate",
+    "brief",
+    "ends_text",
+    "factor_text",
+    "harmless",
+    "percent",
+    "place",
+    "plain",
+    "words_for",
+]
 
 
 def approximate(value: Fraction | float, rounding: Literal["nearest", "down", "up"] = "nearest", digits: int = 4) -> str:
@@ -31,6 +44,18 @@ def approximate(value: Fraction | float, rounding: Literal["nearest", "down", "u
     towards = {"nearest": ROUND_HALF_EVEN, "down": ROUND_FLOOR, "up": ROUND_CEILING}[rounding]
     with localcontext(Context(prec=digits, rounding=towards, Emin=-999_999, Emax=999_999)) as context:
         return format(context.divide(Decimal(value.numerator), Decimal(value.denominator)), f".{digits}g")
+
+
+def factor_text(value: Fraction | float, rounding: Literal["nearest", "down", "up"] = "nearest") -> str:
+    """A factor with four significant digits, or with as many more as tell it from 1.
+
+    Examples
+    --------
+    >>> factor_text(Fraction(1002, 1001)), factor_text(Fraction(5, 3)), factor_text(Fraction(1002, 1001), "down")
+    ('1.001', '1.667', '1.0009')
+    """
+    texts = (approximate(value, rounding, digits) for digits in range(4, 17))
+    return next((text for text in texts if value == 1 or float(text.replace("infinite", "inf")) != 1), approximate(value, rounding))
 
 
 STEERING = {"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"}

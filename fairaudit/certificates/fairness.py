@@ -21,7 +21,7 @@ from fairaudit.measures.limits import Quantity
 from fairaudit.tables.evaluations.lost import UNITS
 from fairaudit.theorems.bound import THIS_LAW
 from fairaudit.theorems.registry import ONE_SIDED, SAMPLED, without_objection
-from fairaudit.words import WHATEVER, WHOEVER, approximate, brief, percent
+from fairaudit.words import WHATEVER, WHOEVER, approximate, brief, factor_text, percent
 
 __all__ = ["Fairness", "FairnessVerdict", "drawn_otherwise", "fairness", "sharpened"]
 
@@ -82,14 +82,19 @@ class Fairness:
         if self.verdict == "not established":
             because = f": {self.why}" if self.why else ""
             return f"NOT ESTABLISHED whether {one} is more than {other}{because}"
-        return f"LESS FAIR: {one} is more than {other}" if self.verdict == "less fair" else f"NO LESS FAIR: {one} is at most {other}"
+        if self.verdict == "no less fair":
+            return f"NO LESS FAIR: {one} is at most {other}"
+        exact = self.ratio[0] == self.ratio[1]
+        size = f"{'' if exact else 'at least '}{factor_text(self.ratio[0], 'nearest' if exact else 'down')} times as much"
+        size += " in the tables alone" if self.confidence is None else ""
+        return f"LESS FAIR: {one} is more than {other}" + (f", {size}" if self.ratio[0] < inf else "")
 
     @property
     def ends(self) -> str:
         """What is known of the quotient, and how surely."""
-        low, high = approximate(self.ratio[0], "down"), approximate(self.ratio[1], "up")
+        low, high = factor_text(self.ratio[0], "down"), factor_text(self.ratio[1], "up")
         if self.confidence is None:
-            said = low if self.ratio[0] == self.ratio[1] else f"at least {low}, at most {high}"
+            said = factor_text(self.ratio[0]) if self.ratio[0] == self.ratio[1] else f"at least {low}, at most {high}"
             return f"new/old is {said}, of what the two certificates are about; nothing is said of a population from which it was drawn"
         sure = f"each at {percent(self.confidence)}, whatever the draws of the two have to do with each other"
         return f"new/old is at least {low}, at most {high}, {sure}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli import CORE
@@ -170,8 +171,23 @@ def _row(change: Change) -> tuple[str, str, str]:
     from fairaudit.words import plain
 
     moved = _said(change.old) if change.old == change.new else f"{_said(change.old)} -> {_said(change.new)}"
-    tail = change.direction if change.direction != "same" else "unchanged"
-    return plain(_name(change)), moved, tail + (f" ({plain(change.note)})" if change.note else "")
+    return plain(_name(change)), moved, _moved_by(change) + (f" ({plain(change.note)})" if change.note else "")
+
+
+def _moved_by(change: Change) -> str:
+    """How far a figure moved, which by itself says neither that it is much nor that it is no chance; of anything else what changed."""
+    from fairaudit.certificates.reader import number
+    from fairaudit.words import approximate, factor_text
+
+    values = [value for value in (change.old, change.new) if value is not None and re.fullmatch(r"-?\d+(/\d+)?|inf", value)]
+    if change.direction not in ("worse", "better") or len(values) < 2:
+        return "unchanged" if change.direction == "same" else change.direction
+    old, new = map(number, values)
+    if not (isinstance(old, Fraction) and isinstance(new, Fraction)):
+        return "rose" if new > old else "fell"
+    if old and ("ratio" in NAMES.get(change.what, change.what).partition(" by ")[0]):
+        return f"{factor_text(new / old)} times"
+    return f"{'+' if new > old else '-'}{approximate(abs(new - old))}"
 
 
 def _name(change: Change) -> str:
@@ -263,7 +279,16 @@ def _markdown(found: Comparison, notes: list[str], top: int, asked: Fairness | N
     from fairaudit.words import plain
 
     def rows(changes: tuple[Change, ...]) -> list[tuple[str, ...]]:
-        return [(prose(_name(c)), _said(c.old), _said(c.new), c.direction, prose(c.note) if c.note else "") for c in changes]
+        return [
+            (
+                prose(_name(c)),
+                _said(c.old),
+                _said(c.new),
+                _moved_by(c),
+                prose(c.note) if c.note else "",
+            )
+            for c in changes
+        ]
 
     head = ("what", "before", "now", "change", "note")
     blocks = [

@@ -227,6 +227,7 @@ def test_exit_codes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert command(["compare", old, worse]) == 1
     out = capsys.readouterr().out
     assert "local ratio   " in out and "1.5 (3/2) -> 1.6 (8/5)" in out and "exceeds" in out
+    assert "1.067 times" in out and "0.9375 times" in out and "+0." in out
     false = made(3)
     false["metrics"]["local"]["ratio"] = "5/4"
     assert command(["compare", old, write(tmp_path, "false.json", false)]) == 2

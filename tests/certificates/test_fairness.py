@@ -177,6 +177,17 @@ def test_exit_codes_and_what_is_printed(tmp_path: Path, capsys: pytest.CaptureFi
         assert code == 1 and "LESS FAIR: the local ratio of the new one is more than that of the old one" in out
     assert result_of(run("even", "far", "--format", "json")[1])["fairness"][0]["verdict"] == "less fair"
     assert run("alone", "alone")[0] == 2
+    for low, high, said in (1000, 1001, "1.001 times as much in the tables alone"), (10**6, 10**6 + 1, "1.000001 times as much in the"):
+        names["tiny"] = str(tmp_path / "tiny.json")
+        Path(names["tiny"]).write_text(json.dumps(certified([[low, 9 * low], [high, 10 * low - high]], confidence=None)))
+        names["equal"] = str(tmp_path / "equal.json")
+        Path(names["equal"]).write_text(json.dumps(certified([[low, 9 * low], [low, 9 * low]], confidence=None)))
+        code, out, _ = run("equal", "tiny")
+        assert code == 1 and said in out.splitlines()[0] and "worse" not in out and "new/old is 1," not in out
+    found = local(made["even"], made["far"])
+    assert f"{found.verdict.upper()}: " in found.sentence and ", at least " in found.sentence and "tables" not in found.sentence
+    least = F(found.sentence.partition(", at least ")[2].split()[0])
+    assert found.ratio[0] - F(1, 1000) * found.ratio[0] <= least <= found.ratio[0]
     assert command(["compare", names["even"], names["far"]]) == 0  # no target, so no verdict got worse
     assert "LESS FAIR" in capsys.readouterr().out
     assert command(["compare", names["even"], names["far"], "--global"]) == 2
