@@ -64,7 +64,7 @@ def compare_logs(
     old: Source,
     new: Source,
     reading: Reading,
-    utility: Utility,
+    utility: Utility | None,
     *,
     confidence: Fraction | None,
     margin: Fraction,
@@ -82,14 +82,14 @@ def compare_logs(
         The logs.
     reading : Reading
         What their columns are.
-    utility : Utility
-        What decisions are worth.
+    utility : Utility or None
+        What decisions are worth, where no column says it.
     confidence : Fraction or None
         Of the answer; None compares the logs themselves, and says nothing of what they were drawn from.
     margin : Fraction
         How many times the old ratio the new one may be.
     options : mapping
-        For `certify`: whether cells are independent, and what units mean that are missing.
+        For `certify`: whether cells are independent, what units mean that are missing, and what is declared of utilities in a column.
     undecided : sequence of str
         Decisions whose meaning is not known; of evaluation logs the answers that decide nothing are among them.
     report : callable, optional
@@ -101,24 +101,28 @@ def compare_logs(
         If a log cannot be read, or they cannot be compared.
     """
     read = [read_table_of(source, reading, utility, report=report) for source in (old, new)]
-    laws = [law for _, law, _ in read]
+    laws, utilities = [law for _, law, _ in read], [own for _, _, own in read]
+    valued = list(zip(laws, utilities, strict=True))
     for law, source in zip(laws, (old, new), strict=True):
         with naming(source_name(source)):
             confidence_for(law, confidence, confidence, {}, reading.spelled)
-    unknown = [_undecided(law, utility, undecided) for law in laws]
+    unknown = [_undecided(law, own, undecided) for law, own in valued]
     for label in undecided:
         if not any(label in law.decisions for law in laws):
             raise InputError(f"{reading.spelled('undecided')} names the decision {shown(label)}, which occurs in neither of the two logs")
     if confidence is None:
-        alone = [certify(law, utility, confidence=None, undecided=labels) for law, labels in zip(laws, unknown, strict=True)]
+        alone = [
+            certify(*each, confidence=None, declared=options.get("declared", {}), undecided=labels)
+            for each, labels in zip(valued, unknown, strict=True)
+        ]
         return ComparedLogs(
             (alone[0], alone[1]), compare(*alone, margin=margin), (), None, "nothing is said of what the logs were drawn from"
         )
     alpha = 1 - confidence
 
     def certified(level: Fraction) -> tuple[Result, Result]:
-        made: dict[str, Any] = {"confidence": 1 - level, "one_sided": True, **options}
-        first, second = (certify(law, utility, **made, undecided=labels) for law, labels in zip(laws, unknown, strict=True))
+        own: dict[str, Any] = {"confidence": 1 - level, "one_sided": True, **options}
+        first, second = (certify(*each, **own, undecided=labels) for each, labels in zip(valued, unknown, strict=True))
         return first, second
 
     results = certified(equal_share(alpha, 2))
@@ -128,7 +132,7 @@ def compare_logs(
     cells, most, unpaired = _cells(
         [table for table, _, _ in read],
         reading,
-        utility,
+        utilities[0],
         drop=options["missing_units"] == "drop",
         lost=sorted({label for labels in unknown for label in labels}),
     )
@@ -155,6 +159,8 @@ def _cells(tables: list[Any], reading: Reading, utility: Utility, *, drop: bool,
     nothing: tuple[Cells, Fraction] = ({}, Fraction(0))
     if not reading.unit:
         return *nothing, f"{reading.spelled('unit')} says which rows of the two logs are about the same"
+    if reading.utility_column is not None:
+        return *nothing, f"the utility is that of each row ({reading.spelled('utility_column')})"
     if lost:
         return *nothing, f"some decisions may have meant anything ({', '.join(map(shown, lost))})"
     law = _joint(tables, reading)

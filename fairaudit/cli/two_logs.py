@@ -6,9 +6,9 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fairaudit.cli.options import column_list, confidence_option
+from fairaudit.cli.options import column_list, confidence_option, utility_range
 from fairaudit.cli.output import aligned
-from fairaudit.cli.source import add_label_options, add_samples, add_source, fill_recipe, option, progress, reading_of
+from fairaudit.cli.source import add_label_options, add_samples, add_score, add_source, fill_recipe, option, progress, reading_of
 
 if TYPE_CHECKING:
     from fairaudit.audits.two_logs import ComparedLogs
@@ -16,19 +16,27 @@ if TYPE_CHECKING:
 
 __all__ = ["COLUMNS_OF_LOGS", "add_logs", "are_logs", "compared_logs", "is_certificate", "rates_entry", "rates_text"]
 
-MAKE_LOGS = ("decision", "group", "utility", "recipe")
+MAKE_LOGS = ("decision", "score", "group", "utility", "utility_column", "recipe")
 
-COLUMNS_OF_LOGS = "two logs need their columns: --decision, --group and --utility, which `fairaudit inspect` proposes"
+COLUMNS_OF_LOGS = (
+    "two logs need their columns: --decision, --group and --utility (or --score, or --utility-column), which `fairaudit inspect` proposes"
+)
 
 
 def add_logs(parser: argparse.ArgumentParser) -> None:
     """Declare the options of two logs."""
     columns = parser.add_argument_group("two logs in the place of two certificates: their columns, the same in both")
     columns.add_argument("--decision", metavar="COL", help="what was decided")
+    add_score(columns)
     columns.add_argument("--group", metavar="COL", action="append", help="sensitive attribute; several form intersections")
     columns.add_argument("--context", metavar="COL", action="append", help="what may legitimately matter")
     columns.add_argument("--count", metavar="COL", help="how often the row occurred")
-    columns.add_argument("--utility", metavar="SPEC", help="decision[=number],…; decisions that are not listed are worth 0")
+    worth = columns.add_mutually_exclusive_group()
+    worth.add_argument("--utility", metavar="SPEC", help="decision[=number],…; decisions that are not listed are worth 0")
+    worth.add_argument("--utility-column", metavar="COL", help="column with the utility of each row; --decision may then be left out")
+    columns.add_argument(
+        "--utility-range", metavar="LOW,HIGH", help="with --utility-column: least and greatest utility of anything that could be drawn"
+    )
     columns.add_argument(
         "--unit",
         metavar="COL",
@@ -98,14 +106,29 @@ def compared_logs(arguments: argparse.Namespace) -> ComparedLogs:
     from fairaudit.audits.two_logs import compare_logs
     from fairaudit.errors import InputError
     from fairaudit.model.utility import Utility, utility_values
+    from fairaudit.tables.scores import ABOVE
     from fairaudit.verified.comparison import read_margin
 
     fill_recipe(arguments)
-    if arguments.utility is None:
-        raise InputError("no utility was given; use --utility, such as --utility yes=1,maybe=0.5")
-    utility = Utility(utility_values(arguments.utility, "--utility"))
-    options = {"independent": arguments.independent_cells, "missing_units": arguments.missing_units or "worst"}
+    if (arguments.score or arguments.above) and arguments.utility is None and arguments.utility_column is None:
+        arguments.utility = ABOVE
+    if arguments.utility is None and arguments.utility_column is None:
+        raise InputError("no utility was given; use --utility, such as --utility yes=1,maybe=0.5, or --utility-column COL")
     confidence = confidence_option(arguments.confidence)
+    if arguments.utility_range is not None and arguments.utility_column is None:
+        raise InputError("--utility-range goes with --utility-column; --utility names the least and the greatest itself")
+    if arguments.utility_column is not None and arguments.utility_range is None and confidence is not None:
+        raise InputError(
+            "--utility-column needs --utility-range LOW,HIGH, without which nothing is known of what the logs were drawn from; "
+            "--confidence none compares the logs alone"
+        )
+    declared = utility_range(arguments.utility_range)
+    utility = None if arguments.utility is None else Utility(utility_values(arguments.utility, "--utility"))
+    options: dict[str, Any] = {
+        "declared": declared,
+        "independent": arguments.independent_cells,
+        "missing_units": arguments.missing_units or "worst",
+    }
     with progress() as told:
         return compare_logs(
             arguments.old,

@@ -128,6 +128,55 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert "Rates were not compared unit by unit" in capsys.readouterr().out
 
 
+def scored(path: Path, cut: int, *, worth: bool = False) -> str:
+    """Scores of 400 men and women each; women's lie lower by `cut`."""
+    rows = [f"{i},{g},{i % 100 - cut * (g == 'f')}" for i in range(400) for g in "fm"]
+    path.write_text("\n".join([f"id,race,{'worth' if worth else 'points'}", *rows]) + "\n")
+    return str(path)
+
+
+def test_scores_are_cut_as_for_a_certificate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The answer is that of the decisions that the cut makes, unit by unit, too."""
+    files = [scored(tmp_path / f"{cut}.csv", cut) for cut in (0, 15)]
+    made = []
+    for name in files:
+        lines = [line.split(",") for line in Path(name).read_text().splitlines()[1:]]
+        cut_by_hand = "\n".join(["id,race,points", *(f"{i},{g},{'above' if int(p) > 39 else 'not above'}" for i, g, p in lines)])
+        made.append(tmp_path / f"cut-{Path(name).name}")
+        made[-1].write_text(cut_by_hand + "\n")
+    capsys.readouterr()
+    same = ["--group", "race", "--unit", "id", "--format", "json"]
+    code = command(["compare", *files, "--score", "points", "--above", "39", *same])
+    by_score = result_of(capsys.readouterr().out)
+    assert command(["compare", *map(str, made), "--decision", "points", "--utility", "above", *same]) == code == 1
+    by_hand = result_of(capsys.readouterr().out)
+    assert by_score["fairness"] == by_hand["fairness"] and by_score["by_unit"] == by_hand["by_unit"] and by_hand["by_unit"]["rates"]
+    own = ["compare", *files, "--score", "points", "--above-median", "--group", "race"]
+    assert command(own) == 2 and "cut at their own median" in capsys.readouterr().err
+    assert command([*own, "--confidence", "none"]) == 1
+
+
+def test_utilities_of_a_column_are_those_of_a_certificate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    files = [scored(tmp_path / f"{cut}.csv", cut, worth=True) for cut in (0, 15)]
+    files = [str(Path(name).rename(tmp_path / f"worth-{Path(name).name}")) for name in files]
+    for name in files:  # a utility is at least 0
+        Path(name).write_text(Path(name).read_text().replace(",-", ","))
+    words = ["--group", "race", "--utility-column", "worth", "--confidence"]
+    capsys.readouterr()
+    assert command(["compare", *files, *words, "0.95", "--utility-range", "0,99", "--format", "json"]) in (0, 1, 3)
+    found = result_of(capsys.readouterr().out)["fairness"][0]
+    for side, name in zip(("old", "new"), files, strict=True):
+        table = fa.read_csv(name)
+        law = fa.Law.from_log(table, decision="worth", group="race")
+        utility = {label: label for label in law.decisions}
+        alone = fa.certify(law, utility, declared={"m": 0, "gamma": 99}, confidence="0.975", one_sided=True).intervals["local"]
+        assert found[side] == [str(alone.lower), str(alone.upper)]
+    capsys.readouterr()
+    assert command(["compare", *files, *words, "0.95"]) == 2 and "needs --utility-range" in capsys.readouterr().err
+    assert command(["compare", *files, *words, "none"]) == 1
+    assert command(["compare", *files, "--decision", "worth", "--group", "race", "--utility", "1", "--utility-range", "0,1"]) == 2
+
+
 def test_labels_are_data(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     groups = {"\x1b[31m<b>\u202e|@you": [30, 50, 0], "m" * 500: [30, 50, 0]}
     logs = [log(tmp_path / f"{name}.csv", groups) for name in ("old", "new")]
