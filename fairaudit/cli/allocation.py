@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -63,7 +64,7 @@ def certify_choices(arguments: argparse.Namespace) -> Answer:
         text=lambda: (
             _text(found, profile, position, within, bound, [*names, *beside])
             if arguments.verbose
-            else _screen(arguments, found, (profile, position, within), bound, written)
+            else _screen(arguments, found, (profile, position, within), bound, written, beside)
         ),
         code=profile.exit_code,
     )
@@ -105,7 +106,12 @@ def _chances(result: Result) -> list[tuple[str, Fraction]]:
 
 
 def _screen(
-    arguments: argparse.Namespace, found: Allocation, results: tuple[Result, Result, Result], bound: Any, written: Sequence[str]
+    arguments: argparse.Namespace,
+    found: Allocation,
+    results: tuple[Result, Result, Result],
+    bound: Any,
+    written: Sequence[str],
+    beside: Sequence[str],
 ) -> str:
     """The first screen: the effect of the profile, and beside it that of the position and of the profile within a slot."""
     from fairaudit.cli.certified import next_step, source_of
@@ -122,13 +128,20 @@ def _screen(
     elif bound is not None:
         said.append(f"In a random order the chances of two persons differ by at most a factor {approximate(bound.value, 'up')} (T10).")
         assumed = in_short(bound.assumptions)
+    if beside:
+        said.append(f"Beside {', '.join(arguments.output)}, of the profile effect, stands that of the position: {', '.join(beside)}.")
+    if len(written) == 1:  # without a table of its own, so that both can be verified at once
+        written = (written[0], *(name for given, name in zip(arguments.output, beside, strict=True) if given == written[0]))
+        then = shlex.join(["fairaudit", "verify", *written])
+    else:
+        then = next_step(results[0], written)
     shown = replace(
         own,
         audited=f"{found.runs:,} choices among {found.slots} candidates each, {own.audited.partition(', ')[2]}",
         cautions=(*(f"WARNING: {plain(warning)}." for warning in found.warnings), *own.cautions),
         assumptions=(*assumed, *own.assumptions),
     )
-    return first_screen(shown, source_of(arguments), next_step(results[0], written), said, colour=in_colour())
+    return first_screen(shown, source_of(arguments), then, said, colour=in_colour())
 
 
 def _text(found: Allocation, profile: Result, position: Result, within: Result, bound: Any, written: list[str]) -> str:

@@ -154,6 +154,13 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert main([*command, "-o", str(target)]) == 0
     out = capsys.readouterr().out
     assert "Position effect" in out
+    beside = tmp_path / "c.position.json"
+    assert f"fairaudit verify {target} {beside}" in out.splitlines()  # both, in a line to copy
+    assert main(["verify", str(target), str(beside)]) == 0
+    assert main([*command, "-o", str(target), "--no-table"]) == 0
+    assert f"--table {tmp_path / 'c.table.jsonl'}" in capsys.readouterr().out
+    assert main([*command, "-o", str(target)]) == 0
+    capsys.readouterr()
     assert "at most a factor 5.445 (T10)" in " ".join(out.split()) and len(out.splitlines()) <= 40
     main([*command, "--verbose"])
     assert "5.444" in capsys.readouterr().out
