@@ -127,7 +127,7 @@ def test_every_example_is_among_the_kinds() -> None:
 
 
 @given(data=st.data())
-@settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(deadline=None, suppress_health_check=list(HealthCheck))
 def test_drawn_certificates_are_accepted(data: st.DataObject) -> None:
     independence = data.draw(st.sampled_from([False, False, True]))
     law = data.draw(laws(max_contexts=3, max_groups=4, max_decisions=4, independent=independence))

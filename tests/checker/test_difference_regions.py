@@ -21,7 +21,7 @@ from fairaudit.inference.pair_exact import order_scale
 
 F = Fraction
 NAMES = ("local_difference", "global_difference")
-ENOUGH = 2_000 if os.environ.get("FAIRAUDIT_FULL") == "1" else 200
+ENOUGH = 2_000 if os.environ.get("FAIRAUDIT_FULL") == "1" else 70
 
 
 def certified(pick: Random, *, exact: bool) -> dict[str, Any]:
