@@ -128,13 +128,12 @@ def _screen(
     elif bound is not None:
         said.append(f"In a random order the chances of two persons differ by at most a factor {approximate(bound.value, 'up')} (T10).")
         assumed = in_short(bound.assumptions)
-    if beside:
-        said.append(f"Beside {', '.join(arguments.output)}, of the profile effect, stands that of the position: {', '.join(beside)}.")
+    then = next_step(results[0], written)
     if len(written) == 1:  # without a table of its own, so that both can be verified at once
-        written = (written[0], *(name for given, name in zip(arguments.output, beside, strict=True) if given == written[0]))
-        then = shlex.join(["fairaudit", "verify", *written])
-    else:
-        then = next_step(results[0], written)
+        both = (written[0], *(name for given, name in zip(arguments.output, beside, strict=True) if given == written[0]))
+        then = shlex.join(["fairaudit", "verify", *both])
+    elif beside:
+        said.append(f"Beside {', '.join(arguments.output)}, of the profile effect, stands that of the position: {', '.join(beside)}.")
     shown = replace(
         own,
         audited=f"{found.runs:,} choices among {found.slots} candidates each, {own.audited.partition(', ')[2]}",

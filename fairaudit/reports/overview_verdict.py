@@ -75,9 +75,31 @@ def sentences(parts: Parts, amount: str, *, rates: bool) -> tuple[str, ...]:
     found = [] if parts.signed else [say.measured(q, seen.ratios.get(q), seen.of_ratios.get(q)) for q in quantities]
     found += [say.measured(q, seen.differences.get(q), seen.of_differences.get(q)) for q in quantities if q in seen.differences]
     said = [text for text in found if text]
-    if not seen.columns.context:
+    if _said_once(seen):
         said = [text for i, text in enumerate(found) if text and not (i % 2 and found[i - 1])]
     return tuple(said) or ("No two groups can be compared.",)
+
+
+def _said_once(seen: Seen) -> bool:
+    """Whether what holds within contexts is what holds over all: there is one context at the most, and nothing tells the two apart."""
+    if not seen.columns.context:
+        return True
+
+    def alike(found: Mapping[Quantity, Ratio | MeanDifference | None], known: Mapping[Quantity, Known]) -> bool:
+        local, overall = found.get("local"), found.get("global")
+        if local is None or overall is None:
+            return local is overall
+        return (
+            _apart(local) == _apart(overall)
+            and (local.witness.higher, local.witness.lower) == (overall.witness.higher, overall.witness.lower)
+            and known.get("local") == known.get("global")
+        )
+
+    return seen.contexts == 1 and alike(seen.ratios, seen.of_ratios) and alike(seen.differences, seen.of_differences)
+
+
+def _apart(found: Ratio | MeanDifference) -> Extended:
+    return found.ratio if isinstance(found, Ratio) else found.value
 
 
 def cautions(parts: Parts) -> tuple[str, ...]:
@@ -228,10 +250,11 @@ def chance(parts: Parts) -> tuple[tuple[str, str], ...]:
     known = dict(seen.of_differences if parts.signed else seen.of_ratios)
     if not known:
         return (_without_draws(seen),)
-    if not seen.columns.context and len(known) > 1:
+    once = _said_once(seen)
+    if once and len(known) > 1:
         known.pop("global")
     nothing = 0 if parts.signed else 1
-    where: dict[Quantity, str] = {"local": "within a context", "global": "over all contexts"} if seen.columns.context else {}
+    where: dict[Quantity, str] = {"local": "within a context", "global": "over all contexts"} if not once else {}
     said: dict[Literal["differ", "open", "meant"], list[Quantity]] = {}
     for quantity, own in known.items():
         alike = seen.meant is not None and seen.meant.get(quantity) == 1

@@ -269,3 +269,17 @@ def test_pairs_with_long_names_of_columns_are_said_by_their_labels() -> None:
     group = ["Antragsteller Geschlecht", "Staatsangehörigkeit"]
     said = of_result(fa.audit(table, decision="Entscheidung", group=group, count="n", utility="bewilligt", confidence=None)).sentences
     assert any("männlich / deutsch 75.0 % (30 of 40), weiblich / türkisch 25.0 % (10 of 40)" in str(text) for text in said), said
+
+
+def test_one_context_is_not_said_twice() -> None:
+    """Within the only context and over all is one question, unless the two have other answers: then both are said."""
+    one: Counts = {(0, 0, True): 30, (0, 0, False): 10, (0, 1, True): 20, (0, 1, False): 20}
+    for options in ({}, {"confidence": None}, {"difference": True}):
+        found = of_result(audited(one, **options))
+        assert len(found.sentences) == 1 + ("difference" in options) and len(found.chance) == 1
+        assert not any("over all" in text or "within a context" in text for text in (*found.sentences, *found.chance[0]))
+    two = of_result(audited({**one, (1, 0, True): 20, (1, 0, False): 20, (1, 1, True): 20, (1, 1, False): 20}))
+    assert len(two.sentences) == 2 and "over all contexts" in two.sentences[1]
+    log = {"u": ["yes", "no"] * 30, "g": ["f", "f", "f", "m"] * 15, "x": ["x"] * 60, "id": [i // 4 for i in range(60)]}
+    units = of_result(fa.audit(log, decision="u", group="g", context="x", unit="id", utility="yes", missing_units="drop"))
+    assert len(units.sentences) == 2  # a mean over units within the context, and one over rows
