@@ -2,6 +2,7 @@
 
 import copy
 import json
+import os
 import random
 import time
 from collections.abc import Callable
@@ -73,7 +74,9 @@ def closed_bound(case: Case, pair: Pair, k: Fraction) -> Fraction | None:
     return k + max(F(0), (case.gamma - case.m) * h - (k - 1) * case.m) / floor
 
 
-BLOCKS = 8
+FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
+BLOCKS = 8 if FULL else 3
+"""All eight of them: FAIRAUDIT_FULL=1 pytest tests/checker/test_worst_case.py"""
 PER_BLOCK = 40
 
 
@@ -125,11 +128,11 @@ def test_every_kind_occurs() -> None:
         lambda c: c.m > 0 and c.tau is not None,
     ]
     for i, test in enumerate(tests):
-        assert sum(bool(test(s.case)) for s in settled) >= 4, i
-    assert sum(bool(s.infinite) for s in seen) >= 10
+        assert sum(bool(test(s.case)) for s in settled) >= (4 if FULL else 1), i
+    assert sum(bool(s.infinite) for s in seen) >= (10 if FULL else 3)
 
 
-@pytest.mark.parametrize("block", range(4))
+@pytest.mark.parametrize("block", range(4 if FULL else 2))
 def test_closed_form(block: int) -> None:
     """T3 at the least value that multipliers prove; two groups: no greater than the linear program's."""
     count = sharp = 0
