@@ -73,6 +73,11 @@ _PAIRS = (
     "that is said, for a pair and for the interval. Not machine-checked: that this checker computes such ladders and the order of the "
     f"outcomes, splits and differences (written proofs in docs/certificate-samples.md, {_COVERAGE})."
 )
+_UNITS = (
+    "Machine-checked, under `bets` below: whatever the laws of the units are, an end that the bets of the pairs prove is wrong at most "
+    "with the probability that is said. Not machine-checked: that this checker computes such bets, rounded down, of the contrasts that "
+    f"the profiles list (written proofs in docs/certificate-samples.md, {_COVERAGE})."
+)
 _OF_INTERVALS = ("chosen", *OF_DRAWS, "past", "own-past", "mix", "order")
 
 
@@ -606,6 +611,7 @@ KINDS: tuple[Kind, ...] = (
         "paired-betting",
         "The interval of groups that were seen in the same units holds at its confidence: bets compare what a unit gets in two groups.",
         "bets on contrasts within units",
+        _UNITS,
     ),
     Kind(
         id="binomial-rates",
