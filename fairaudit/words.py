@@ -14,16 +14,20 @@ from typing import Any, Literal, TypeVar
 __all__ = [
     "BENEFIT",
     "BURDEN",
+    "COLUMNS",
     "Words",
     "approximate",
     "brief",
+    "columns_of",
     "ends_text",
     "factor_text",
+    "first_columns",
     "harmless",
     "percent",
     "place",
     "plain",
     "words_for",
+    "wrapped",
 ]
 
 
@@ -254,3 +258,59 @@ def brief(of: type[T]) -> type[T]:
     """
     of.__repr__ = _brief  # type: ignore[method-assign]
     return of
+
+
+COLUMNS = 80
+"""Of a screen."""
+
+
+def columns_of(text: str) -> int:
+    """How many columns of a terminal a text takes.
+
+    Examples
+    --------
+    >>> columns_of("Zürich"), columns_of("東京")
+    (6, 4)
+    """
+    if text.isascii():
+        return len(text)
+    return sum(0 if unicodedata.combining(c) else 2 if unicodedata.east_asian_width(c) in "WF" else 1 for c in text)
+
+
+def first_columns(text: str, width: int) -> str:
+    """The characters that fit into so many columns."""
+    taken, used = 0, 0
+    for c in text[: 2 * width]:
+        used += columns_of(c)
+        if used > width:
+            break
+        taken += 1
+    return text[:taken]
+
+
+def wrapped(text: str, indent: int = 0, columns: int = COLUMNS) -> list[str]:
+    """A text in lines of 80 columns, or fewer, those after the first indented; a percentage stays on one line.
+
+    Examples
+    --------
+    >>> wrapped("the ratio changed: it is above 1.25", 2, 20)
+    ['the ratio changed:', '  it is above 1.25']
+    """
+    lines: list[str] = []
+    line = ""
+    for word in re.split(r" (?!%)", text):
+        room = columns - (indent if lines else 0)
+        joined = f"{line} {word}" if line else word
+        if columns_of(joined) <= room:
+            line = joined
+            continue
+        if line:
+            lines.append(line)
+        room = columns - (indent if lines else 0)
+        while columns_of(word) > room:
+            head = first_columns(word, room)
+            lines.append(head)
+            word, room = word[len(head) :], columns - indent
+        line = word
+    lines.append(line)
+    return [lines[0], *(" " * indent + line for line in lines[1:])]

@@ -75,7 +75,7 @@ class Screen:
             lower = float(Fraction(alarm["lower"]))
             said = f"{_limit(alarm)}: exceeded after {alarm['events']} decisions (line {alarm['line']}), "
             said = plain(said) + f"R is at least {lower:.4g}{_who(alarm)}"
-        text = f"{self._cleared()}ALARM: {said}"
+        text = self._cleared() + "\n".join(_wrapped(f"ALARM: {said}"))
         return Answer(
             "monitor",
             verdict="changed" if "changed" in alarm else "inconclusive" if "detected" in alarm else "exceeds",
@@ -102,8 +102,9 @@ class Screen:
         lines = _lines(entry)
         text = ""
         if self._refresh or last:
-            text = self._cleared() + "\n".join(lines)
-            self._height = 0 if last else len(lines)
+            shown = [part for line in lines for part in _wrapped(line)]
+            text = self._cleared() + "\n".join(shown)
+            self._height = 0 if last else len(shown)
         yield Answer(
             "monitor",
             verdict=found.verdict,
@@ -227,8 +228,7 @@ def _window(window: Mapping[str, Any]) -> str:
 def _lines(entry: dict[str, Any]) -> list[str]:
     from fairaudit.words import plain
 
-    amount = f"{entry['decisions']} decisions ({entry['per_second']:.0f} per second)"
-    lines = [f"{HEADLINES[entry['verdict']]} after {amount}; {entry['contexts']} contexts, {entry['groups']} groups"]
+    lines = [f"{HEADLINES[entry['verdict']]} after {entry['decisions']} decisions; {entry['contexts']} contexts, {entry['groups']} groups"]
     for quantity, (low, high) in entry["ratio"].items():
         lines.append(f"  {quantity + ' ratio R':<16} {_ends(low, high)} at every moment, at confidence {entry['confidence']}")
     lines += [f"  {_limit(target)}: {target['verdict']}{_who(target)}" for target in entry["targets"]]
@@ -258,6 +258,15 @@ def _lines(entry: dict[str, Any]) -> list[str]:
     counted += [(entry["before_since"], "before --since"), (entry["clock_went_back"], "with a clock that went back")]
     lines += [f"  {n} lines {what}" for n, what in counted if n]
     return lines
+
+
+def _wrapped(line: str) -> list[str]:
+    """A line in lines of a screen, each as far from the left, those after the first a little more."""
+    from fairaudit.words import COLUMNS, wrapped
+
+    text = line.lstrip(" ")
+    indent = len(line) - len(text)
+    return [" " * indent + part for part in wrapped(text, 2, COLUMNS - indent)]
 
 
 def _paired(found: dict[str, Any]) -> list[str]:

@@ -231,9 +231,11 @@ def _answer(folder: str, publication: Publication, files: dict[str, bytes], note
     from hashlib import sha256
 
     from fairaudit.publications.publication import AMISS
-    from fairaudit.words import plain
+    from fairaudit.words import COLUMNS, plain, wrapped
 
-    said = f"Written to {folder}: {', '.join(files)}"
+    page, said = publication.page, f"Written to {folder}: {', '.join(files)}"
+    points = [f"  {line}" for text in page.points for line in wrapped(f"- {plain(text)}", 2, COLUMNS - 2)]
+    lines = [*wrapped(plain(page.lead)), *points, *wrapped(plain(said), 2)]
     return Answer(
         "publish",
         sentence=publication.page.lead.removesuffix(AMISS),
@@ -243,5 +245,5 @@ def _answer(folder: str, publication: Publication, files: dict[str, bytes], note
             "files": [{"name": name, "sha256": sha256(content).hexdigest()} for name, content in files.items()],
             "summary": json.loads(files["summary.json"]),
         },
-        text=lambda: "\n".join(map(plain, [publication.page.lead, *(f"  - {text}" for text in publication.page.points), said])),
+        text=lambda: "\n".join(lines),
     )

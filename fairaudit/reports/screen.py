@@ -6,8 +6,6 @@ colour, where a terminal shows it, repeats what words say. A command to copy sta
 
 from __future__ import annotations
 
-import re
-import unicodedata
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -15,14 +13,12 @@ from fairaudit.reports.overview import Overview
 from fairaudit.reports.overview_parts import Compared, GroupLine, how_many
 from fairaudit.reports.overview_verdict import figure
 from fairaudit.reports.words import clip
-from fairaudit.words import plain
+from fairaudit.words import COLUMNS, columns_of, first_columns, plain, wrapped
 
-__all__ = ["COLUMNS", "CONTEXTS", "GROUPS", "LINES", "columns_of", "first_screen", "shortened"]
+__all__ = ["CONTEXTS", "GROUPS", "LINES", "first_screen", "shortened"]
 
 
 LINES = 40
-
-COLUMNS = 80
 
 GROUPS = 12  # groups that are listed at the most
 
@@ -33,19 +29,6 @@ LEAST_LABEL = 6  # columns of a label, below which a row of contexts leaves out 
 WORST = ", worst first"
 
 COLOURS = {"exceeds": 31, "within": 32, "inconclusive": 33, "depends": 33, "changed": 31}
-
-
-def columns_of(text: str) -> int:
-    """How many columns of a terminal a text takes.
-
-    Examples
-    --------
-    >>> columns_of("Zürich"), columns_of("東京")
-    (6, 4)
-    """
-    if text.isascii():
-        return len(text)
-    return sum(0 if unicodedata.combining(c) else 2 if unicodedata.east_asian_width(c) in "WF" else 1 for c in text)
 
 
 def shortened(text: str, width: int) -> str:
@@ -59,40 +42,7 @@ def shortened(text: str, width: int) -> str:
     if columns_of(text) <= width and len(text) <= 2 * width:
         return text
     tail = (width - 1) // 3
-    return f"{_first(text, width - 1 - tail)}…{_first(text[::-1], tail)[::-1]}"
-
-
-def _first(text: str, width: int) -> str:
-    """The characters that fit into so many columns."""
-    taken, used = 0, 0
-    for c in text[: 2 * width]:
-        used += columns_of(c)
-        if used > width:
-            break
-        taken += 1
-    return text[:taken]
-
-
-def wrapped(text: str, indent: int = 0) -> list[str]:
-    """A text in lines of 80 columns, those after the first indented; a percentage stays on one line."""
-    lines: list[str] = []
-    line = ""
-    for word in re.split(r" (?!%)", text):
-        room = COLUMNS - (indent if lines else 0)
-        joined = f"{line} {word}" if line else word
-        if columns_of(joined) <= room:
-            line = joined
-            continue
-        if line:
-            lines.append(line)
-        room = COLUMNS - (indent if lines else 0)
-        while columns_of(word) > room:
-            head = _first(word, room)
-            lines.append(head)
-            word, room = word[len(head) :], COLUMNS - indent
-        line = word
-    lines.append(line)
-    return [lines[0], *(" " * indent + line for line in lines[1:])]
+    return f"{first_columns(text, width - 1 - tail)}…{first_columns(text[::-1], tail)[::-1]}"
 
 
 @dataclass(frozen=True)
@@ -110,7 +60,7 @@ def _text(lines: Sequence[str], least: int = 1) -> Part:
     def cut(most: int) -> list[str]:
         if len(lines) <= most:
             return [*lines]
-        return [*lines[: most - 1], f"{_first(lines[most - 1], COLUMNS - 2).rstrip()} …"] if most else []
+        return [*lines[: most - 1], f"{first_columns(lines[most - 1], COLUMNS - 2).rstrip()} …"] if most else []
 
     return Part(cut, min(least, len(lines)), len(lines))
 

@@ -21,7 +21,8 @@ from hypothesis import strategies as st
 import fairaudit as fa
 from fairaudit.cli import main
 from fairaudit.reports.overview import of_result
-from fairaudit.reports.screen import COLUMNS, CONTEXTS, GROUPS, LINES, columns_of, first_screen, shortened, wrapped
+from fairaudit.reports.screen import CONTEXTS, GROUPS, LINES, first_screen, shortened
+from fairaudit.words import COLUMNS, columns_of, wrapped
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "screens"
 

@@ -938,7 +938,8 @@ def test_a_baseline_says_whether_decisions_left_the_radius_of_its_verdict(tmp_pa
     for log, moved, left in ((decided(50, 40), "0", False), (decided(60, 30), "1/10", False), (decided(61, 35), "11/100", True)):
         radius, text = watched(log)
         assert (radius["radius"], radius["moved"], radius["left"], radius["verdict"]) == ("1/10", moved, left, "within")
-        assert f"  {radius['sentence']} (the decisions so far)" in text
+        assert f" {radius['sentence']} (the decisions so far)" in " ".join(text.split())
+        assert max(map(len, text.splitlines())) <= 80 and "per second" not in text
     assert watched(decided(61, 35))[0]["cell"] == {"job": "cook", "sex": "f"}
     assert watched([*decided(50, 40), *decided(50, 40, "clean")])[0]["left"] is True  # the verdict was of no such context
     other = ["--decision", "answer", "--group", "sex", "--utility", "yes"]
@@ -972,7 +973,7 @@ def test_a_baseline_says_whether_decisions_left_the_radius_of_its_verdict(tmp_pa
     capsys.readouterr()
     assert watched(old)[0]["left"] is False
     seen, text = watched(decided(50, 40))
-    assert seen["left"] is None and "2 of its cells have no decision so far" in text
+    assert seen["left"] is None and "2 of its cells have no decision so far" in " ".join(text.split())
     assert watched([*decided(48, 40), *decided(50, 49, "clean")])[0]["left"] is True
 
 
