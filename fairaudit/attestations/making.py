@@ -227,9 +227,21 @@ def statement_of(
         options=options,
         command=tuple(command),
         versions={"fairaudit": __version__},
-        issued_at=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
+        issued_at=_moment(),
         stated=stated,
     )
+
+
+def _moment() -> str:
+    """Now; or what SOURCE_DATE_EPOCH says it is, by which whoever makes files again gets the same bytes."""
+    said = os.environ.get("SOURCE_DATE_EPOCH")
+    if not said:
+        moment = datetime.now(UTC)
+    elif said.isascii() and said.isdecimal() and len(said) <= 11:  # to the year 5138
+        moment = datetime.fromtimestamp(int(said), UTC)
+    else:
+        raise InputError(f"SOURCE_DATE_EPOCH is {shown(said)}; whole seconds since 1970 are accepted, such as 1767225600")
+    return moment.strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
 def write_attested(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sqlite3
 from contextlib import closing
+from datetime import UTC, datetime, timedelta
 from fractions import Fraction
 from pathlib import Path
 
@@ -103,3 +104,29 @@ def test_a_result_writes_over_nothing_that_was_read(tmp_path: Path, monkeypatch:
             result.attest(*names)
     assert Path("log.json").read_bytes() == before and {path.name for path in tmp_path.iterdir()} <= {"log.json", "link.json"}
     result.attest("c.json", "a.json")
+
+
+def _issued(folder: Path) -> str:
+    (folder / "log.csv").write_text("u,g\nyes,f\nno,f\nyes,m\n", "utf-8")
+    fa.audit(folder / "log.csv", **ROLES, utility="yes", confidence=None).attest(folder / "c.json", folder / "a.json")
+    issued: str = json.loads((folder / "a.json").read_text("utf-8"))["predicate"]["issuedAt"]
+    return issued
+
+
+def test_the_moment_can_be_said_so_that_bytes_are_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1767225600")
+    assert _issued(tmp_path) == "2026-01-01T00:00:00Z"
+    before = (tmp_path / "a.json").read_bytes()
+    _issued(tmp_path)
+    assert (tmp_path / "a.json").read_bytes() == before
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "")
+    now = datetime.now(UTC)
+    assert abs(datetime.fromisoformat(_issued(tmp_path)) - now) < timedelta(days=1)
+
+
+@pytest.mark.parametrize("said", ["today", "-1", "1.5", "1_0", "9" * 12, "١"])
+def test_a_moment_that_is_none_is_refused(said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", said)
+    with pytest.raises(InputError, match="whole seconds since 1970"):
+        _issued(tmp_path)
+    assert not (tmp_path / "c.json").exists()

@@ -5,15 +5,18 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from bisect import bisect_right
 from collections.abc import Callable
+from decimal import Context, Decimal, localcontext
 from fractions import Fraction
 from itertools import accumulate
-from math import exp, lcm
+from math import lcm
 
 import fairaudit as fa
 from fairaudit.plugins.vlm.analyse import exact_table, shown_policy
 from fairaudit.plugins.vlm.experiment import Experiment, Slots, read_experiment
 
 GRAIN = 1 << 53
+DIGITS = Context(prec=40)
+"""Decimal arithmetic, in which e^x is correctly rounded: the same on every machine, as that of floats is not."""
 
 
 class Maker(ABC):
@@ -38,16 +41,20 @@ class Maker(ABC):
 
 
 def softmax(scores: list[float]) -> tuple[Fraction, ...]:
-    """Shares of e^score as multiples of 2^-53 that add up to 1.
+    """Shares of e^score as multiples of 2^-53 that add up to 1, the same on every machine.
+
+    Each is rounded down, in decimal arithmetic of 40 digits; what that lacks to 1 goes to the greatest.
 
     Examples
     --------
     >>> softmax([0.0, 0.0])
     (Fraction(1, 2), Fraction(1, 2))
     """
-    top = max(scores)
-    parts = [exp(score - top) for score in scores]
-    shares = [int(part / sum(parts) * GRAIN) for part in parts]
+    with localcontext(DIGITS):
+        top = Decimal(max(scores))
+        parts = [(Decimal(score) - top).exp() for score in scores]
+        total = sum(parts)
+        shares = [int(part * GRAIN / total) for part in parts]
     shares[parts.index(max(parts))] += GRAIN - sum(shares)
     return tuple(Fraction(share, GRAIN) for share in shares)
 

@@ -25,7 +25,7 @@ from fairaudit.plugins.vlm.experiment import Experiment, Model, Setting, bundled
 from fairaudit.plugins.vlm.journal import Journal
 from fairaudit.plugins.vlm.makers import StandIn
 from fairaudit.plugins.vlm.run import run
-from fairaudit.plugins.vlm.shares import drawn
+from fairaudit.plugins.vlm.shares import GRAIN, drawn, softmax
 
 FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 NONE = Setting(Fraction(1), Fraction(1))
@@ -270,6 +270,35 @@ def test_a_filter_that_is_drawn(tmp_path: Path) -> None:
             assert found.bounds["T2"] == (setting.keep / (1 - setting.keep)) ** 2
     released = Counter(a.draw.shown_slots for a in answers if a.draw.setting == 5 and a.draw.people == ("Calm", "Strict"))
     assert len(released) > 1
+
+
+@given(st.lists(st.floats(-50, 50), min_size=1, max_size=5))
+def test_shares_are_those_of_exponentials_in_rationals(scores: list[float]) -> None:
+    """By the series of e^x in rationals: each share is the next multiple of 2^-53 below, the greatest has what is left."""
+
+    def power(score: Fraction) -> Fraction:
+        small = score / 2**10  # of at most 1/10
+        term, total = Fraction(1), Fraction(0)
+        for n in range(1, 34):
+            total += term
+            term = Fraction(round(term * small / n * 2**220), 2**220)
+        for _ in range(10):
+            total = Fraction(round(total * total * 2**400), 2**400)
+        return total
+
+    parts = [power(Fraction(score) - Fraction(max(scores))) for score in scores]
+    wanted = [int(part / sum(parts) * GRAIN) for part in parts]
+    found = softmax(scores)
+    greatest = scores.index(max(scores))
+    assert sum(found) == 1
+    for place, (share, want) in enumerate(zip(found, wanted, strict=True)):
+        lacking = GRAIN - sum(wanted) if place == greatest else 0
+        assert abs(share * GRAIN - want - lacking) <= (len(scores) if place == greatest else 1)
+
+
+def test_the_shares_of_an_example_are_the_same_everywhere() -> None:
+    """By 60 digits of decimal arithmetic."""
+    assert softmax([0.3 + 1.1, 0.0]) == (Fraction(7225430123190089, GRAIN), Fraction(1781769131550903, GRAIN))
 
 
 def test_the_stand_in_as_a_policy_plug_in() -> None:
