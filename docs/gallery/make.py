@@ -15,6 +15,7 @@ import os
 import re
 import shlex
 import shutil
+import subprocess
 import sys
 import tempfile
 import tomllib
@@ -32,6 +33,13 @@ ACCEPTED = {0, 1, 3}
 BLOCK = re.compile(r"^```(sh|python)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FORMATS = ("fairaudit-certificate/1", "fairaudit-subgroups/1")
 """Those of certificates."""
+ATTESTATION = "attestation.json"
+MADE = 1795478400
+"""The moment that attestations state, 2026-11-24, so that they are the same bytes each time."""
+ROADS = HERE / "roads.json"
+"""Of each certificate what each road covers."""
+UNREAD = "2"
+"""What the verified program ends with where it does not read a certificate."""
 UNKNOWN = "?"
 KEPT = (".json", ".html", ".svg", ".png", ".csv", ".toml")
 """Endings of what a reader can download."""
@@ -58,6 +66,7 @@ class Made:
 
     page: str
     files: Mapping[str, bytes]
+    roads: Mapping[str, Any]
 
 
 def entries() -> list[Entry]:
@@ -71,8 +80,8 @@ def read(name: str) -> Entry:
     return Entry(name, tomllib.loads(head), text.strip() + "\n")
 
 
-def made(entry: Entry) -> Made:
-    """Run an entry in a fresh folder, and write its page."""
+def made(entry: Entry, known: Mapping[str, Any]) -> Made:
+    """Run an entry in a fresh folder, and write its page; what is known of the roads of a certificate is not found out again."""
     with tempfile.TemporaryDirectory() as folder:
         given = {Path(each["file"]) for each in entry.head["data"]}
         for name in sorted(given):
@@ -83,8 +92,10 @@ def made(entry: Entry) -> Made:
             found = {path for pattern in ("*", *entry.head.get("keep", ())) for path in Path().glob(pattern) if path.suffix in KEPT}
             written = {path.as_posix(): path.read_bytes() for path in sorted(found - given)}
     values = {**figures(written), "screen": lambda number, first="", last="": part(screens[number], first, last)}
-    page = rendered(head_of(entry) + entry.text + foot_of(entry, written), values)
-    return Made(page, {f"{entry.name}/{name}": text for name, text in written.items()})
+    certificates = {f"{entry.name}/{name}": text for name, text in written.items() if is_certificate(name, text)}
+    roads = {name: road(text, known.get(name)) for name, text in certificates.items()}
+    page = rendered(head_of(entry) + entry.text + foot_of(entry, written, roads), values)
+    return Made(page, {f"{entry.name}/{name}": text for name, text in written.items()}, roads)
 
 
 def figures(written: Mapping[str, bytes]) -> dict[str, Figures]:
@@ -150,11 +161,20 @@ def head_of(entry: Entry) -> str:
     return "\n".join(lines) + "\n\n"
 
 
-def foot_of(entry: Entry, written: Mapping[str, bytes]) -> str:
-    """What can be downloaded, and how it is checked."""
+def foot_of(entry: Entry, written: Mapping[str, bytes], roads: Mapping[str, Any]) -> str:
+    """What can be downloaded, how it is checked, and what each road leaves out."""
     certificates = [name for name, text in written.items() if is_certificate(name, text)]
-    links = ", ".join(f"[{name}]({entry.name}/{name})" for name in written)
-    return FOOT.format(links=links, certificates=" ".join(certificates), not_covered=entry.head["not_covered"])
+    statement = json.loads(written[ATTESTATION])
+    predicate = statement["predicate"]
+    again = "" if "plugin" in predicate["options"].get("audit", {}).get("policy", {}) else " --recount"
+    logs = [source["name"] for source in predicate["sources"]] if again else []
+    return FOOT.format(
+        links=", ".join(f"[{name}]({entry.name}/{name})" for name in written),
+        certificates=" ".join(certificates),
+        attested=" ".join([statement["subject"][0]["name"], "--attestation", f"{ATTESTATION}{again}", *logs]),
+        recounted=entry.head.get("attested", RECOUNTED if again else SUPPLIED),
+        roads="\n".join(row(Path(name).name, found) for name, found in roads.items()),
+    )
 
 
 FOOT = """
@@ -164,11 +184,107 @@ Download {links}. A page opens in a browser and checks itself there.
 
 ```console
 fairaudit verify {certificates}
+fairaudit verify {attested}
 ```
 
-computes every figure again with none of the code that wrote it ([more](../verify.md)). The [verified program](../trust.md) leaves to it:
-{not_covered}.
+The first line computes every figure again with none of the code that wrote it ([more](../verify.md)).
+The second also checks the [attestation](../attestation.md), which says of which files and how the certificate was made. {recounted}
+The attestation is not signed: whoever has the certificate could have written it.
+
+Two more roads take [less on trust](../trust.md), and leave some statements to the first.
+Each counts statements in its own way. The file for Coq looks at no digest and at no list of assumptions either:
+
+| certificate | `verify` finds true | the verified program | a file for Coq |
+| --- | --- | --- | --- |
+{roads}
 """
+RECOUNTED = "It counts the data again, too, and finds the same table."
+SUPPLIED = "What a plug-in supplied cannot be counted again: certify the audit file anew."
+
+
+# What each road covers
+
+SCRIPT = """
+const fs = require("fs");
+(0, eval)(fs.readFileSync(process.argv[1], "utf-8"));
+fs.writeSync(1, globalThis.fairauditVerified(fs.readFileSync(0, "latin1")));
+"""
+INTERVALS = ("binomial", "hoeffding-kl", "paired-betting")
+"""Methods of intervals: what is left out is told by the quantity."""
+LEFT = {
+    **dict.fromkeys(("local_ratio", "intervals.local"), "the interval within contexts"),
+    **dict.fromkeys(("global_ratio", "intervals.global"), "the interval over all contexts"),
+    **dict.fromkeys(("local_difference", "global_difference"), "intervals of differences"),
+    "T13": "the greatest ratio over many policies (T13)",
+    "T14": "hidden factors (T14)",
+    "T15": "people of unknown groups (T15)",
+    **dict.fromkeys(("subject.max_drift", "T16"), "drift (T16)"),
+    "changed": "the change",
+    "subject.evaluation": "how the log was read",
+    "subject.preparation": "what was left out",
+    "subject.table.cells": "the size of the table",
+    "metrics.unfiltered": "the figures without the filter",
+    "the assumptions of the claims": "the assumptions",
+    **dict.fromkeys(("targets", "verdict"), "the verdict"),
+}
+"""What a road leaves out, by the place of a statement, the method of a claim or, of an interval, its quantity."""
+
+
+def road(raw: bytes, known: Mapping[str, Any] | None = None) -> Mapping[str, Any]:
+    """How many statements of a certificate each road finds true, and what it leaves out; nothing where it does not read the certificate."""
+    import fairaudit as fa
+    from fairaudit.errors import InputError
+    from fairaudit.verified.coq_file import coq_file
+
+    digest = hashlib.sha256(raw).hexdigest()
+    if known and known["sha256"] == digest:
+        return known
+    document = json.loads(raw)
+    found: dict[str, Any] = {"sha256": digest, "verify": len(fa.verify(document).findings), "program": None, "coq": None}
+    code, *lines = in_node(raw).splitlines()
+    if code != UNREAD:
+        open_ = [line.split(": ", 1)[1] for line in lines if line.startswith("not covered: ")]
+        found["program"] = {"true": sum(line.startswith("true: ") for line in lines), "left": kinds(open_, document)}
+    try:
+        file = coq_file(document, raw)
+    except InputError:
+        return found
+    _, _, after = file.text.partition("(* The certificate also states what is not proved here: *)\n")
+    listed = [line.removeprefix("(* ") for line in after.partition("\n\n")[0].splitlines()]
+    listed += ["changed"] * ("changed" in document)
+    listed += [f"subject.{name}" for name in ("evaluation", "preparation") if name in document["subject"]]
+    found["coq"] = {"true": file.proved, "left": kinds(listed, document)}
+    return found
+
+
+def in_node(raw: bytes) -> str:
+    """What the verified program, as JavaScript in the page of a report, says of a certificate."""
+    import fairaudit.reports
+
+    page = Path(fairaudit.reports.__file__).with_name("verified.js")
+    return subprocess.run(["node", "-e", SCRIPT, str(page)], input=raw, capture_output=True, check=True).stdout.decode("ascii")
+
+
+def kinds(statements: list[str], document: Mapping[str, Any]) -> list[str]:
+    """Kinds of statements, each once, in the order of `LEFT`."""
+    found = set()
+    for statement in statements:
+        place = re.split(r"[\[:]", statement)[0]
+        if place == "claims":
+            claim = document["claims"][int(statement.removeprefix("claims[").split("]")[0])]
+            place = claim["quantity"] if claim["by"] in INTERVALS else claim["by"]
+        if place != "intervals":  # of which the claims about them say more
+            found.add(LEFT[place])
+    return [kind for kind in dict.fromkeys(LEFT.values()) if kind in found]
+
+
+def row(name: str, found: Mapping[str, Any]) -> str:
+    """A certificate in the table of roads."""
+    cells = [f"`{name}`", f"all {found['verify']}"]
+    for each in (found["program"], found["coq"]):
+        left = "" if each is None or not each["left"] else f"; not {', '.join(each['left'])}"
+        cells.append("does not read it" if each is None else f"{each['true']}{left}")
+    return f"| {' | '.join(cells)} |"
 
 
 # Figures
@@ -271,11 +387,11 @@ def index(folder: Path) -> str:
 
 @contextlib.contextmanager
 def reproducible() -> Iterator[None]:
-    """Pictures without a date, and with the same names inside each time."""
+    """Attestations and pictures with the same moment, and pictures with the same names inside, each time."""
     import matplotlib
 
     before = os.environ.get("SOURCE_DATE_EPOCH")
-    os.environ["SOURCE_DATE_EPOCH"] = "0"
+    os.environ["SOURCE_DATE_EPOCH"] = str(MADE)
     try:
         with matplotlib.rc_context({"svg.hashsalt": "fairaudit"}):
             yield
@@ -287,10 +403,12 @@ def reproducible() -> Iterator[None]:
 
 def make(target: Path) -> None:
     """Write all pages with their files into a folder."""
+    roads: dict[str, Any] = {}
     with reproducible():
         for entry in entries():
             print(entry.name, flush=True)
-            one = made(entry)
+            one = made(entry, {})
+            roads |= one.roads
             shutil.rmtree(target / entry.name, ignore_errors=True)
             target.mkdir(parents=True, exist_ok=True)
             (target / f"{entry.name}.md").write_text(one.page, "utf-8")
@@ -298,6 +416,7 @@ def make(target: Path) -> None:
                 (target / name).parent.mkdir(parents=True, exist_ok=True)
                 (target / name).write_bytes(content)
     (target / "index.md").write_text(index(target), "utf-8")
+    (target / ROADS.name).write_text(json.dumps(roads, indent=1) + "\n", "utf-8")
 
 
 if __name__ == "__main__":

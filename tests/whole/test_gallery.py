@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import csv
 import gzip
+import hashlib
 import importlib.util
 import io
 import json
 import re
+import shutil
 import sqlite3
 import subprocess
 import sys
@@ -32,6 +34,7 @@ ROOT = Path(__file__).resolve().parents[2]
 GALLERY = ROOT / "docs" / "gallery"
 DATA = GALLERY / "data"
 VERIFIED = ROOT / "proofs" / "build" / "fairaudit-check"
+ATTACKS = ["Unknown groups", "A hidden factor", "Drift", "Other groups"]
 SECTIONS = [
     "The data",
     "The audit",
@@ -40,6 +43,7 @@ SECTIONS = [
     "What it does not say",
     "Beside the published account",
 ]
+LEGAL = r"(?i)\b(discriminat|racis|sexis|illegal|unlawful|guilt|violat|acquit|convict|culprit|offen[cd]|liable)"
 MEGABYTE = 1 << 20
 
 pytest.importorskip("jinja2", reason="jinja2 is not installed (it is in the extra report)")
@@ -62,21 +66,30 @@ CERTIFICATES = sorted(
 )
 
 
+ROADS: dict[str, Any] = json.loads((GALLERY / "roads.json").read_text("utf-8"))
+
+
 # What is committed is what the commands make
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ENTRIES)
 def test_the_entry_is_what_its_commands_make(name: str) -> None:
-    """Byte for byte; but pages hold scripts, which may be older than the certificate in them, and pictures are drawn with letters."""
+    """Byte for byte.
+
+    But pages hold scripts, which may be older than the certificate in them, pictures are drawn with letters, and an attestation names the
+    version that wrote it.
+    """
     with GALLERY_OF.reproducible():
-        new = GALLERY_OF.made(ENTRIES[name])
+        new = GALLERY_OF.made(ENTRIES[name], ROADS)
     assert new.page == (GALLERY / f"{name}.md").read_text("utf-8")
     there = {path.relative_to(GALLERY).as_posix() for path in (GALLERY / name).rglob("*") if path.is_file()}
     assert there == set(new.files)
     for path, content in new.files.items():
         old = (GALLERY / path).read_bytes()
-        if path.endswith((".json", ".csv", ".toml")):
+        if path.endswith("attestation.json"):
+            assert _without_version(content) == _without_version(old), path
+        elif path.endswith((".json", ".csv", ".toml")):
             assert content == old, path
         elif path.endswith(".html"):
             assert _held(content) == _held(old), path
@@ -84,6 +97,10 @@ def test_the_entry_is_what_its_commands_make(name: str) -> None:
             assert abs(_grey(content) - _grey(old)).mean() < 10, path  # of 255: letters may be drawn otherwise
         elif path.endswith(".svg"):
             assert re.findall(rb"<!-- (.*?) -->", content) == re.findall(rb"<!-- (.*?) -->", old), path
+
+
+def _without_version(attestation: bytes) -> bytes:
+    return re.sub(rb'(?<="fairaudit": )"[^"]+"', b"", attestation)
 
 
 def _grey(picture: bytes) -> Any:
@@ -140,7 +157,11 @@ def test_every_page_answers_the_same_questions(name: str) -> None:
     page = (GALLERY / f"{name}.md").read_text("utf-8")
     assert re.findall(r"^## (.*)$", page, re.MULTILINE) == [*SECTIONS, "Check it"]
     assert re.search(r"^!\[[^\]]+\]\(", page, re.MULTILINE)
-    assert not re.search(r"(?i)\b(discriminat|racis|sexis|illegal|unlawful|guilty|violat)", page.split("## The audit")[1])
+    withstood = page.split("## What it withstands")[1].split("## ")[0]
+    assert re.findall(r"^\*\*(.*?)\.\*\*", withstood, re.MULTILINE) == ATTACKS
+    for said in ("SHA-256: `", "Source: [", "Licence: ", "```sh\nfairaudit ", f"]({name}/attestation.json)", f"]({name}/page.html)"):
+        assert said in page, said
+    assert not re.search(LEGAL, page.split("## The audit")[1])
     for target in re.findall(r"\]\(([^)#:]+)\)", page):
         assert (GALLERY / target).exists() or (GALLERY / target).resolve().name == "index.md", target
 
@@ -173,6 +194,59 @@ def test_every_page_holds_a_true_certificate(name: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("name", ENTRIES)
+def test_every_attestation_fits_and_its_files_are_counted_again(name: str, tmp_path: Path) -> None:
+    """By the command on the page, in a folder that holds what the page offers for download."""
+    shutil.copytree(GALLERY / name, tmp_path, dirs_exist_ok=True)
+    shutil.copytree(DATA, tmp_path, dirs_exist_ok=True)
+    page = (GALLERY / f"{name}.md").read_text("utf-8")
+    (words,) = re.findall(r"^fairaudit (verify .*--attestation .*)$", page, re.MULTILINE)
+    offered = re.findall(rf"\]\((?:{name}|data)/([^)]*)\)", page)
+    given = [Path(word).name for word in words.split()[1:] if not word.startswith("--")]
+    assert {*given} <= {Path(path).name for path in offered}
+    for path in tmp_path.rglob("*.csv"):
+        if path.parent != tmp_path:  # a reader has what was downloaded in one folder
+            shutil.copy(path, tmp_path)
+    with chdir(tmp_path):
+        assert main(words.split()) == 0
+        assert ("--recount" in words) == (name != "robot")
+        stated = json.loads(Path("attestation.json").read_text("utf-8"))["predicate"]
+        assert "issuer" not in stated
+        (Path("certificate-altered.json")).write_text(Path(given[0]).read_text("utf-8") + " ", "utf-8")
+        assert main(["verify", "--quiet", "certificate-altered.json", "--attestation", "attestation.json"]) == 1
+
+
+def test_the_attested_table_is_that_of_the_headline() -> None:
+    """Where the attestation is of another certificate, that has the same figures."""
+    attested = {name: json.loads((GALLERY / name / "attestation.json").read_text("utf-8"))["subject"][0]["name"] for name in ENTRIES}
+    apart = {name: file for name, file in attested.items() if file != "certificate.json"}
+    assert apart == {"resume-rankings": "counts.json", "hidden-name": "order.json", "stream": "windows.json"}
+    assert all("attested" in ENTRIES[name].head for name in apart)
+    assert ratios(certificate("resume-rankings", "counts")) == ratios(certificate("resume-rankings"))
+
+
+# Every other road, and what it leaves out
+
+
+def test_the_roads_are_those_of_the_certificates() -> None:
+    assert [*ROADS] == [path for name in ENTRIES for path in sorted(ROADS) if path.startswith(f"{name}/")]
+    assert {GALLERY / path for path in ROADS} == {*CERTIFICATES}
+    for path, found in ROADS.items():
+        assert found["sha256"] == hashlib.sha256((GALLERY / path).read_bytes()).hexdigest()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", CERTIFICATES, ids=lambda path: f"{path.parent.name}-{path.stem}")
+def test_what_each_road_covers_is_what_the_page_says(path: Path) -> None:
+    if shutil.which("node") is None:
+        pytest.skip("node is not on the path (Debian: apt-get install nodejs)")
+    assert GALLERY_OF.road(path.read_bytes()) == ROADS[path.relative_to(GALLERY).as_posix()]
+    page = (GALLERY / f"{path.parent.name}.md").read_text("utf-8")
+    assert GALLERY_OF.row(path.name, ROADS[path.relative_to(GALLERY).as_posix()]) in page
+    assert "FALSE" not in GALLERY_OF.in_node(path.read_bytes())
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("path", CERTIFICATES, ids=lambda path: f"{path.parent.name}-{path.stem}")
 def test_the_verified_program_finds_nothing_false(path: Path) -> None:
     """What it judges it finds true; what it leaves is the Python checker's, and the page says what that is."""
@@ -182,7 +256,7 @@ def test_the_verified_program_finds_nothing_false(path: Path) -> None:
     run = subprocess.run([str(VERIFIED), str(path)], capture_output=True, text=True)
     if document["format"] != "fairaudit-certificate/1":
         assert run.returncode == MALFORMED
-        assert path.name in ENTRIES[path.parent.name].head["not_covered"]
+        assert ROADS[path.relative_to(GALLERY).as_posix()]["program"] is None
         return
     assert run.returncode != FALSE, run.stdout
     judged = dict(line.split(": ", 1)[::-1] for line in run.stdout.splitlines())
@@ -281,6 +355,43 @@ def bbq() -> None:
         document = certificate("bbq", name)
         assert ratios(document)[0] == F(told["biased"], told["counter"])
         assert F(document["metrics"]["local_difference"]["value"]) == score
+
+
+PUBLISHED = """
+gpt-3.5-turbo;HR specialist;106 130 103 181 98 148 96 138
+gpt-3.5-turbo;software engineer;121 110 132 121 124 129 119 144
+gpt-3.5-turbo;retail;125 121 116 139 122 140 104 133
+gpt-3.5-turbo;financial analyst;76 100 124 129 146 172 121 132
+gpt-4;HR specialist;103 120 114 147 122 129 143 122
+gpt-4;software engineer;121 117 130 140 136 107 111 138
+gpt-4;retail;120 125 113 137 124 133 115 133
+gpt-4;financial analyst;102 113 132 120 139 132 130 132
+"""
+"""First places of B_M, B_W, H_M, H_W, A_M, A_W, W_M and W_W: the column ``top`` of Bloomberg's ``performance_ranking.csv``."""
+
+
+def test_first_places_are_those_that_were_published() -> None:
+    """All 64; and each group stood first 125 times, as the column ``top_og`` says; how many orders jobs share."""
+    first: Counter[tuple[str, str, str]] = Counter()
+    led: Counter[tuple[str, str, str]] = Counter()
+    orders: dict[tuple[str, str], set[str]] = {}
+    with gzip.open(DATA / "resume_rankings.csv.gz", "rt", encoding="utf-8", newline="") as file:
+        for run in csv.DictReader(file):
+            job = (run["model"], run["job"])
+            first[(*job, run["ranked"].split()[0])] += 1
+            led[(*job, run["shown"].split()[0])] += 1
+            orders.setdefault(job, set()).add(run["shown"])
+    groups = ["B_M", "B_W", "H_M", "H_W", "A_M", "A_W", "W_M", "W_W"]
+    published = {}
+    for line in PUBLISHED.split("\n")[1:-1]:
+        model, job_name, counts = line.split(";")
+        published |= {(model, job_name, group): int(count) for group, count in zip(groups, counts.split(), strict=True)}
+    assert first == published
+    assert len(led) == 64
+    assert {*led.values()} == {125}
+    one, *others = orders.values()
+    shared = [len(one & other) for other in others]
+    assert (min(shared), max(shared)) == (484, 948)
 
 
 def resume_rankings() -> None:
@@ -397,6 +508,8 @@ def robot() -> None:
     weights, place = 0.4 + 0.5 + 0.2, 0.3
     mary, tom = (1 / (1 + exp(-place - sign * weights)) for sign in (1, -1))
     assert float(ratios(certificate("robot"))[0]) == pytest.approx(mary / tom, rel=1e-12)
+    shares = [F(weight) for row in certificate("robot")["subject"]["table"]["rows"] for weight in row["weights"]]
+    assert all((share * 2**53).denominator == 1 for share in shares)
 
 
 SECOND: dict[str, Callable[..., None]] = {
