@@ -18,6 +18,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import textwrap
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -28,6 +29,9 @@ from typing import Any
 HERE = Path(__file__).resolve().parent
 ORDER = HERE / "entries" / "order.txt"
 """Names of the entries, one a line, as the index shows them."""
+WIDTH = 84
+"""Signs in a line of a page of the site."""
+COLUMNS = re.compile(r"\S {2,}\S.*\S {2,}\S")
 ACCEPTED = {0, 1, 3}
 """Exit codes of an answer, whatever its verdict."""
 BLOCK = re.compile(r"^```(sh|python)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -132,12 +136,21 @@ def run(entry: Entry) -> list[str]:
 
 
 def part(screen: str, first: str, last: str) -> str:
-    """Lines of a screen, from the one that begins with `first` to the one before that which begins with `last`."""
+    """Lines of a screen, from the one that begins with `first` to the one before that which begins with `last`; long ones are folded."""
     lines = screen.splitlines()
     start = next(number for number, line in enumerate(lines) if line.startswith(first))
     stop = next((number for number, line in enumerate(lines) if last and number > start and line.startswith(last)), len(lines))
-    shown = "\n".join(lines[start:stop]).rstrip()
+    shown = "\n".join(map(folded, lines[start:stop])).rstrip()
     return f"```text\n{'…' + chr(10) if start else ''}{shown}{chr(10) + '…' if stop < len(lines) else ''}\n```"
+
+
+def folded(line: str, end: str = "") -> str:
+    """A line in parts that are no longer than a page of the site is wide; a row of columns stays one."""
+    if len(line) <= WIDTH or COLUMNS.search(line):
+        return line
+    indent = " " * (len(line) - len(line.lstrip()) + 4)
+    parts = textwrap.wrap(line, WIDTH, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+    return f"{end}\n".join(parts)
 
 
 def rendered(text: str, values: Mapping[str, Any]) -> str:
@@ -156,8 +169,9 @@ def head_of(entry: Entry) -> str:
     for each in head["data"]:
         source = HERE / "data" / each["file"]
         lines.append(f"* [`{each['file']}`](data/{each['file']}): {each['what']}")
-        lines.append(f"  Source: [{each['source']}]({each['url']}). Licence: {each['licence']}.")
-        lines.append(f"  SHA-256: `{hashlib.sha256(source.read_bytes()).hexdigest()}`")
+        lines.append(f"    * Source: [{each['source']}]({each['url']})")
+        lines.append(f"    * Licence: {each['licence']}")
+        lines.append(f"    * SHA-256: `{hashlib.sha256(source.read_bytes()).hexdigest()}`")
     return "\n".join(lines) + "\n\n"
 
 
@@ -170,8 +184,10 @@ def foot_of(entry: Entry, written: Mapping[str, bytes], roads: Mapping[str, Any]
     logs = [source["name"] for source in predicate["sources"]] if again else []
     return FOOT.format(
         links=", ".join(f"[{name}]({entry.name}/{name})" for name in written),
-        certificates=" ".join(certificates),
-        attested=" ".join([statement["subject"][0]["name"], "--attestation", f"{ATTESTATION}{again}", *logs]),
+        certificates=folded(" ".join(["fairaudit verify", *certificates]), " \\"),
+        attested=folded(
+            " ".join(["fairaudit verify", statement["subject"][0]["name"], "--attestation", f"{ATTESTATION}{again}", *logs]), " \\"
+        ),
         recounted=entry.head.get("attested", RECOUNTED if again else SUPPLIED),
         roads="\n".join(row(Path(name).name, found) for name, found in roads.items()),
     )
@@ -183,8 +199,8 @@ FOOT = """
 Download {links}. A page opens in a browser and checks itself there.
 
 ```console
-fairaudit verify {certificates}
-fairaudit verify {attested}
+{certificates}
+{attested}
 ```
 
 The first line computes every figure again with none of the code that wrote it ([more](../verify.md)).

@@ -200,7 +200,7 @@ def test_every_attestation_fits_and_its_files_are_counted_again(name: str, tmp_p
     shutil.copytree(GALLERY / name, tmp_path, dirs_exist_ok=True)
     shutil.copytree(DATA, tmp_path, dirs_exist_ok=True)
     page = (GALLERY / f"{name}.md").read_text("utf-8")
-    (words,) = re.findall(r"^fairaudit (verify .*--attestation .*)$", page, re.MULTILINE)
+    (words,) = re.findall(r"^fairaudit (verify .*--attestation .*)$", page.replace("\\\n", " "), re.MULTILINE)
     offered = re.findall(rf"\]\((?:{name}|data)/([^)]*)\)", page)
     given = [Path(word).name for word in words.split()[1:] if not word.startswith("--")]
     assert {*given} <= {Path(path).name for path in offered}
