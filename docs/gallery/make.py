@@ -29,7 +29,7 @@ from typing import Any
 HERE = Path(__file__).resolve().parent
 ORDER = HERE / "entries" / "order.txt"
 """Names of the entries, one a line, as the index shows them."""
-WIDTH = 84
+WIDTH = 80
 """Signs in a line of a page of the site."""
 COLUMNS = re.compile(r"\S {2,}\S.*\S {2,}\S")
 ACCEPTED = {0, 1, 3}
