@@ -207,7 +207,7 @@ def _placebo(arguments: argparse.Namespace, result: Result, utility: Utility, ma
     from fairaudit.inference.hypothesis_tests import noise_floor
 
     try:
-        compared = _placebo_comparisons(arguments, utility)
+        law, compared = _placebo_comparisons(arguments, utility)
     except InputError as error:
         raise InputError(f"the placebo: {error}") from None
     found = []
@@ -227,10 +227,10 @@ def _placebo(arguments: argparse.Namespace, result: Result, utility: Utility, ma
         )
     if not found:
         raise InputError("--placebo needs intervals of the effect, and there are none")
-    return found
+    return [*found[:-1], replace(found[-1], sentence=f"{found[-1].sentence}{_unlike(result.law, law)}")]
 
 
-def _placebo_comparisons(arguments: argparse.Namespace, utility: Utility) -> dict[Any, Comparison]:
+def _placebo_comparisons(arguments: argparse.Namespace, utility: Utility) -> tuple[Law, dict[Any, Comparison]]:
     """Read the placebo with the columns of the table, and set up its ratios."""
     from fairaudit.audits.certify import certify
     from fairaudit.audits.reading import read_law
@@ -243,7 +243,19 @@ def _placebo_comparisons(arguments: argparse.Namespace, utility: Utility) -> dic
         reading = replace(reading, group=group.names, bins={**group.edges, **context.edges})
     with progress() as report:
         law = read_law(arguments.placebo, reading, report=report)
-    return dict(certify(law, utility, declared=utility_range(arguments.utility_range)).comparisons)
+    return law, dict(certify(law, utility, declared=utility_range(arguments.utility_range)).comparisons)
+
+
+def _unlike(law: Law, placebo: Law) -> str:
+    """What makes the noise of a placebo another one than that of the table: more or fewer groups, or other contexts."""
+    from fairaudit.errors import shown
+
+    sizes = {name: (len(getattr(placebo, f"{name}s")), len(getattr(law, f"{name}s"))) for name in ("group", "context")}
+    said = [f"{theirs} {name}{'s' * (theirs != 1)} against {ours} of the table" for name, (theirs, ours) in sizes.items() if theirs != ours]
+    why = "the greatest ratio of more of them is greater by chance alone"
+    if not said and (apart := [", ".join(context) for context in law.contexts if context not in placebo.contexts]):
+        said, why = [f"no context {shown(apart[0])}"], "chance may be another one there"
+    return f" The placebo has {' and '.join(said)}: {why}." if said else ""
 
 
 def _ends(interval: Interval) -> list[str]:

@@ -619,3 +619,38 @@ def test_answers_that_were_not_drawn_have_no_population() -> None:
     assert not fa.audit(law("answers", "seed 7", ("id", "epoch")), utility=YES, confidence=None).intervals
     assert fa.audit(law("answers", "", ("id", "epoch")), utility=YES).intervals
     assert fa.audit(law("questions", "seed 7", ("id",)), utility=YES).intervals
+
+
+@pytest.mark.parametrize(
+    ("groups", "contexts", "said"),
+    [
+        ("ab", "xy", ""),
+        ("cd", "xy", ""),
+        ("abc", "xy", "The placebo has 3 groups against 2 of the table: the greatest ratio of more of them is greater by chance alone."),
+        ("ab", "x", "The placebo has 1 context against 2 of the table: the greatest ratio of more of them is greater by chance alone."),
+        ("ab", "xz", "The placebo has no context 'y': chance may be another one there."),
+    ],
+)
+def test_a_placebo_of_other_groups_or_contexts(
+    groups: str, contexts: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, its_groups, its_contexts in (("effect.csv", "ab", "xy"), ("placebo.csv", groups, contexts)):
+        rows = [f"{u},{a},{x},{n}" for a in its_groups for x in its_contexts for u, n in (("yes", 30), ("no", 40))]
+        (tmp_path / name).write_text("\n".join(["u,a,x,n", *rows]))
+    command = [
+        "certify",
+        str(tmp_path / "effect.csv"),
+        "--decision",
+        "u",
+        "--group",
+        "a",
+        "--context",
+        "x",
+        "--count",
+        "n",
+        "--utility",
+        "yes",
+    ]
+    assert main([*command, "--placebo", str(tmp_path / "placebo.csv")]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert said in out and ("The placebo has" in out) == bool(said)

@@ -65,6 +65,12 @@ def _answer(action: str, result: dict[str, Any], text: Callable[[], str] | None 
     return Answer("experiment", result=lambda: {"action": action, **result}, text=text or (lambda: filled_text(action, **result)), **rest)
 
 
+OUTPUT = {
+    "certify": ("DIR", "where tables, certificates and figures go (default: the folder of the journal)"),
+    "plot": ("FILE", "where the figure goes: .png, .svg or .pdf (default: figure.png in the folder of the journal)"),
+}
+
+
 def _options(action: argparse.ArgumentParser, name: str) -> None:
     add_format(action)
     action.add_argument("file", metavar="FILE", help="experiment file (.toml), or the name of one that ships with fairaudit")
@@ -101,6 +107,7 @@ def _options(action: argparse.ArgumentParser, name: str) -> None:
         )
     if name in ("certify", "plot"):
         action.add_argument("--confidence", metavar="C", help="confidence of intervals (default 0.95); 'none' judges the table itself")
+        action.add_argument("-o", "--output", metavar=OUTPUT[name][0], help=OUTPUT[name][1])
     if name == "certify":
         add_limits(action.add_argument_group("targets (by default those of the file)"))
 
@@ -150,11 +157,16 @@ def _open(arguments: argparse.Namespace, *, create: bool) -> tuple[Experiment, P
     experiment = read_experiment(arguments.file, trials=arguments.trials)
     folder = Path(arguments.folder or experiment.name)
     if create:
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(f"the folder {folder} cannot be made: {error.strerror}") from None
+        _made(folder)
     return experiment, folder, Journal(folder / "journal.sqlite", experiment.digest, experiment.trials, create=create)
+
+
+def _made(folder: Path) -> Path:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"the folder {folder} cannot be made: {error.strerror}") from None
+    return folder
 
 
 def _run(arguments: argparse.Namespace) -> Iterator[Answer]:
@@ -258,7 +270,8 @@ def _certify(arguments: argparse.Namespace) -> Iterator[Answer]:
 
     experiment, folder, journal = _open(arguments, create=False)
     with journal:
-        found = _certified(experiment, arguments, journal, folder, given_limits(arguments) or None)
+        into = _made(Path(arguments.output)) if arguments.output else folder
+        found = _certified(experiment, arguments, journal, into, given_limits(arguments) or None)
     code = {"none": 0, "within": 0, "exceeds": 1, "inconclusive": 3, "depends": 3}[found.verdict]
     yield _found(found, "certify", lambda: said(found), code=code)
 
@@ -277,9 +290,10 @@ def _found(found: Found, action: str, text: Callable[[], str] | None = None, cod
 
 def _plot(arguments: argparse.Namespace) -> Iterator[Answer]:
     from fairaudit.plugins.vlm.makers import embedded
-    from fairaudit.plugins.vlm.plot import draw
+    from fairaudit.plugins.vlm.plot import check_picture, draw
     from fairaudit.plugins.vlm.run import run
 
+    picture = check_picture(Path(arguments.output)) if arguments.output else None
     experiment, folder, journal = _open(arguments, create=True)
     with journal:
         if not journal.models() or arguments.maker or arguments.model:
@@ -295,7 +309,7 @@ def _plot(arguments: argparse.Namespace) -> Iterator[Answer]:
                     continue
                 run(experiment, model, journal)
         found = _certified(experiment, arguments, journal, folder)
-    yield _found(found, "plot", figure=draw(experiment, found, folder / "figure.png"))
+    yield _found(found, "plot", figure=draw(experiment, found, picture or folder / "figure.png"))
 
 
 def _certified(experiment: Experiment, arguments: argparse.Namespace, journal: Journal, folder: Path, targets: Any = None) -> Found:

@@ -373,7 +373,8 @@ def _checked(model: Model) -> Model:
     read_one_of(vars(model), "maker", MAKERS, "[[model]]")
     if model.maker == "endpoint" and not _is_address(model.base_url):
         raise InputError(
-            f"the base URL {shown(model.base_url)} is not accepted; give one such as https://host/v1, without a key or query in it"
+            f"the base URL {shown(model.base_url)} is not accepted; give base_url in the file, or --base-url with --model, such as "
+            "https://host/v1, without a key or query in it"
         )
     if not re.fullmatch("[A-Za-z_][A-Za-z0-9_]*", model.key_env):
         raise InputError("key_env is the name of an environment variable, not the key itself")

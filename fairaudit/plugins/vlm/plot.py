@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import fairaudit as fa
+from fairaudit.errors import InputError
 from fairaudit.files import write_atomically
 from fairaudit.libraries import library
 from fairaudit.plugins.vlm.analyse import Finding, Table, logarithm
@@ -20,7 +21,7 @@ from fairaudit.plugins.vlm.report import Found, ceiling, worsened
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["draw"]
+__all__ = ["check_picture", "draw"]
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 QUESTIONS = {"slot": "slot 1, by who stands there", "person": "a person, in any slot", "position": "the slot, whoever stands there"}
@@ -29,8 +30,17 @@ NOTE = "Bands and lines are intervals at the confidence of the certificates (wit
 RATIOS = (1.1, 1.25, 1.5, 2, 3, 4, 6, 10, 20, 50, 100, 1_000)
 
 
+def check_picture(path: Path) -> Path:
+    """Refuse a path where no picture can be, before the work is done."""
+    if path.suffix.lower() not in (".png", ".svg", ".pdf"):
+        raise InputError(f"{path}: a picture ends in .png, .svg or .pdf")
+    if path.is_dir() or not path.parent.is_dir():
+        raise InputError(f"{path} cannot be written: {'it is a folder' if path.is_dir() else f'there is no folder {path.parent}'}")
+    return path
+
+
 def draw(experiment: Experiment, found: Found, path: Path) -> Path:
-    """Draw the figure of an experiment, a PNG file: choices if nothing is filtered, else fairness over privacy."""
+    """Draw the figure of an experiment, a PNG, SVG or PDF file: choices if nothing is filtered, else fairness over privacy."""
     swept = len(experiment.settings) > 1
     asked = list(dict.fromkeys(finding.question for _, _, finding in found.findings))
     shown = [q for q in asked if q != "position"] if swept else asked
@@ -57,7 +67,7 @@ def draw(experiment: Experiment, found: Found, path: Path) -> Path:
         _effects(right, found, models, shown)
         figure.supxlabel(f"{experiment.trials} answers per cell", fontsize=8)
     picture = io.BytesIO()
-    figure.savefig(picture, format="png", dpi=120)
+    figure.savefig(picture, format=path.suffix.lower()[1:], dpi=120)
     write_atomically(path, [picture.getvalue()])
     return path
 

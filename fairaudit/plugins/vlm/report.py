@@ -79,6 +79,7 @@ def certify_all(
             f"the journal {journal.path} has no answers of that model; its models: {', '.join(journal.models()) or 'none yet'}"
         )
     read = {model: tables(experiment, journal, model) for model in models}
+    stems = _stems(journal.models())
     silent = tuple(model for model, own in read.items() if all(table.kinds.keys() <= {OPEN, FAULT} for table in own))
     if len(silent) == len(models):
         raise InputError(f"{' and '.join(silent)} {'has' if len(silent) == 1 else 'have'} no answers yet; run the experiment first")
@@ -93,11 +94,11 @@ def certify_all(
                     finding = certify(experiment, table, setting, question, confidence=confidence, targets=chosen)
                     findings.append((model, table, finding))
                     drawn = ".drawn" if finding.drawn and experiment.design == "both" else ""
-                    names.append(f"{_stem(model)}.{question}{drawn}{numbered}.certificate.json")
+                    names.append(f"{stems[model]}.{question}{drawn}{numbered}.certificate.json")
     written = [
         path
         for model in dict.fromkeys(model for model, *_ in findings)
-        for path in _exports(experiment, journal, model, read[model], folder)
+        for path in _exports(experiment, journal, model, read[model], folder / stems[model])
     ]
     for name, (_, _, finding) in zip(names, findings, strict=True):
         written += finding.result.certificate.save(folder / name)
@@ -106,9 +107,18 @@ def certify_all(
     return found
 
 
-def _stem(model: str) -> str:
-    """What names of files begin with."""
-    return re.sub(r"[^A-Za-z0-9._-]+", "-", model).strip("-")
+def _stems(models: Sequence[str]) -> dict[str, str]:
+    """What names of files begin with: the name of a decision maker, with where it is asked if another one has the same name."""
+    short = [_spelled(re.sub(r" at https?://\S+$| \([a-z-]+\)$", "", model)) for model in models]
+    stems: dict[str, str] = {}
+    for model, name in zip(models, short, strict=True):
+        stem = name if name and short.count(name) == 1 else _spelled(model)
+        stems[model] = stem if stem not in stems.values() else f"{stem}-{len(stems) + 1}"
+    return stems
+
+
+def _spelled(name: str) -> str:
+    return re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-")
 
 
 def said(found: Found) -> str:
@@ -192,23 +202,23 @@ def _log(value: Fraction | float, rounding: Callable[[float], int] = round) -> s
     return "infinite" if found == inf else f"{rounding(found * 1000) / 1000:.3f}"
 
 
-def _exports(experiment: Experiment, journal: Journal, model: str, read: Sequence[Table], folder: Path) -> Iterator[Path]:
+def _exports(experiment: Experiment, journal: Journal, model: str, read: Sequence[Table], stem: Path) -> Iterator[Path]:
     """Counts for `fairaudit certify`, one row per answer with the stated reason, and the same as JSON lines with the raw answer."""
-    stem, slots = _stem(model), [f"{option} {name}" for option in experiment.options for name in experiment.attributes]
+    slots = [f"{option} {name}" for option in experiment.options for name in experiment.attributes]
     for table in read:
-        name = f"{stem}.counts{'' if table.setting < 0 else f'.{table.setting + 1:02d}'}.csv"
+        name = f"{stem.name}.counts{'' if table.setting < 0 else f'.{table.setting + 1:02d}'}.csv"
         value = "count" if table.sampled else "probability"
         rows: list[list[Any]] = [[experiment.context_column, *slots, "decision", value]]
         for (context, shown), weights in table.rows.items():
             for decision, weight in weights.items():
                 rows.append([context, *sum(shown, ()), decision, int(weight) if table.sampled else str(weight)])
-        yield _write(folder / name, rows)
+        yield _write(stem.with_name(name), rows)
     log: list[list[Any]] = [["setting", experiment.context_column, *slots, "trial", "decision", "kind", "reason"]]
     for draw, reading in readings(experiment, journal, model):
         cells = [draw.setting + 1, draw.shown_context, *sum(draw.shown_slots, ()), draw.trial]
         log.append([*cells, reading.decision, reading.kind, harmless(reading.reason)])
-    yield _write(folder / f"{stem}.answers.csv", log)
-    lines = folder / f"{stem}.answers.jsonl"
+    yield _write(stem.with_name(f"{stem.name}.answers.csv"), log)
+    lines = stem.with_name(f"{stem.name}.answers.jsonl")
     write_atomically(lines, _lines(experiment, journal, model))
     yield lines
 

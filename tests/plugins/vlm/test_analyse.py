@@ -18,6 +18,7 @@ from fairaudit.errors import InputError
 from fairaudit.plugins.vlm.analyse import certify, exact_table, questions
 from fairaudit.plugins.vlm.experiment import Experiment, Setting, bundled, read_experiment
 from fairaudit.plugins.vlm.makers import StandIn
+from fairaudit.plugins.vlm.report import _stems
 
 HALF, ONE = Fraction(1, 2), Fraction(1)
 
@@ -74,7 +75,7 @@ def test_the_file_that_shows_it(tmp_path: Path, capsys: pytest.CaptureFixture[st
     capsys.readouterr()
     assert main(["experiment", "certify", "worse-x", "--folder", str(tmp_path)]) == 0
     assert capsys.readouterr().out.count("L̄ of these answers is greater than without a filter") >= 7
-    certificate = json.loads((tmp_path / "stand-in-stand-in.slot.01.certificate.json").read_text())
+    certificate = json.loads((tmp_path / "stand-in.slot.01.certificate.json").read_text())
     assert certificate["subject"]["population"] == "weights"
 
 
@@ -190,3 +191,37 @@ def test_no_reading_of_unreadable_answers_exceeds_the_filter() -> None:
     table = exact_table(experiment, StandIn(experiment).probabilities)
     for question in ("slot", "person"):
         assert certify(experiment, table, setting, question).meanings == {"local": (1, 1), "global": (1, 1)}
+
+
+def test_files_go_where_they_are_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder, apart = tmp_path / "answers", tmp_path / "a" / "figures"
+    words = ["experiment", "plot", "document-delivery", "--folder", str(folder), "--maker", "stand-in", "--trials", "2"]
+    assert main([*words, "-o", str(tmp_path / "fairness.svg")]) == 0
+    assert (tmp_path / "fairness.svg").read_bytes().startswith(b"<?xml")
+    assert not (folder / "figure.png").exists()
+    assert main(["experiment", "certify", *words[2:5], "--trials", "2", "-o", str(apart)]) in (0, 1, 3)
+    assert {"results.json", "stand-in.person.certificate.json", "stand-in.counts.csv"} <= {path.name for path in apart.iterdir()}
+    capsys.readouterr()
+    for wrong, why in (
+        ("figure.bmp", "ends in .png, .svg or .pdf"),
+        ("none/figure.png", "there is no folder"),
+        ("x.png", "it is a folder"),
+    ):
+        (tmp_path / "x.png").mkdir(exist_ok=True)
+        assert main([*words, "-o", str(tmp_path / wrong)]) == 2
+        assert why in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("models", "stems"),
+    [
+        (["gpt-4o at https://a/v1"], ["gpt-4o"]),
+        (["org/m at http://127.0.0.1:80/v1", "stand-in (stand-in)"], ["org-m", "stand-in"]),
+        (["m at http://a/v1", "m at http://b/v1"], ["m-at-http-a-v1", "m-at-http-b-v1"]),
+        (["m (stand-in)", "m at http://b/v1", "m-stand-in at http://c/v1"], ["m-stand-in", "m-at-http-b-v1", "m-stand-in-3"]),
+        (["模型 at http://a/v1"], ["at-http-a-v1"]),
+        (["a?b (stand-in)", "a!b (stand-in)"], ["a-b-stand-in", "a-b-stand-in-2"]),
+    ],
+)
+def test_files_are_named_after_the_decision_maker(models: list[str], stems: list[str]) -> None:
+    assert list(_stems(models).values()) == stems

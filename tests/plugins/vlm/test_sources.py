@@ -49,7 +49,7 @@ def test_answers_that_were_paid_for_serve_another_audit(folder: Path) -> None:
     place = folder / "c.json"
     assert main(["certify", str(folder / "audit.toml"), "-o", str(place), "--attest", str(folder / "a.json")]) == 0
     assert checker.main([str(place)]) == 0
-    with (folder / "waiting-time" / "stand-in-stand-in.answers.csv").open(encoding="utf-8", newline="") as file:
+    with (folder / "waiting-time" / "stand-in.answers.csv").open(encoding="utf-8", newline="") as file:
         expected = Counter((r["Recipient1 complaints"], r["Recipient2 complaints"], r["decision"]) for r in csv.DictReader(file))
     law = fa.policy_source("journal", experiment="waiting-time", journal=str(folder / "waiting-time" / "journal.sqlite")).table().law
     cells = list(zip(law.cell_group, law.weights, strict=True))
