@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import inf, isfinite, log
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -60,7 +60,8 @@ def plot_expectations(result: Result | Content, ax: Axes | None = None) -> Axes:
         raise InputError("the certificate does not hold its table, whose groups the picture shows")
     panels = _panels(content)
     lines = sum(len(panel.members) + 1 for panel in panels)
-    axes = ax if ax is not None else _figure(1, width=8.0, height=1.2 + 0.24 * lines)[1][0]
+    wide = _apart(member.label for panel in panels for member in panel.members)
+    axes = ax if ax is not None else _figure(1, width=_width(wide), height=1.2 + 0.24 * lines)[1][0]
     labels: list[str] = []
     groups = list(dict.fromkeys(sorted(member.label for panel in panels for member in panel.members)))
     own = dict(zip(groups, MARKS, strict=False)) if len(groups) <= len(MARKS) else {}
@@ -76,9 +77,9 @@ def plot_expectations(result: Result | Content, ax: Axes | None = None) -> Axes:
             name, most = ("most favoured", HIGH) if i == 0 else ("least favoured", LOW)
             extreme = most if i in (0, len(panel.members) - 1) else MID
             colour, mark = own.get(member.label, (extreme, "o"))
-            said = _shown(member.label if own else name if extreme != MID else "between")
+            said = _shown(member.label if own else name if extreme != MID else "between", wide)
             axes.plot([float(member.value)], [y], marker=mark, color=colour, linestyle="none", label=said)
-    axes.set_yticks(range(len(labels)), [_shown(label) for label in labels])
+    axes.set_yticks(range(len(labels)), [_shown(label, wide + 2) for label in labels])
     for label, text in zip(labels, axes.get_yticklabels(), strict=True):
         text.set_fontweight("normal" if label.startswith("  ") else "bold")
     axes.set_ylim(len(labels) - 0.5, -0.5)
@@ -120,7 +121,8 @@ def plot_ratios(result: Result | Content, ax: Axes | None = None, *, quantity: L
         raise InputError(f"the {quantity} ratio was not measured; there is nothing to draw")
     matrix = content.matrices[-1 if quantity == "global" else 0]
     size = len(matrix.rows)
-    axes = ax if ax is not None else _figure(1, width=8.0, height=1.6 + 0.42 * size)[1][0]
+    wide = _apart(matrix.rows)
+    axes = ax if ax is not None else _figure(1, width=_width(wide), height=1.6 + 0.42 * size)[1][0]
     values = [[1.0 if v is None else float(v) for v in row] for row in matrix.ratios]
     heat = [[abs(log(v)) if v > 0 and isfinite(v) else float("nan") for v in row] for row in values]
     axes.imshow(heat, cmap="YlOrBr", vmin=0, vmax=max(1.2, *(h for row in heat for h in row if h == h)), aspect="auto")
@@ -129,7 +131,7 @@ def plot_ratios(result: Result | Content, ax: Axes | None = None, *, quantity: L
             if value is not None:
                 axes.text(j, i, value.decimal, ha="center", va="center", color="white" if heat[i][j] > 0.9 else "black")
     axes.set_xticks(range(size), [str(i + 1) for i in range(size)])
-    axes.set_yticks(range(size), [_shown(f"{i + 1} {name}") for i, name in enumerate(matrix.rows)])
+    axes.set_yticks(range(size), [f"{i + 1} {_shown(name, wide)}" for i, name in enumerate(matrix.rows)])
     axes.set_title(_shown(matrix.title))
     axes.set_xlabel(f"{'bears' if content.burden else 'gets'} … times as much as group")
     return axes
@@ -327,6 +329,17 @@ def _content(result: Result | Content) -> Content:
 
 def _panels(content: Content) -> list[Panel]:
     return [*content.panels, *([content.overall] if content.overall else [])]
+
+
+def _apart(labels: Iterable[str]) -> int:
+    """To how many characters labels are cut, so that those that differ look different."""
+    different = {*labels}
+    return SHOW_TEXT if len({*map(_shown, different)}) == len(different) else max(map(len, different))
+
+
+def _width(letters: int) -> float:
+    """How wide a picture with labels of so many letters is, in inches."""
+    return 8.0 + 0.075 * max(0, letters - SHOW_TEXT)
 
 
 def _shown(text: str, width: int = SHOW_TEXT) -> str:

@@ -122,6 +122,21 @@ def test_labels_are_not_mathematics() -> None:
         plot(result).figure.canvas.draw()
 
 
+def test_labels_that_differ_look_different() -> None:
+    """Groups of six columns that differ in the last one alone; short ones are as they were."""
+    columns = [f"column {i}" for i in range(6)]
+    rows = [("yes" if k % 3 else "no", *["alike"] * 5, g) for g in ("one", "other", "third") for k in range(9)]
+    table = dict(zip(["u", *columns], map(list, zip(*rows, strict=True)), strict=True))
+    result = fa.audit(table, decision="u", group=columns, utility="yes", confidence=None)
+    for plot in (plot_expectations, plot_ratios):
+        axes = plot(result)
+        shown = [text.get_text().strip() for text in axes.get_yticklabels()]
+        assert len({*shown}) == len(shown) and all(any(g in text for text in shown) for g in ("one", "other", "third"))
+        axes.figure.canvas.draw()
+        assert axes.get_window_extent().width > 300  # of the picture itself something is left beside its labels
+    assert plot_expectations(admissions()).figure.get_size_inches()[0] == 8
+
+
 def test_truth_kept_of_calibrations_and_designs(tmp_path: Path) -> None:
     found = [fa.calibrate(max_log=target, groups=4, tau="0.3") for target in ("0.1", "0.2")]
     axes = plot_truth_kept(found)
