@@ -29,6 +29,7 @@ __all__ = ["check_extra", "draw", "drawn", "plot_bounds", "plot_expectations", "
 HIGH, LOW, MID, ALARM = "#1f5f8b", "#b0561b", "#7c8593", "#a32f2a"
 MARKS = tuple(zip(("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"), "osD^vPX", strict=True))
 SHOW_TEXT = 40
+BESIDE_POINTS = 24  # longer names in a legend stand below the picture, where they cover no point
 BEYOND = 1e12  # ratios above this are drawn up to the edge, as infinite ones are
 
 
@@ -61,7 +62,7 @@ def plot_expectations(result: Result | Content, ax: Axes | None = None) -> Axes:
     panels = _panels(content)
     lines = sum(len(panel.members) + 1 for panel in panels)
     wide = _apart(member.label for panel in panels for member in panel.members)
-    axes = ax if ax is not None else _figure(1, width=_width(wide), height=1.2 + 0.24 * lines)[1][0]
+    figure, (axes, *_) = (None, (ax,)) if ax is not None else _figure(1, width=_width(wide), height=1.2 + 0.24 * lines)
     labels: list[str] = []
     groups = list(dict.fromkeys(sorted(member.label for panel in panels for member in panel.members)))
     own = dict(zip(groups, MARKS, strict=False)) if len(groups) <= len(MARKS) else {}
@@ -90,7 +91,11 @@ def plot_expectations(result: Result | Content, ax: Axes | None = None) -> Axes:
     if counted:
         axes.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.0f} %")
     lines_of = dict(zip(*axes.get_legend_handles_labels()[::-1], strict=True))
-    axes.legend(lines_of.values(), lines_of.keys(), loc="best", frameon=False)
+    if figure is not None and max(map(len, lines_of), default=0) > BESIDE_POINTS:
+        figure.set_figheight(figure.get_figheight() + 0.22 * len(lines_of))
+        figure.legend(lines_of.values(), lines_of.keys(), loc="outside lower right", frameon=False)
+    else:
+        axes.legend(lines_of.values(), lines_of.keys(), loc="best", frameon=False)
     return axes
 
 

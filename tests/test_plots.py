@@ -157,3 +157,14 @@ def test_notebooks_show_a_result_with_labels_as_text() -> None:
     assert "<strong>inconclusive</strong>" in shown and "3/2" in shown
     assert "<script" not in shown and "&lt;script&gt;" in shown and "\u202e" not in shown
     assert "infinite" in infinite()._repr_html_() and "not compared" in never_locally()._repr_html_()
+
+
+def test_a_legend_of_long_names_covers_no_point() -> None:
+    groups = ["a person of whom much is said", "another person of whom as much is said"]
+    table = {"u": ["yes", "no"] * 2, "g": [name for name in groups for _ in "ab"], "n": [30, 10, 20, 20]}
+    axes = fa.audit(table, decision="u", group="g", count="n", utility="yes").plot()
+    (legend,) = axes.figure.legends
+    axes.figure.draw_without_rendering()
+    assert [text.get_text() for text in legend.get_texts()] == [f"g={name}" for name in groups]
+    assert legend.get_window_extent().y1 <= axes.get_window_extent().y0
+    assert axes.get_legend() is None

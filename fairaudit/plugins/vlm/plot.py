@@ -46,7 +46,7 @@ def draw(experiment: Experiment, found: Found, path: Path) -> Path:
     shown = [q for q in asked if q != "position"] if swept else asked
     models = list(dict.fromkeys(model for model, _, _ in found.findings))
     slices = _slices(experiment)
-    size = (7 * len(shown), 4.4 * len(slices) + 0.3 * len(models)) if swept else (12.4, 4.8)
+    size = (7 * len(shown), 4.4 * len(slices) + 0.3 * len(models)) if swept else (9.2, 4.4)
     figure = library("matplotlib.figure", "plots").Figure(figsize=size, layout="constrained")
     figure.suptitle(_words(experiment.title))
     if swept:
@@ -93,7 +93,7 @@ def _choices(axes: Axes, experiment: Experiment, found: Found, models: Sequence[
     axes.set_ylabel("share of answers that choose the person")
     axes.legend(fontsize=8, loc="upper center", ncols=max(1, len(models)))
     orders = {"both": "every order", "cyclic": "cyclic orders", "fixed": "fixed order"}[experiment.order]
-    axes.set_title(f"Who is chosen ({orders}; 95 % intervals for each bar)", fontsize=10)
+    axes.set_title(f"Who is chosen ({orders}; 95 % intervals for each bar)", fontsize=9)
 
 
 def _chance(experiment: Experiment, table: Table, context: str, person: str) -> tuple[float, float, float]:
@@ -129,13 +129,13 @@ def _effects(axes: Axes, found: Found, models: Sequence[str], shown: Sequence[st
             _beyond(axes, [at], [middle], colour)
             middles += [middle] if middle < inf else []
             highs += [high] if high < inf else []
-    axes.set_xticks(range(len(shown)), [QUESTIONS[q] for q in shown], fontsize=8)
+    axes.set_xticks(range(len(shown)), [QUESTIONS[q].replace(", ", ",\n") for q in shown], fontsize=8)
     axes.set_xlim(-0.5, len(shown) - 0.5)
     axes.set_ylim(0, 1.1 * min(max(highs), 3 * max(middles)))
     axes.set_ylabel("L (nats)")
     named = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
     axes.legend(named.values(), named.keys(), fontsize=8)
-    axes.set_title("Profile and position effects, with intervals", fontsize=10)
+    axes.set_title("Profile and position effects, with intervals", fontsize=9)
 
 
 def _slices(experiment: Experiment) -> list[list[Setting]]:
