@@ -18,6 +18,7 @@ __all__ = [
     "check_keys",
     "csv_text",
     "read_bounded",
+    "read_bytes",
     "read_one_of",
     "read_section",
     "read_text",
@@ -67,6 +68,22 @@ def read_bounded(
     return raw
 
 
+def read_bytes(path: Path) -> bytes:
+    """Read a whole file.
+
+    Raises
+    ------
+    InputError
+        If it is not there, or cannot be read.
+    """
+    try:
+        return path.read_bytes()
+    except (FileNotFoundError, IsADirectoryError):
+        raise InputError(f"{path}: there is no such file") from None
+    except OSError as error:
+        raise InputError(f"{path}: the file cannot be read: {error.strerror}") from None
+
+
 def read_toml(path: Path) -> tuple[dict[str, Any], bytes]:
     """Read a file, with its bytes; numbers with a point stay the text that they are.
 
@@ -77,13 +94,9 @@ def read_toml(path: Path) -> tuple[dict[str, Any], bytes]:
     """
     import tomllib
 
+    data = read_bytes(path)
     try:
-        data = path.read_bytes()
         return tomllib.loads(data.decode("utf-8"), parse_float=str), data
-    except (FileNotFoundError, IsADirectoryError):
-        raise InputError(f"{path}: there is no such file") from None
-    except OSError as error:
-        raise InputError(f"{path}: the file cannot be read: {error.strerror}") from None
     except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
         raise InputError(f"{path}: this is not a TOML file: {error}") from None
 

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer, add_format
+from fairaudit.errors import InputError, shown
+from fairaudit.files import write_atomically
 
 DESCRIPTION = """\
 From a scanned floor to the candidate routes that a decision maker is shown: a scan is read, its top view, traversability and topological
@@ -27,21 +31,11 @@ def add(commands: Any) -> None:
     """Declare the options."""
     from fairaudit.plugins.navigation import render
 
-    form = argparse.RawDescriptionHelpFormatter
-    parser = commands.add_parser(
-        "navigation",
-        help="maps and candidate routes of a scanned floor",
-        description=DESCRIPTION,
-        epilog=EPILOG,
-        formatter_class=form,
-        allow_abbrev=False,
-    )
+    parser = add_command(commands, "navigation", None, "maps and candidate routes of a scanned floor", DESCRIPTION, EPILOG)
     actions = parser.add_subparsers(metavar="ACTION", required=True, parser_class=type(parser))
-    office = actions.add_parser("office", help="write a synthetic office, with scenario files", allow_abbrev=False)
-    office.set_defaults(run=_office)
+    office = add_command(actions, "office", _office, "write a synthetic office, with scenario files", "")
     office.add_argument("folder", metavar="DIR", help="a new folder")
-    maps = actions.add_parser("maps", help="build the maps of a scan", allow_abbrev=False)
-    maps.set_defaults(run=_maps)
+    maps = add_command(actions, "maps", _maps, "build the maps of a scan", "")
     maps.add_argument(
         "scan",
         metavar="SCAN",
@@ -50,15 +44,12 @@ def add(commands: Any) -> None:
     )
     maps.add_argument("-o", "--folder", metavar="DIR", required=True, help="where to write")
     for name, metavar, said in OPTIONS:
-        maps.add_argument(f"--{name}", metavar=metavar, type=TYPES.get(metavar), help=said)
+        maps.add_argument(f"--{name}", metavar=metavar, type=TYPES.get(metavar, str), help=said)
     maps.add_argument("--message", choices=("first", "last"), help="which of several messages of a recording")
-    maps.add_argument("--no-level", dest="level", action="store_const", const=False, help="do not level a leaning floor")
-    maps.add_argument(
-        "--keep-stray", dest="stray", action="store_const", const=False, help="do not remove points that have hardly any others around them"
-    )
+    for name, key, said in SWITCHES:
+        maps.add_argument(f"--{name}", dest=key, action="store_const", const=False, help=said)
     render.add(actions)
-    route = actions.add_parser("route", help="export routes, for a robot to drive", allow_abbrev=False)
-    route.set_defaults(run=_route)
+    route = add_command(actions, "route", _route, "export routes, for a robot to drive", "")
     route.add_argument("candidates", metavar="CANDIDATES.json", help="a candidate set that render wrote")
     route.add_argument("chosen", metavar="LABEL", nargs="?", help="label or index of the chosen candidate (default, for .geojson: all)")
     route.add_argument(
@@ -92,26 +83,33 @@ OPTIONS = (
 )
 
 
-def _answer(action: str, result: dict[str, Any], text: Callable[[], str], sentence: str) -> Answer:
-    return Answer("navigation", sentence=sentence, result=lambda: {"action": action, **result}, text=text)
+SWITCHES = (
+    ("no-level", "level", "do not level a leaning floor"),
+    ("keep-stray", "stray", "do not remove points that have hardly any others around them"),
+)
+
+
+def _answer(action: str, result: dict[str, Any], lines: Iterable[str], sentence: str) -> Answer:
+    from fairaudit.words import plain
+
+    text = "\n".join(map(plain, lines))
+    return Answer("navigation", sentence=sentence, result=lambda: {"action": action, **result}, text=lambda: text)
 
 
 def _office(arguments: argparse.Namespace) -> Answer:
     from importlib.resources import files
 
-    from fairaudit.files import write_atomically
     from fairaudit.plugins.navigation.office import write_office
-    from fairaudit.words import plain
 
     folder = Path(arguments.folder)
     count = write_office(folder / "area")
     said = f"{count:,} points: {folder / 'area'}"
     examples = []
     for example in sorted(files("fairaudit.plugins.navigation").joinpath("examples").iterdir(), key=lambda entry: entry.name):
-        write_atomically(folder / example.name, [example.read_bytes()])
         examples.append(folder / example.name)
+        write_atomically(examples[-1], [example.read_bytes()])
     result = {"points": count, "area": folder / "area", "examples": examples}
-    return _answer("office", result, lambda: "\n".join(map(plain, [said, *(f"example: {path}" for path in examples)])), f"{said}.")
+    return _answer("office", result, [said, *(f"example: {path}" for path in examples)], f"{said}.")
 
 
 def _maps(arguments: argparse.Namespace) -> Answer:
@@ -127,54 +125,41 @@ def _maps(arguments: argparse.Namespace) -> Answer:
     )
     if "columns" in reading:
         reading["columns"] = tuple(name.strip() for name in arguments.columns.split(","))
-    for name, count in (("bounds", 4), ("band", 2)):
-        if name in options:
-            options[name] = _list(options[name], name, count)
+    for name in {"bounds", "band"} & options.keys():
+        options[name] = _list(options[name], name, 4 if name == "bounds" else 2)
     if sys.stderr.isatty():
         print(f"reading {plain(arguments.scan)} …", file=sys.stderr)
     maps, points, _, notes = read_scan(Path(arguments.scan), reading, options)
     rooms, said = rooms_of(maps, points, arguments.room_names)
-    notes = (*notes, *said)
     draw_maps(maps, rooms, Path(arguments.folder))
-    frame = maps.frame
-    lines = [f"note: {note}" for note in notes]
+    frame, lines = maps.frame, [f"note: {note}" for note in (*notes, *said)]
     if points is not None:
-        lines.append(
-            f"{len(points):,} points" + (f" in {len(points.rooms)} rooms" if points.rooms else "") + f", floor at z = {maps.floor:g} m"
-        )
+        where = f" in {len(points.rooms)} rooms" if points.rooms else ""
+        lines.append(f"{len(points):,} points{where}, floor at z = {maps.floor:g} m")
     size = f"{frame.rows} × {frame.columns} cells of {frame.resolution:g} m from ({frame.x:g}, {frame.y:g})"
-    size += f", turned by {frame.yaw:g}" if frame.yaw else ""
-    lines.append(f"{size}, {int(maps.free.sum()):,} of them traversable")
-    lines.append(f"maps: {arguments.folder}")
+    size += (f", turned by {frame.yaw:g}" if frame.yaw else "") + f", {int(maps.free.sum()):,} of them traversable"
     result = {
         "folder": arguments.folder,
         "points": None if points is None else len(points),
-        "notes": list(notes),
+        "notes": [*notes, *said],
         "frame": asdict(frame),
         "traversable": int(maps.free.sum()),
     }
-    return _answer("maps", result, lambda: "\n".join(map(plain, lines)), f"{size}, {int(maps.free.sum()):,} of them traversable.")
+    return _answer("maps", result, [*lines, size, f"maps: {arguments.folder}"], f"{size}.")
 
 
 def _list(text: str, name: str, count: int) -> tuple[float, ...]:
-    from math import isfinite
-
-    from fairaudit.errors import InputError, shown
-
     try:
-        values = tuple(float(word) for word in text.split(","))
+        values = tuple(map(float, text.split(",")))
     except ValueError:
         values = ()
-    if len(values) != count or not all(isfinite(value) for value in values):
+    if len(values) != count or not all(map(isfinite, values)):
         raise InputError(f"--{name} is {shown(text)}; {count} numbers separated by commas are accepted")
     return values
 
 
 def _route(arguments: argparse.Namespace) -> Answer:
-    from fairaudit.errors import InputError
-    from fairaudit.files import write_atomically
     from fairaudit.plugins.navigation.exports import ENDINGS, read_candidates
-    from fairaudit.words import plain
 
     output = Path(arguments.output)
     ending = next((ending for ending in ENDINGS if output.name.lower().endswith(ending)), None)
@@ -184,12 +169,7 @@ def _route(arguments: argparse.Namespace) -> Answer:
     if len(routes) > 1 and ending != ".geojson":
         raise InputError(f"{output} holds one route; name a candidate, such as {routes[0].label}")
     write_atomically(output, [ENDINGS[ending](routes).encode()])
-    listed = ", ".join(route.label for route in routes)
-    said = f"{'route' if len(routes) == 1 else 'routes'} to {listed}, {sum(len(route.points) for route in routes)} poses: {output}"
-    result = {
-        "label": listed,
-        "length": sum(route.length for route in routes),
-        "poses": sum(len(r.points) for r in routes),
-        "output": output,
-    }
-    return _answer("route", result, lambda: plain(said), f"R{said[1:]}.")
+    listed, poses = ", ".join(route.label for route in routes), sum(len(route.points) for route in routes)
+    said = f"oute{'s' if len(routes) > 1 else ''} to {listed}, {poses} poses: {output}"
+    result = {"label": listed, "length": sum(route.length for route in routes), "poses": poses, "output": output}
+    return _answer("route", result, [f"r{said}"], f"R{said}.")

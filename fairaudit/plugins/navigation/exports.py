@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from fairaudit.errors import InputError, nearest, shown
+from fairaudit.files import csv_text, read_bytes
 from fairaudit.libraries import library
-
-__all__ = ["ENDINGS", "Drive", "read_candidates"]
 
 FORMAT = "fairaudit-candidates/1"
 MAP = "map"
@@ -48,7 +47,7 @@ class Drive:
 def read_candidates(path: Path, chosen: str | None = None) -> list[Drive]:
     """Read the routes of a candidate set: all, or that to one candidate, by label or index."""
     try:
-        document = json.loads(path.read_bytes())
+        document = json.loads(read_bytes(path))
         if document["format"] != FORMAT:
             raise InputError(f"{path}: the format is {shown(document['format'])}; {FORMAT} is accepted")
         side = float(document["frame"]["resolution"])
@@ -66,16 +65,12 @@ def read_candidates(path: Path, chosen: str | None = None) -> list[Drive]:
         return drives if chosen is None else [by_name[chosen]]
     except InputError:
         raise
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file") from None
-    except OSError as error:
-        raise InputError(f"{path}: the file cannot be read: {error.strerror}") from None
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
         raise InputError(f"{path}: this is not a candidate set; candidates.json of fairaudit navigation render was expected") from None
 
 
 def _csv(drives: list[Drive]) -> str:
-    return "x,y,heading\n" + "".join(f"{x!r},{y!r},{heading!r}\n" for x, y, heading in drives[0].poses)
+    return csv_text([("x", "y", "heading"), *drives[0].poses])
 
 
 def _json(drives: list[Drive]) -> str:
@@ -118,15 +113,13 @@ def _graph(drives: list[Drive]) -> str:
     pairs = dict.fromkeys(pair for drive in drives for a, b in pairwise(drive.points) for pair in ((a, b), (b, a)))
     if not pairs:
         raise InputError("no candidate is away from the start; a route graph needs an edge")
-    features = [_feature("Point", node, id=number, frame=MAP) for number, node in enumerate(nodes)]
+    features: list[tuple[str, Any, dict[str, Any]]]
+    features = [("Point", node, {"id": number, "frame": MAP}) for number, node in enumerate(nodes)]
     for number, (a, b) in enumerate(pairs, start=len(nodes)):
-        cost = round(hypot(b[0] - a[0], b[1] - a[1]), 4)
-        features.append(_feature("MultiLineString", [[a, b]], id=number, startid=nodes.index(a), endid=nodes.index(b), cost=cost))
-    return json.dumps({"type": "FeatureCollection", "name": "graph", "features": features}, indent=1) + "\n"
-
-
-def _feature(kind: str, coordinates: Any, **properties: Any) -> dict[str, Any]:
-    return {"type": "Feature", "properties": properties, "geometry": {"type": kind, "coordinates": coordinates}}
+        said = {"id": number, "startid": nodes.index(a), "endid": nodes.index(b), "cost": round(hypot(b[0] - a[0], b[1] - a[1]), 4)}
+        features.append(("MultiLineString", [[a, b]], said))
+    listed = [{"type": "Feature", "properties": said, "geometry": {"type": kind, "coordinates": at}} for kind, at, said in features]
+    return json.dumps({"type": "FeatureCollection", "name": "graph", "features": listed}, indent=1) + "\n"
 
 
 ENDINGS: Mapping[str, Callable[[list[Drive]], str]] = {

@@ -15,10 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fairaudit.errors import InputError, shown
-from fairaudit.files import check_keys, write_together
+from fairaudit.files import check_keys, read_bytes, write_together
 from fairaudit.libraries import library
-
-__all__ = ["FREE", "OCCUPIED", "UNKNOWN", "Frame", "OccupancyGrid", "read_grid", "write_ros_map"]
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 MAX_CELLS = 1_000_000_000
@@ -32,17 +30,6 @@ MODES, PICTURES = ("trinary", "scale", "raw"), (".pgm", ".png", ".bmp")
 class Frame:
     """Where the cells of a grid lie: row 0 is the top row, column 0 the left one, as in a picture.
 
-    Attributes
-    ----------
-    x, y : float
-        The lower left corner of the grid, in metres.
-    resolution : float
-        Side of a cell, in metres.
-    rows, columns : int
-        Size of the grid.
-    yaw : float
-        By what angle the grid is turned about this corner, in radians, counterclockwise; at 0, rows lie along x.
-
     Examples
     --------
     >>> frame = Frame(0.0, 0.0, 0.5, rows=4, columns=6)
@@ -50,12 +37,12 @@ class Frame:
     ((3, 0), (0.25, 0.25))
     """
 
-    x: float
+    x: float  # of the lower left corner of the grid, in metres
     y: float
-    resolution: float
+    resolution: float  # side of a cell, in metres
     rows: int
     columns: int
-    yaw: float = 0.0
+    yaw: float = 0.0  # by what angle it is turned about this corner, in radians, counterclockwise; at 0, rows lie along x
 
     def __post_init__(self) -> None:
         """Refuse what is no grid, and grids too large to be meant."""
@@ -66,10 +53,8 @@ class Frame:
         if self.rows < 1 or self.columns < 1:
             raise InputError(f"the map has {self.rows} rows and {self.columns} columns; at least one cell is needed")
         if self.rows * self.columns > MAX_CELLS:
-            raise InputError(
-                f"a map of {self.rows:,} × {self.columns:,} cells of {self.resolution:g} m would need more than {MAX_CELLS:,} cells; "
-                "use a coarser resolution or bounds"
-            )
+            cells = f"{self.rows:,} × {self.columns:,} cells of {self.resolution:g} m"
+            raise InputError(f"a map of {cells} would need more than {MAX_CELLS:,} cells; use a coarser resolution or bounds")
 
     @classmethod
     def around(cls, bounds: tuple[float, float, float, float], resolution: float) -> Frame:
@@ -104,9 +89,8 @@ class Frame:
             ends = (-0.5, self.rows - 0.5), (-0.5, self.columns - 0.5)
             corners = self.points(*np.meshgrid(*ends)).reshape(4, 2)
             (left, low), (right, high) = corners.min(axis=0), corners.max(axis=0)
-            raise InputError(
-                f"the point ({x:g}, {y:g}) is not on the map, which reaches from ({left:g}, {low:g}) to ({right:g}, {high:g}) metres"
-            )
+            reach = f"from ({left:g}, {low:g}) to ({right:g}, {high:g}) metres"
+            raise InputError(f"the point ({x:g}, {y:g}) is not on the map, which reaches {reach}")
         return found // self.columns, found % self.columns
 
     def centre(self, row: int, column: int) -> tuple[float, float]:
@@ -144,22 +128,8 @@ class OccupancyGrid:
 def read_grid(path: str | Path, free_below: int = 1) -> OccupancyGrid:
     """Read an occupancy map of ROS (``map.yaml``, which names a picture) or a grid map of MovingAI (``.map``).
 
-    Parameters
-    ----------
-    path : path-like
-        The file; its ending tells which.
-    free_below : int
-        Cells whose occupancy is less are free; of interest in the modes scale and raw, where it is any number from 0 to 100.
-
-    Returns
-    -------
-    OccupancyGrid
-        In metres; a cell of a MovingAI map is 1 m, and its y, which points down there, is the row.
-
-    Raises
-    ------
-    InputError
-        If it is not such a file.
+    Cells whose occupancy is less than `free_below`, a percentage, are free; that matters in the modes scale and raw, where it is any number
+    from 0 to 100. A cell of a MovingAI map is 1 m, and its y, which points down there, is the row.
 
     Notes
     -----
@@ -168,24 +138,15 @@ def read_grid(path: str | Path, free_below: int = 1) -> OccupancyGrid:
     to 100 are occupancies and others unknown. A turned map keeps its cells; its frame is turned.
     """
     path = Path(path)
+    data = read_bytes(path)
     try:
-        return _ros(path, free_below) if path.suffix.lower() in (".yaml", ".yml") else _moving_ai(path)
+        return _ros(path, data, free_below) if path.suffix.lower() in (".yaml", ".yml") else _moving_ai(data)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
 
-def _bytes(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except (FileNotFoundError, IsADirectoryError):
-        raise InputError("there is no such file") from None
-    except OSError as error:
-        raise InputError(f"the file cannot be read: {error.strerror}") from None
-
-
-def _ros(path: Path, free_below: int) -> OccupancyGrid:
+def _ros(path: Path, data: bytes, free_below: int) -> OccupancyGrid:
     yaml = library("yaml", "navigation")
-    data = _bytes(path)
     try:
         document = yaml.safe_load(data.decode("utf-8"))
     except (yaml.YAMLError, RecursionError, ValueError) as error:
@@ -199,44 +160,37 @@ def _ros(path: Path, free_below: int) -> OccupancyGrid:
         raise InputError("the key image must name a picture")
     if not (isinstance(origin, list) and len(origin) in (2, 3)):
         raise InputError(f"origin is {shown(origin)}; [x, y, yaw] of the lower left corner is accepted, in metres and radians")
-    x, y, yaw = ([_finite(value, "origin") for value in origin] + [0.0])[:3]
+    x, y, yaw = ([_number(value, "origin") for value in origin] + [0.0])[:3]
     said = {key: document.get(key, usual) for key, usual in (("negate", 0), ("mode", "trinary"), ("map_type", "occupancy"))}
     said["mode"] = str(said["mode"]).lower()
     for key, accepted in (("negate", (0, 1)), ("mode", MODES), ("map_type", ("occupancy",))):
         if said[key] not in accepted:
             raise InputError(f"{key} is {shown(said[key])}; {' or '.join(map(str, accepted))} is accepted")
-    occupied, free = _number(document, "occupied_thresh"), _number(document, "free_thresh")
+    occupied, free, side = (_number(document.get(key), key) for key in ("occupied_thresh", "free_thresh", "resolution"))
     if not 0 <= free <= occupied <= 1:
         raise InputError(f"free_thresh is {free:g} and occupied_thresh {occupied:g}; 0 ≤ free ≤ occupied ≤ 1 is accepted")
     grey, opaque = _picture(path.parent / image)
     rows, columns = grey.shape
-    frame = Frame(x, y, _number(document, "resolution"), rows, columns, yaw)
+    frame = Frame(x, y, side, rows, columns, yaw)
     if said["mode"] == "raw":
         return OccupancyGrid(frame, np.where(grey <= OCCUPIED, grey, UNKNOWN).astype(np.int8), free_below)
     dark = grey.astype(np.float32) / np.float32(255)
     if not said["negate"]:
         dark = 1 - dark
-    low, high, range_ = np.float32(free), np.float32(occupied), np.float32(occupied - free)
-    states = np.full(grey.shape, UNKNOWN, np.int8)
+    low, high = np.float32(free), np.float32(occupied)
+    between = np.full(grey.shape, UNKNOWN, np.float32)
     if said["mode"] == "scale":
-        between = (dark > low) & (dark < high)
-        states[between] = np.floor((dark[between] - low) / range_ * 100 + np.float32(0.5))
-    states[dark >= high] = OCCUPIED
-    states[dark <= low] = FREE
-    states[~opaque] = UNKNOWN
+        between = np.floor((dark - low) / (np.float32(occupied - free) or np.float32(1)) * 100 + np.float32(0.5))
+    states = np.select([~opaque, dark <= low, dark >= high], [UNKNOWN, FREE, OCCUPIED], between).astype(np.int8)
     return OccupancyGrid(frame, states, free_below)
 
 
-def _number(document: dict[str, Any], key: str) -> float:
-    if key not in document:
+def _number(value: Any, key: str) -> float:
+    if value is None:
         raise InputError(f"the key {key} is missing")
-    return _finite(document[key], key)
-
-
-def _finite(value: object, key: str) -> float:
     try:
-        number = float(value) if isinstance(value, (int, float, str)) and not isinstance(value, bool) else float("nan")
-    except (ValueError, OverflowError):
+        number = float("nan" if isinstance(value, bool) else value)
+    except (ValueError, OverflowError, TypeError):
         number = float("nan")
     if not isfinite(number):
         raise InputError(f"{key} has the value {shown(value)}; a finite number is accepted")
@@ -283,8 +237,8 @@ def write_ros_map(grid: OccupancyGrid, path: str | Path) -> None:
     write_together([(picture, [head.encode(), values.tobytes()]), (path, [text.encode()])])
 
 
-def _moving_ai(path: Path) -> OccupancyGrid:
-    data = _bytes(path).replace(b"\r\n", b"\n")
+def _moving_ai(data: bytes) -> OccupancyGrid:
+    data = data.replace(b"\r\n", b"\n")
     head = MOVING_AI.match(data)
     if head is None:
         raise InputError("this is not a grid map: it should begin with the lines type octile, height N, width N and map")

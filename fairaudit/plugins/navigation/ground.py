@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 from math import cos, degrees, pi, radians, sqrt
 
@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.plugins.navigation.maps import BAND, floor_height
 from fairaudit.plugins.navigation.readers import Part, Points
-
-__all__ = ["UNITS", "UPS", "advice", "prepare"]
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048}
 UPS = {"z": (0, 1, 2), "y": (2, 0, 1), "x": (1, 2, 0), "-z": (1, 0, 2), "-y": (0, 2, 1), "-x": (2, 1, 0)}  # new x, y and z
@@ -35,23 +33,8 @@ _Array = NDArray[np.float64]
 def prepare(points: Points, *, unit: str | None = None, up: str | None = None, level: bool = True, stray: bool = True) -> Points:
     """Make a scan stand upright, in metres, on a level floor, and remove its stray points.
 
-    Parameters
-    ----------
-    points : Points
-        As they were read.
-    unit : {"m", "cm", "mm", "ft"}, optional
-        Unit of the coordinates. By default metres, or millimetres if the scan would be 1 km high.
-    up : {"x", "y", "z", "-x", "-y", "-z"}, optional
-        Which way is up. By default z, or y if the scan is flat along y and most of its surfaces face that way.
-    level : bool
-        Whether a leaning floor is levelled.
-    stray : bool
-        Whether points that have hardly any others around them are removed.
-
-    Returns
-    -------
-    Points
-        With a note for everything that was done.
+    The unit is one of `UNITS`, by default metres, or millimetres if the scan would be 1 km high; up is one of `UPS`, by default z, or y if
+    the scan is flat along y and most of its surfaces face that way. There is a note for everything that was done.
 
     Notes
     -----
@@ -81,7 +64,7 @@ def prepare(points: Points, *, unit: str | None = None, up: str | None = None, l
         kept = ~_strays(xyz, floor_height(found) + BAND[1])
         if not kept.all():
             notes.append(f"{int((~kept).sum()):,} of {len(kept):,} points have hardly any others around them and were removed")
-            found = replace(found, xyz=xyz[kept], rgb=points.rgb[kept], parts=_left(points.parts, kept))
+            found = found.only(kept)
     return replace(found, notes=tuple(notes))
 
 
@@ -157,57 +140,39 @@ def _strays(xyz: _Array, over: float) -> NDArray[np.bool_]:
 def _lonely(codes: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Which points of these cubes have too few others in their own and the 26 around it."""
     cubes, counts = np.unique(codes, return_counts=True)
-    thin = np.flatnonzero(counts < COMPANY)
-    around = counts[thin]
+    thin = cubes[counts < COMPANY]
+    around = np.zeros(len(thin), np.int64)
     for x, y, z in product((-1, 0, 1), repeat=3):
-        if (x, y, z) != (0, 0, 0):
-            wanted = cubes[thin] + (x << 42) + (y << 21) + z
-            at = np.minimum(np.searchsorted(cubes, wanted), len(cubes) - 1)
-            around = around + np.where(cubes[at] == wanted, counts[at], 0)
-    alone = cubes[thin[around < COMPANY]]
-    if not len(alone):
-        return np.zeros(len(codes), np.bool_)
-    return np.asarray(alone[np.minimum(np.searchsorted(alone, codes), len(alone) - 1)] == codes)
+        wanted = thin + (x << 42) + (y << 21) + z
+        at = np.minimum(np.searchsorted(cubes, wanted), len(cubes) - 1)
+        around = around + np.where(cubes[at] == wanted, counts[at], 0)
+    alone = thin[around < COMPANY]
+    at = np.minimum(np.searchsorted(alone, codes), len(alone) - 1)
+    return np.asarray(alone[at] == codes) if len(alone) else np.zeros(len(codes), np.bool_)
 
 
-def _left(parts: tuple[Part, ...], kept: NDArray[np.bool_]) -> tuple[Part, ...]:
-    """Where objects are once points are removed."""
-    before = np.concatenate([[0], np.cumsum(kept)])
-    moved = (replace(part, start=int(before[part.start]), stop=int(before[part.stop])) for part in parts)
-    return tuple(part for part in moved if part.stop > part.start)
-
-
-@dataclass(frozen=True)
-class _Plane:
-    middle: _Array
-    normal: _Array
-    held: int
+_Plane = tuple[_Array, _Array, int]  # its middle, its normal, and how many points are near it
 
 
 def _levelled(xyz: _Array, parts: tuple[Part, ...], notes: list[str]) -> _Array:
     floors = [xyz[part.start : part.stop] for part in parts if part.kind == "floor"]
-    if floors:
-        flat = _sample(np.concatenate(floors))
-    else:
-        sample = _sample(xyz)
-        flat = sample[np.abs(_normals(sample)[:, 2]) > cos(1.3 * STEEPEST)]
+    flat = _sample(np.concatenate(floors) if floors else xyz)
+    if not floors:
+        flat = flat[np.abs(_normals(flat)[:, 2]) > cos(1.3 * STEEPEST)]
     plane = _floor(flat)
     if plane is None:
         notes.append("no floor was found, so the scan was not levelled")
         return xyz
-    lean = float(np.arctan2(np.hypot(*plane.normal[:2]), plane.normal[2]))
+    middle, (x, y, z), held = plane
+    lean = float(np.arctan2(np.hypot(x, y), z))
     if lean * float(np.ptp(flat[:, :2], axis=0).max()) < NOTICED:
         return xyz
-    x, y, z = plane.normal
     turn = np.eye(3) - np.array([[x * x / (1 + z), x * y / (1 + z), x], [x * y / (1 + z), y * y / (1 + z), y], [-x, -y, 1 - z]])
-    where = ", ".join(f"{value:.2f}" for value in plane.middle)
-    notes.append(
-        f"the floor leaned by {degrees(lean):.2f}°; the scan was levelled about ({where}), by {plane.held:,} of {len(flat):,} points that "
-        "were looked at"
-    )
+    said = f"the floor leaned by {degrees(lean):.2f}°; the scan was levelled about ({', '.join(f'{value:.2f}' for value in middle)}), by"
+    notes.append(f"{said} {held:,} of {len(flat):,} points that were looked at")
     level = np.empty_like(xyz)
     for first in range(0, len(xyz), SAMPLE):
-        level[first : first + SAMPLE] = (xyz[first : first + SAMPLE] - plane.middle) @ turn.T + plane.middle
+        level[first : first + SAMPLE] = (xyz[first : first + SAMPLE] - middle) @ turn.T + middle
     return level
 
 
@@ -218,23 +183,19 @@ def _floor(flat: _Array) -> _Plane | None:
     a, b, c = (flat[corner] for corner in np.random.default_rng(0).integers(0, len(flat), (3, TRIPLES)))
     normals = np.cross(b - a, c - a)
     sizes = np.linalg.norm(normals, axis=1)
-    steep = np.abs(normals[:, 2]) < cos(STEEPEST) * sizes
-    found: list[_Plane] = []
-    rest = flat
+    level = (np.abs(normals[:, 2]) >= cos(STEEPEST) * sizes) & (sizes > 0)
+    found, rest = list[_Plane](), flat
     while len(found) < PLANES and len(rest) >= LEAST:
-        held = [
-            0 if wrong or not size else int((np.abs((rest - corner) @ normal) < NEAR * size).sum())
-            for wrong, size, corner, normal in zip(steep, sizes, a, normals, strict=True)
-        ]
+        held = [int(level[n] and (np.abs((rest - a[n]) @ normals[n]) < NEAR * sizes[n]).sum()) for n in range(TRIPLES)]
         best = int(np.argmax(held))
         plane = _fitted(rest, a[best], normals[best] / sizes[best]) if held[best] >= LEAST / 2 else None
         if plane is None:
             break
         found.append(plane)
-        rest = rest[np.abs((rest - plane.middle) @ plane.normal) >= 2 * NEAR]
-    many = [plane for plane in found if plane.held >= max(found[0].held / 4, 0.1 * len(flat)) and plane.normal[2] >= cos(STEEPEST)]
-    middle = np.median(flat, axis=0)
-    return min(many, key=lambda plane: plane.middle @ plane.normal - middle[:2] @ plane.normal[:2], default=None)
+        rest = rest[np.abs((rest - plane[0]) @ plane[1]) >= 2 * NEAR]
+    middle = np.median(flat[:, :2], axis=0)
+    many = [each for each in found if each[2] >= max(found[0][2] / 4, 0.1 * len(flat)) and each[1][2] >= cos(STEEPEST)]
+    return min(many, key=lambda each: each[0] @ each[1] - middle @ each[1][:2], default=None)
 
 
 def _fitted(flat: _Array, centre: _Array, normal: _Array) -> _Plane | None:
@@ -248,7 +209,7 @@ def _fitted(flat: _Array, centre: _Array, normal: _Array) -> _Plane | None:
             break
         centre = flat[near].mean(axis=0)
         normal = np.linalg.svd(flat[near] - centre, full_matrices=False)[2][2]
-    return _Plane(centre, normal if normal[2] > 0 else -normal, int(near.sum()))
+    return centre, normal if normal[2] > 0 else -normal, int(near.sum())
 
 
 def advice(points: Points, resolution: float, robot_radius: float, band: tuple[float, float]) -> tuple[str, ...]:
@@ -258,15 +219,12 @@ def advice(points: Points, resolution: float, robot_radius: float, band: tuple[f
     if len(low) and (missed := _holes(low, resolution)) > HOLES:
         better = next((step for step in STEPS if step > resolution and _holes(low, step) <= HOLES), None)
         offer = f"a resolution of {better:g} m has none" if better else f"so have cells of {STEPS[-1]:g} m"
-        said.append(
-            f"the points of the floor are too far apart for cells of {resolution:g} m: {missed:.0%} of it are holes, which are obstacles"
-            + (" and are widened by the robot's radius" if robot_radius else "")
-            + f"; {offer}"
-        )
+        wider = " and are widened by the robot's radius" if robot_radius else ""
+        holes = f"{missed:.0%} of it are holes, which are obstacles{wider}"
+        said.append(f"the points of the floor are too far apart for cells of {resolution:g} m: {holes}; {offer}")
     if 0 < robot_radius < resolution / 2:
-        said.append(
-            f"the robot's radius of {robot_radius:g} m is less than half a cell; a resolution of {2 * robot_radius:g} m or less shows it"
-        )
+        finer = f"a resolution of {2 * robot_radius:g} m or less shows it"
+        said.append(f"the robot's radius of {robot_radius:g} m is less than half a cell; {finer}")
     return tuple(said)
 
 

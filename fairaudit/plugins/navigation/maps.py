@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from math import inf, isfinite, sqrt
 
@@ -11,9 +10,7 @@ from numpy.typing import NDArray
 
 from fairaudit.errors import InputError
 from fairaudit.plugins.navigation.grids import FREE, OCCUPIED, UNKNOWN, Frame, OccupancyGrid
-from fairaudit.plugins.navigation.readers import Part, Points
-
-__all__ = ["BAND", "CEILING", "CLEARANCE", "Maps", "floor_height", "inflate", "maps_of_grid", "rasterise", "shut"]
+from fairaudit.plugins.navigation.readers import Points
 
 BAND = (-0.15, 0.15)
 CLEARANCE = 1.5
@@ -29,9 +26,7 @@ class Maps:
     """What a scan says of a floor: one frame for all."""
 
     frame: Frame
-    rgb: NDArray[np.uint8] = field(
-        repr=False
-    )  # of the highest point of each cell, white where there is none; shades if all have one colour
+    rgb: NDArray[np.uint8] = field(repr=False)  # of the highest point of each cell, white if there is none; shades if all have one colour
     height: NDArray[np.float64] = field(repr=False)  # its z in metres, -inf where there is none
     free: NDArray[np.bool_] = field(repr=False)  # which cells can be traversed
     floor: float  # its z in metres
@@ -59,8 +54,6 @@ def rasterise(
 
     Parameters
     ----------
-    points : Points
-        The scan.
     resolution : float
         Side of a cell in metres.
     bounds : tuple of float, optional
@@ -78,19 +71,10 @@ def rasterise(
     robot_radius : float
         Cells nearer than this to an obstacle are not traversable either.
 
-    Returns
-    -------
-    Maps
-        Cells without a point are obstacles.
-
-    Raises
-    ------
-    InputError
-        If a number is out of range, no point lies within the bounds, or the map would have more than 1e9 cells.
-
     Notes
     -----
-    The band alone would let the robot through walls and tables, which have points near the floor too; the clearance is what keeps it out.
+    Cells without a point are obstacles. A map without a point, or of more than 1e9 cells, is refused. The band alone would let the robot
+    through walls and tables, which have points near the floor too; the clearance is what keeps it out.
 
     Examples
     --------
@@ -106,19 +90,32 @@ def rasterise(
     ground = floor_height(points) if floor is None else floor
     if bounds is not None and not (bounds[0] < bounds[2] and bounds[1] < bounds[3]):
         raise InputError(f"bounds are {list(bounds)}; least x, least y, greatest x, greatest y are accepted")
-    frame = _frame(points, resolution, bounds)
+    tight = Frame.around(bounds or (*points.xyz[:, :2].min(axis=0).tolist(), *points.xyz[:, :2].max(axis=0).tolist()), resolution)
+    # one cell more than needed on each side, so that rounding never moves a point off the map
+    frame = Frame(tight.x - resolution, tight.y - resolution, resolution, tight.rows + 2, tight.columns + 2)
     size = frame.rows * frame.columns
     top, colours = np.full(size, -inf), np.full(size, -1, np.int32)
     low, blocked = np.zeros(size, np.bool_), np.zeros(size, np.bool_)
-    for part, there, cells, z in _pieces(points, frame, ground + ceiling, bounded=bounds is not None):
-        raise_tops(top, colours, cells, z, points.rgb[there])
+    if bounds is not None:
+        inner = np.array([frame.x, frame.y]) + frame.resolution
+        outer = np.array([frame.x + (frame.columns - 1) * frame.resolution, frame.y + (frame.rows - 1) * frame.resolution])
+        points = points.only(np.all((points.xyz[:, :2] >= inner) & (points.xyz[:, :2] < outer), axis=1))
+    chunks = ((each, first) for each in points.parts if each.kind != "ceiling" for first in range(each.start, each.stop, CHUNK))
+    for part, first in chunks:
+        there = slice(first, min(first + CHUNK, part.stop))
+        under = points.xyz[there, 2] <= (ground + ceiling if part.kind is None else inf)
+        xyz, z = points.xyz[there][under], points.xyz[there, 2][under]
+        cells = frame.cells(xyz[:, :2])
+        raise_tops(top, colours, cells, z, points.rgb[there][under])
         low[cells.compress((z >= ground + band[0]) & (z <= ground + band[1]))] = True
         if part.kind != PASSABLE:
             blocked[cells.compress((z > ground + band[1]) & (z <= ground + clearance))] = True
     rgb = np.stack([(colours >> shift & 255).astype(np.uint8) for shift in (16, 8, 0)], axis=1)  # -1 has all bits set: white
     if bounds is not None and not np.isfinite(top).any():
         raise InputError(f"no point of the scan lies within the bounds {list(bounds)}")
-    _shade(rgb, top, ground)
+    seen = np.isfinite(top)
+    if seen.any() and (rgb[seen] == rgb[seen][0]).all():  # heights instead: the floor light, what is 2 m high dark
+        rgb[seen] = (230 - 190 * np.clip((top[seen] - ground) / 2.0, 0.0, 1.0)).astype(np.uint8)[:, None]
     shape = (frame.rows, frame.columns)
     free = (low & ~blocked).reshape(shape)
     return Maps(frame, rgb.reshape(*shape, 3), top.reshape(shape), inflate(free, robot_radius / frame.resolution), ground, free)
@@ -145,59 +142,6 @@ def _check(ceiling: float, band: tuple[float, float], clearance: float, robot_ra
     for name, value in (("ceiling", ceiling), ("clearance", clearance), ("robot_radius", robot_radius)):
         if not (isfinite(value) and value >= 0):
             raise InputError(f"{name} is {value}; a length in metres of at least 0 is accepted")
-
-
-def _frame(points: Points, resolution: float, bounds: tuple[float, float, float, float] | None) -> Frame:
-    """One cell more than needed on each side, so that rounding never moves a point off the map."""
-    if bounds is None:
-        x, y = points.xyz[:, 0], points.xyz[:, 1]
-        bounds = (float(x.min()), float(y.min()), float(x.max()), float(y.max()))
-    tight = Frame.around(bounds, resolution)
-    return Frame(tight.x - resolution, tight.y - resolution, resolution, tight.rows + 2, tight.columns + 2)
-
-
-def _shade(rgb: NDArray[np.uint8], top: NDArray[np.float64], ground: float) -> None:
-    """Where a scan has one colour only, show heights instead: the floor light, what is 2 m high dark."""
-    seen = np.isfinite(top)
-    colours = rgb[seen]
-    if len(colours) and (colours == colours[0]).all():
-        rgb[seen] = (230 - 190 * np.clip((top[seen] - ground) / 2.0, 0.0, 1.0)).astype(np.uint8)[:, None]
-
-
-_Piece = tuple[Part, "slice | NDArray[np.int64]", NDArray[np.int64], NDArray[np.float64]]
-
-
-def _pieces(points: Points, frame: Frame, limit: float, *, bounded: bool) -> Iterator[_Piece]:
-    """Points that are on the map and no ceiling, in chunks: their object, where they are in the scan, their cells and heights."""
-    for part in points.parts:
-        if part.kind == "ceiling":
-            continue
-        for first in range(part.start, part.stop, CHUNK):
-            there: slice | NDArray[np.int64] = slice(first, min(first + CHUNK, part.stop))
-            xyz = points.xyz[there]
-            inside = _inside(xyz, frame) if bounded else None
-            if part.kind is None:
-                under = xyz[:, 2] <= limit
-                inside = under if inside is None else inside & under
-            if inside is not None:
-                there = np.flatnonzero(inside) + first
-                xyz = xyz[inside]
-            yield part, there, _cells(xyz, frame), np.ascontiguousarray(xyz[:, 2])
-
-
-def _cells(xyz: NDArray[np.float64], frame: Frame) -> NDArray[np.int64]:
-    """Index of the cell of each point, in reading order of the picture; 32 bits hold it, as a frame has at most 1e9 cells."""
-    cells = ((xyz[:, 1] - frame.y) / frame.resolution).astype(np.int32)
-    np.subtract(frame.rows - 1, cells, out=cells)
-    cells *= frame.columns
-    cells += ((xyz[:, 0] - frame.x) / frame.resolution).astype(np.int32)
-    return cells.astype(np.int64)
-
-
-def _inside(xyz: NDArray[np.float64], frame: Frame) -> NDArray[np.bool_]:
-    right, high = frame.x + (frame.columns - 1) * frame.resolution, frame.y + (frame.rows - 1) * frame.resolution
-    x, y = xyz[:, 0], xyz[:, 1]
-    return (x >= frame.x + frame.resolution) & (x < right) & (y >= frame.y + frame.resolution) & (y < high)
 
 
 def floor_height(points: Points) -> float:

@@ -13,34 +13,13 @@ from numpy.typing import NDArray
 
 from fairaudit.errors import InputError
 
-__all__ = ["write_office"]
-
-SIDE, LEFT, TOP, HEIGHT = 0.1, -0.1, 6.1, 2.7
-KINDS = {  # sign, height in metres, colour
-    "wall": ("#", HEIGHT, (205, 205, 210)), "door": ("D", 2.0, (120, 75, 45)), "table": ("T", 0.74, (190, 140, 80)),
-    "chair": ("C", 0.9, (45, 60, 110)), "sofa": ("S", 0.8, (140, 50, 60)), "bookcase": ("B", 1.9, (105, 70, 40)),
-    "clutter": ("U", 0.6, (90, 140, 80)),
-}  # fmt: skip
-FLOOR, CEILING = (176, 150, 120), (225, 225, 220)
+SIDE, LEFT, TOP = 0.1, -0.1, 6.1
 
 
 def write_office(folder: str | Path) -> int:
     """Write a scan of an office with two rooms, office_1 and office_2, that mirror each other at the ends of a hallway.
 
-    Parameters
-    ----------
-    folder : path-like
-        The area's folder; it must not exist or be empty. Points are the same each time.
-
-    Returns
-    -------
-    int
-        Number of points.
-
-    Raises
-    ------
-    InputError
-        If the folder is not empty or cannot be written.
+    The area's folder must not exist or be empty. Points are the same each time; their number is returned.
 
     Examples
     --------
@@ -48,8 +27,6 @@ def write_office(folder: str | Path) -> int:
     >>> write_office(tempfile.mkdtemp())
     254996
     """
-    import pandas as pd
-
     folder, total = Path(folder), 0
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -59,15 +36,10 @@ def write_office(folder: str | Path) -> int:
             annotations = folder / room / "Annotations"
             annotations.mkdir(parents=True)
             for name, points in objects.items():
-                text = (
-                    pd.DataFrame(points)
-                    .astype({3: int, 4: int, 5: int})
-                    .to_csv(None, sep=" ", header=False, index=False, float_format="%.3f")
-                )
-                (annotations / f"{name}.txt").write_text(text, "ascii")
+                np.savetxt(annotations / f"{name}.txt", points, "%.3f %.3f %.3f %d %d %d")
                 total += len(points)
-            texts = [(annotations / f"{name}.txt").read_text("ascii") for name in objects]
-            (folder / room / f"{room}.txt").write_text("".join(texts), "ascii")
+            whole = b"".join((annotations / f"{name}.txt").read_bytes() for name in objects)
+            (folder / room / f"{room}.txt").write_bytes(whole)
     except OSError as error:
         raise InputError(f"{folder} cannot be written: {error.strerror or error}") from None
     return total
@@ -85,15 +57,15 @@ def _rooms() -> Iterator[tuple[str, dict[str, Any]]]:
     for letter, room in document["rooms"].items():
         own = owner == letter
         inside = own & (signs != "#")
-        objects = {"ceiling_1": _points(inside, 2, [HEIGHT], CEILING, random), "floor_1": _points(inside, 3, [0.0], FLOOR, random)}
-        for kind, (sign, height, colour) in KINDS.items():
+        objects = {f"{kind}_1": _points(inside, dense, [z], colour, random) for kind, (dense, z, colour) in document["planes"].items()}
+        for kind, (sign, height, colour) in document["kinds"].items():
             pieces, count = label(own & (signs == sign))
             levels = [*np.arange(0.2, height - 0.05, 0.2), height]
             objects |= {f"{kind}_{number}": _points(pieces == number, 2, levels, colour, random) for number in range(1, count + 1)}
         yield room, objects
 
 
-def _points(chosen: NDArray[np.bool_], dense: int, levels: list[float], colour: tuple[int, ...], random: np.random.Generator) -> Any:
+def _points(chosen: NDArray[np.bool_], dense: int, levels: list[float], colour: list[int], random: np.random.Generator) -> Any:
     """Points on each sign and level, `dense` along either side, up to 4 mm from where a lattice has them, in shades of a colour."""
     rows, columns = np.nonzero(np.repeat(np.repeat(chosen, dense, 0), dense, 1))
     x, y = LEFT + (columns + 0.5) * SIDE / dense, TOP - (rows + 0.5) * SIDE / dense

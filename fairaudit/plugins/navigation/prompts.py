@@ -1,34 +1,47 @@
-"""Visual prompts: maps with routes from a circle to stars, labels that cover nothing that matters, an index and a scale bar."""
+"""Visual prompts: maps with routes from a circle to stars, labels that cover nothing that matters, a scale bar; the topological map."""
 
 from __future__ import annotations
 
 import hashlib
 import io
-from collections.abc import Iterator, Sequence
+import textwrap
+import unicodedata
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
+from itertools import groupby, pairwise
 from math import ceil, cos, floor, hypot, log10, pi, sin
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.errors import InputError
+from fairaudit.errors import InputError, shown
 from fairaudit.libraries import library
-from fairaudit.plugins.navigation.look import FAINT, INK, PAPER, RED, colour, line_width, set_text, text_size
 from fairaudit.plugins.navigation.maps import Maps
+from fairaudit.plugins.navigation.rooms import NOWHERE, Rooms
 from fairaudit.plugins.navigation.routes import Route
 
-__all__ = ["Label", "Picture", "draw", "view"]
-
-TARGET_SIDE = 768
-LARGEST_SIDE = 16_384
+RED, INK, PAPER, FAINT = (255, 0, 0), (20, 20, 20), (255, 255, 255), (170, 170, 170)
+COLOURS = (  # after Okabe and Ito, for readers who see fewer colours
+    (0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (230, 159, 0), (86, 180, 233), (240, 228, 66),
+)  # fmt: skip
+TEXT, LINE = 1 / 42, 1 / 120  # height of letters and width of a route, as shares of the map's longer side
+LEAST_TEXT, LEAST_LINE = 14, 3
+MOST_LINES, LEADING = 3, 1.3
+SHAPED = {"R", "AL", "NSM"}  # bidirectional classes of letters that are joined, reordered or stacked
+TARGET_SIDE, LARGEST_SIDE = 768, 16_384
 LAYOUT_SIDE = 256  # labels are placed on a grid of about so many cells
 MARGIN, SLIMMEST = 1.5, 0.5  # metres around routes; the shorter side of a view, as a share of the longer one
 OUTSIDE = 0.4  # how much of the box of a room's name may lie outside the room
+TINT, SHADE = 0.25, 0.45  # share of colour in the floor of a room, and in its furniture
+PASSING = 0.4  # metres in a room that are no visit
 FAR = 5  # widths of a route; a label farther away than this from what it names has a line to it
 
 Point = tuple[float, float]
 Colour = tuple[int, int, int]
+Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -42,47 +55,19 @@ class Label:
     border: Colour = field(repr=False)
     letters: list[tuple[tuple[int, int], str, Any]] = field(repr=False)
 
-    def draw(self, pen: Any, width: int) -> None:
-        """Draw the box and the letters."""
-        (x, y), (wide, high) = self.corner, self.size
-        pen.rectangle([x, y, x + wide - 1, y + high - 1], fill=PAPER, outline=self.border, width=width)
-        for (dx, dy), text, face in self.letters:
-            pen.text((x + dx, y + dy), text, fill=INK, font=face, anchor="ls")
-
-    def point(self, pen: Any, width: int, least: float) -> None:
-        """Draw a line to what it is about, if that is farther away than this."""
-        x, y = (min(max(v, low), low + extent) for v, low, extent in zip(self.at, self.corner, self.size, strict=True))
-        if self.border != FAINT and hypot(x - self.at[0], y - self.at[1]) > least:
-            for fill, wide in ((PAPER, 3 * width), (INK, width)):
-                pen.line([(x, y), self.at], fill=fill, width=wide)
-
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture as a PNG file.
-
-    Attributes
-    ----------
-    png : bytes
-        The file; equal input gives equal bytes, with the same version of the libraries and the same fonts.
-    width, height : int
-        Size in pixels.
-    pixels_sha256 : str
-        SHA-256 of the RGB values in reading order, which no version of a compressor changes.
-    left, top, scale : int
-        Where the map's upper left corner is, and how many pixels a cell has.
-    labels : tuple of Label
-        What is written, and where.
-    """
+    """A picture as a PNG file; equal input gives equal bytes, with the same version of the libraries and the same fonts."""
 
     png: bytes = field(repr=False)
-    width: int
+    width: int  # in pixels
     height: int
-    pixels_sha256: str
-    left: int
+    pixels_sha256: str  # of the RGB values in reading order, which no version of a compressor changes
+    left: int  # where the map's upper left corner is
     top: int
-    scale: int
-    labels: tuple[Label, ...]
+    scale: int  # pixels per cell
+    labels: tuple[Label, ...]  # what is written, and where
 
     @property
     def sha256(self) -> str:
@@ -117,8 +102,6 @@ def draw(
 
     Parameters
     ----------
-    rgb : array of uint8, shape (rows, columns, 3)
-        The map.
     routes : sequence of Route
         From one start, each drawn along the centres of its cells; the start is a circle, and each goal a star.
     names : sequence of str
@@ -129,104 +112,67 @@ def draw(
     rooms : tuple, optional
         Names of rooms, and the position of each cell's room among them or -1. A name that finds no free place in its room is left out.
     resolution : float, optional
-        Side of a cell in metres; with it, a scale bar is drawn.
+        Side of a cell in metres; with it, a scale bar is drawn above the map.
     scale : int, optional
         Pixels per cell; by default as many as make the longer side about 768 pixels.
 
-    Returns
-    -------
-    Picture
-        The picture; a map alone has no margin.
-
-    Raises
-    ------
-    InputError
-        If pillow or matplotlib is missing, the map would be larger than 16,384 pixels, or no font has a letter.
+    Notes
+    -----
+    A map without routes and scale bar has no margin. More than 16,384 pixels are refused, and so is a letter that no font has.
     """
-    image, drawing = library("PIL.Image", "navigation"), library("PIL.ImageDraw", "navigation")
-    rows, columns = rgb.shape[:2]
-    factor = max(1, round(TARGET_SIDE / max(rows, columns))) if scale is None else scale
-    side = factor * max(rows, columns)
-    if factor < 1 or side > LARGEST_SIDE:
-        raise InputError(
-            f"a picture of {factor} × {max(rows, columns)} pixels is larger than {LARGEST_SIDE}; use a smaller scale or bounds"
-        )
-    floorplan = image.fromarray(np.ascontiguousarray(rgb)).resize((columns * factor, rows * factor), image.Resampling.NEAREST)
-    if not routes:
-        return finished(floorplan, (0, 0, factor), [])
-    size, line = text_size(side), line_width(side)
-    left, top, ring = size, 3 * size, max(1, round(line / 3))
-    width, height = max(floorplan.width + 2 * left, 16 * size), floorplan.height + top + left
-    paths = [[(left + (c + 0.5) * factor, top + (r + 0.5) * factor) for r, c in route.cells.tolist()] for route in routes]
-    shown = range(len(routes)) if chosen is None else (chosen,)
+    canvas = Canvas(rgb, scale, (1, 3) if routes or resolution is not None else (0, 0))
+    line, ring, factor = canvas.line, canvas.ring, canvas.factor
+    paths = [[canvas.pixel(row, column) for row, column in route.cells.tolist()] for route in routes]
     fills = [colour(number, 0) if chosen is None else RED for number in range(len(routes))]
 
-    sheet = Sheet(_kept(paths, width, height, top, (line + 4 * ring, 3 * line + 2 * ring), step := ceil(side / LAYOUT_SIDE)), step, size)
-    goals = [sheet.put(f"{n + 1} {name}", path[-1], fills[n]) for n, (path, name) in enumerate(zip(paths, names, strict=True))]
-    labels = [*sheet.put("start", paths[0][0], INK), *(label for n in shown for label in goals[n])]
-    labels += sheet.put_rooms(*rooms, (left, top, factor)) if rooms else []
-
-    picture = image.new("RGB", (width, max(height, len(sheet.taken) * step)), PAPER)
-    picture.paste(floorplan, (left, top))
-    pen = drawing.Draw(picture)
-    for label in labels:
-        label.point(pen, ring, FAR * line)
-    for fill, wide in ((PAPER, line + 4 * ring), (INK, line + 2 * ring)):
+    def paint(pen: Any, shown: Sequence[int]) -> None:
+        for fill, wide in ((PAPER, line + 4 * ring), (INK, line + 2 * ring)):
+            for number in shown:
+                pen.line(paths[number], fill=fill, width=wide, joint="curve")
+        for number, stretch, turn in _stretches(paths, shown, max(1, round(4 * line / factor))):
+            pen.line(stretch, fill=colour(number, turn) if chosen is None else RED, width=line, joint="curve")
+        for radius, fill in ((2 * line + 2 * ring, PAPER), (2 * line + ring, INK), (2 * line, PAPER), (line, INK)):
+            disc(pen, paths[0][0], radius, fill)
         for number in shown:
-            pen.line(paths[number], fill=fill, width=wide, joint="curve")
-    for number, stretch, turn in _stretches(paths, shown, max(1, round(4 * line / factor))):
-        pen.line(stretch, fill=colour(number, turn) if chosen is None else RED, width=line, joint="curve")
-    for radius, fill in ((2 * line + 2 * ring, PAPER), (2 * line + ring, INK), (2 * line, PAPER), (line, INK)):
-        disc(pen, paths[0][0], radius, fill)
-    for number in shown:
-        for radius, fill in ((3 * line + 2 * ring, PAPER), (3 * line, INK), (3 * line - 2 * ring, fills[number])):
-            star(pen, paths[number][-1], radius, fill)
+            for radius, fill in ((3 * line + 2 * ring, PAPER), (3 * line, INK), (3 * line - 2 * ring, fills[number])):
+                star(pen, paths[number][-1], radius, fill)
+
+    if routes:
+        everything = range(len(routes))
+        shown = everything if chosen is None else (chosen,)
+        canvas.keep(lambda pen: paint(pen, everything), [(path[-1], 3 * line + 2 * ring) for path in paths])
+        goals = [canvas.put(f"{n + 1} {name}", path[-1], fills[n]) for n, (path, name) in enumerate(zip(paths, names, strict=True))]
+        canvas.labels += [*canvas.put("start", paths[0][0], INK), *(label for n in shown for label in goals[n])]
+        if rooms:
+            canvas.put_rooms(*rooms)
+        canvas.point()
+        paint(canvas.pen, shown)
     if chosen is not None:
-        letters, extent = set_text(str(chosen + 1), 3 * size // 2, width)
-        labels.append(Label(str(chosen + 1), (size // 2, 0), extent, (0, 0), PAPER, letters))
+        letters, extent = set_text(str(chosen + 1), 3 * canvas.size // 2, canvas.picture.width)
+        canvas.labels.append(Label(str(chosen + 1), (canvas.size // 2, 0), extent, (0, 0), PAPER, letters))
     if resolution is not None:
-        labels.append(_bar(pen, resolution / factor, width, size, ring))
-    for label in labels:
-        label.draw(pen, ring)
-    return finished(picture, (left, top, factor), labels)
+        canvas.bar(resolution / factor)
+    return canvas.finished()
 
 
-def finished(picture: Any, place: tuple[int, int, int], labels: Sequence[Label]) -> Picture:
-    buffer = io.BytesIO()
-    picture.save(buffer, "PNG")
-    digest = hashlib.sha256(picture.tobytes()).hexdigest()
-    return Picture(buffer.getvalue(), picture.width, picture.height, digest, *place, tuple(labels))
+def colour(number: int, piece: int) -> Colour:
+    """Colour of a piece of the route of a candidate (from 0): the eighth to fourteenth are dashed, every second piece of them being light.
 
-
-def _kept(paths: Sequence[list[Point]], width: int, height: int, top: int, wide: tuple[int, int], step: int) -> NDArray[np.bool_]:
-    """Where no label may be, in squares of so many pixels: the head of the picture, the routes, and a disc around each of their ends."""
-    kept = library("PIL.Image", "navigation").new("1", (width // step, height // step))
-    pen = library("PIL.ImageDraw", "navigation").Draw(kept)
-    pen.rectangle([0, 0, kept.width, top / step], fill=1)
-    for path in paths:
-        pen.line([(x / step, y / step) for x, y in path], fill=1, width=ceil(wide[0] / step) + 1)
-        for x, y in (path[0], path[-1]):
-            disc(pen, (x / step, y / step), wide[1] / step + 1, 1)
-    return np.array(kept)
+    Of the next seven every third piece is light, and so on.
+    """
+    style = number // len(COLOURS)
+    return PAPER if style and piece % (style + 1) == style else COLOURS[number % len(COLOURS)]
 
 
 def disc(pen: Any, at: Point, radius: float, fill: Any) -> None:
+    """Draw a disc."""
     pen.ellipse([at[0] - radius, at[1] - radius, at[0] + radius, at[1] + radius], fill=fill)
 
 
 def star(pen: Any, at: Point, radius: float, fill: Any) -> None:
+    """Draw a star with five points."""
     reach = [radius * (1.0, 0.5)[k % 2] for k in range(10)]
     pen.polygon([(at[0] + r * sin(pi * k / 5), at[1] - r * cos(pi * k / 5)) for k, r in enumerate(reach)], fill=fill)
-
-
-def _bar(pen: Any, metres: float, width: int, size: int, ring: int) -> Label:
-    """Draw a scale bar into the upper right corner, of 1, 2 or 5 times a power of ten, where a pixel is so many metres."""
-    power = 10.0 ** floor(log10(metres * width / 4))
-    length = power * max(k for k in (1, 2, 5) if k * power <= metres * width / 4 or k == 1)
-    low, first, last = 2 * size, width - size - round(length / metres), width - size
-    pen.line([(first, size), (first, low), (last, low), (last, size)], fill=INK, width=ring)
-    letters, (wide, high) = set_text(f"{length:g} m", size, width)
-    return Label(f"{length:g} m", (first - wide, low - high + size // 2), (wide, high), (first, low), PAPER, letters)
 
 
 def _stretches(paths: Sequence[list[Point]], shown: Sequence[int], steps: int) -> Iterator[tuple[int, list[Point], int]]:
@@ -240,15 +186,43 @@ def _stretches(paths: Sequence[list[Point]], shown: Sequence[int], steps: int) -
         yield numbers[sharer], list(stretch), turn
 
 
-@dataclass
-class Sheet:
-    """Where a picture is taken, in squares of so many pixels, and the height of letters."""
+class Canvas:
+    """A map that is drawn on: its cells enlarged, a margin of so many heights of letters, and where labels may be put."""
 
-    taken: NDArray[np.bool_]
-    step: int
-    size: int
+    def __init__(self, rgb: NDArray[np.uint8], scale: int | None, margin: tuple[int, int]) -> None:
+        """Take the map, pixels per cell, and the margin at the sides and above, in heights of letters."""
+        self.image, self.drawing = library("PIL.Image", "navigation"), library("PIL.ImageDraw", "navigation")
+        rows, columns = rgb.shape[:2]
+        self.factor = max(1, round(TARGET_SIDE / max(rows, columns))) if scale is None else scale
+        side = self.factor * max(rows, columns)
+        if self.factor < 1 or side > LARGEST_SIDE:
+            raise InputError(f"a picture of {side} pixels is larger than {LARGEST_SIDE}; use a smaller scale or bounds")
+        self.size, self.line, self.step = max(LEAST_TEXT, round(side * TEXT)), max(LEAST_LINE, round(side * LINE)), ceil(side / LAYOUT_SIDE)
+        self.ring, self.labels = max(1, round(self.line / 3)), list[Label]()
+        self.left, self.top = (heights * self.size for heights in margin)
+        wide, high = columns * self.factor, rows * self.factor
+        self.head = self.top if self.top > self.left else 0  # for the number and the scale bar
+        self.picture = self.image.new("RGB", (max(wide + 2 * self.left, 5 * self.head + self.left), high + self.top + self.left), PAPER)
+        cells = self.image.fromarray(np.ascontiguousarray(rgb)).resize((wide, high), self.image.Resampling.NEAREST)
+        self.picture.paste(cells, (self.left, self.top))
+        self.pen = self.drawing.Draw(self.picture)
+        self.taken: Mask = np.zeros((0, 0), np.bool_)
 
-    def put(self, text: str, at: Point, border: Colour, room: NDArray[np.bool_] | None = None) -> list[Label]:
+    def pixel(self, row: float, column: float) -> Point:
+        """Middle of a cell."""
+        return self.left + (column + 0.5) * self.factor, self.top + (row + 0.5) * self.factor
+
+    def keep(self, paint: Callable[[Any], None], discs: Sequence[tuple[Point, float]] = ()) -> None:
+        """Keep labels off what a function draws with a pen, discs, and the head of the picture."""
+        reduce = library("skimage.measure", "navigation").block_reduce
+        drawn = self.image.new("RGB", self.picture.size, (1, 2, 3))
+        paint(pen := self.drawing.Draw(drawn))
+        for at, radius in discs:
+            disc(pen, at, radius, INK)
+        self.taken = reduce((np.asarray(drawn) != (1, 2, 3)).any(axis=2), self.step, np.max)
+        self.taken[: ceil(self.head / self.step)] = True
+
+    def put(self, text: str, at: Point, border: Colour, room: Mask | None = None) -> list[Label]:
         """Put a label into the free place nearest to a point: in a room, or not at all; else anywhere, if need be below the map."""
         letters, (width, height) = set_text(text, self.size, 14 * self.size)
         rows, columns, y, x = ceil(height / self.step) + 1, ceil(width / self.step) + 1, at[1] / self.step, at[0] / self.step
@@ -267,24 +241,198 @@ class Sheet:
         self.taken[row : row + rows, column : column + columns] = True
         return [Label(text, (column * self.step, row * self.step), (width, height), at, border, letters)]
 
-    def put_rooms(self, names: Sequence[str], owner: NDArray[np.integer[Any]], place: tuple[int, int, int]) -> Iterator[Label]:
+    def put_rooms(self, names: Sequence[str], owner: NDArray[np.integer[Any]]) -> None:
         """Name rooms in their middles, or as near to these as there is place."""
-        left, top, factor = place
         rows, columns = (
-            np.clip(((np.arange(squares) + 0.5) * self.step - edge) // factor, -1, cells).astype(int)
-            for squares, edge, cells in zip(self.taken.shape, (top, left), owner.shape, strict=True)
+            np.clip(((np.arange(squares) + 0.5) * self.step - edge) // self.factor, -1, cells).astype(int)
+            for squares, edge, cells in zip(self.taken.shape, (self.top, self.left), owner.shape, strict=True)
         )
         coarse = np.pad(owner, ((0, 1), (0, 1)), constant_values=-1)[np.ix_(rows, columns)]
         for number, name in enumerate(names):
             room = coarse == number
             if room.any():
                 y, x = ((where.mean() + 0.5) * self.step for where in np.nonzero(room))
-                yield from self.put(name, (float(x), float(y)), FAINT, room)
+                self.labels += self.put(name, (float(x), float(y)), FAINT, room)
+
+    def point(self) -> None:
+        """Make room for labels below the map, and draw lines from those that are far from what they are about."""
+        if len(self.taken) * self.step > self.picture.height:
+            drawn, size = self.picture, (self.picture.width, len(self.taken) * self.step)
+            self.picture = self.image.new("RGB", size, PAPER)
+            self.picture.paste(drawn, (0, 0))
+            self.pen = self.drawing.Draw(self.picture)
+        for label in self.labels:
+            x, y = (min(max(v, low), low + extent) for v, low, extent in zip(label.at, label.corner, label.size, strict=True))
+            if label.border != FAINT and hypot(x - label.at[0], y - label.at[1]) > FAR * self.line:
+                for fill, wide in ((PAPER, 3 * self.ring), (INK, self.ring)):
+                    self.pen.line([(x, y), label.at], fill=fill, width=wide)
+
+    def bar(self, metres: float) -> None:
+        """Draw a scale bar into the upper right corner, of 1, 2 or 5 times a power of ten, where a pixel is so many metres."""
+        size, width = self.size, self.picture.width
+        power = 10.0 ** floor(log10(metres * width / 4))
+        length = power * max(k for k in (1, 2, 5) if k * power <= metres * width / 4 or k == 1)
+        low, first, last = 2 * size, width - size - round(length / metres), width - size
+        self.pen.line([(first, size), (first, low), (last, low), (last, size)], fill=INK, width=self.ring)
+        letters, (wide, high) = set_text(f"{length:g} m", size, width)
+        self.labels.append(Label(f"{length:g} m", (first - wide, low - high + size // 2), (wide, high), (first, low), PAPER, letters))
+
+    def finished(self) -> Picture:
+        """Draw the labels, and save the picture."""
+        for label in self.labels:
+            (x, y), (wide, high) = label.corner, label.size
+            self.pen.rectangle([x, y, x + wide - 1, y + high - 1], fill=PAPER, outline=label.border, width=self.ring)
+            for (dx, dy), text, face in label.letters:
+                self.pen.text((x + dx, y + dy), text, fill=INK, font=face, anchor="ls")
+        buffer = io.BytesIO()
+        self.picture.save(buffer, "PNG")
+        digest = hashlib.sha256(self.picture.tobytes()).hexdigest()
+        width, height = self.picture.size
+        return Picture(buffer.getvalue(), width, height, digest, self.left, self.top, self.factor, tuple(self.labels))
 
 
-def _outside(mask: NDArray[np.bool_], rows: int, columns: int) -> NDArray[np.float64]:
+def _outside(mask: Mask, rows: int, columns: int) -> NDArray[np.float64]:
     """Which share of each box of so many squares, by its upper left one, a mask does not cover; it covers nothing beyond the picture."""
     from scipy.ndimage import uniform_filter
 
     share = uniform_filter((~mask).astype(float), (rows, columns), mode="constant", cval=1.0, origin=(-(rows // 2), -(columns // 2)))
     return np.asarray(share, np.float64)
+
+
+def rooms_on(route: Route, rooms: Rooms) -> list[tuple[int, Point]]:
+    """Rooms through which a route goes, and where it enters each (row, column); one that it only grazes, as in a doorway, is left out."""
+    owner = rooms.owner[tuple(route.cells.T)]
+    visits = [(int(room), [place for place, _ in cells]) for room, cells in groupby(enumerate(owner), key=lambda cell: cell[1])]
+    ends = (0, len(owner) - 1)
+    long = [
+        (room, places[0])
+        for room, places in visits
+        if room != NOWHERE and (len(places) * rooms.frame.resolution >= PASSING or places[0] == ends[0] or places[-1] == ends[1])
+    ]
+    return [(room, tuple(route.cells[next(cells)[1]].tolist())) for room, cells in groupby(long, key=lambda visit: visit[0])]
+
+
+def draw_topology(maps: Maps, rooms: Rooms, route: Route | None = None, *, scale: int | None = None) -> Picture:
+    """Draw the topological map over the rooms, and on it in red the rooms and doors of a route, from a circle to a star.
+
+    The rooms through which a route goes are joined by the doors nearest to it; where there is none between two, directly. `scale` is pixels
+    per cell, by default as many as make the longer side about 768 pixels.
+    """
+    canvas = Canvas(_floor(maps, rooms), scale, (1, 1))
+    line, ring = canvas.line, canvas.ring
+
+    def pixel(at: Any) -> Point | None:
+        cell = int(rooms.frame.cells([at])[0]) if at is not None else -1
+        return canvas.pixel(*divmod(cell, rooms.frame.columns)) if cell >= 0 else None
+
+    nodes = {room: at for room, node in rooms.graph.nodes(data=True) if (at := pixel(node["at"])) is not None}
+    edges = [
+        (first, second, at)
+        for first, second, edge in rooms.graph.edges(data=True)
+        for door in edge["doors"]
+        if first in nodes and second in nodes and (at := pixel(door["at"])) is not None
+    ]
+    visits = rooms_on(route, rooms) if route is not None else []
+    passed = [(rooms.names[room], canvas.pixel(*cell)) for room, cell in visits]
+    names = [name for name, _ in passed]
+    chosen = []
+    for (first, _), (second, (x, y)) in pairwise(visit for visit in passed if visit[0] in nodes):
+        doors = [door for *pair, door in edges if {*pair} == {first, second}]
+        chosen.append([nodes[first], *sorted(doors, key=lambda door: hypot(door[0] - x, door[1] - y))[:1], nodes[second]])
+    red_doors = {path[1] for path in chosen if len(path) == 3}
+
+    def paint(pen: Any) -> None:
+        paths = [([nodes[first], door, nodes[second]], INK, line // 2 + 1) for first, second, door in edges]
+        for path, fill, wide in [*paths, *((path, RED, line) for path in chosen)]:
+            pen.line(path, fill=PAPER, width=wide + 2 * ring, joint="curve")
+            pen.line(path, fill=fill, width=wide, joint="curve")
+        for *_, (x, y) in edges:
+            box = [x - line, y - line, x + line, y + line]
+            pen.rectangle(box, fill=RED if (x, y) in red_doors else PAPER, outline=INK, width=ring)
+        for name, at in nodes.items():
+            disc(pen, at, 2 * line + ring, INK)
+            disc(pen, at, 2 * line, RED if name in names[1:-1] else PAPER)
+            if name in names[:1]:
+                disc(pen, at, line, INK)
+            if name in names[-1:]:
+                star(pen, at, 3 * line + ring, INK)
+                star(pen, at, 2.5 * line, RED)
+
+    canvas.keep(paint)
+    canvas.labels = [label for name, at in nodes.items() for label in canvas.put(name, at, RED if name in names else INK)]
+    canvas.point()
+    paint(canvas.pen)
+    return canvas.finished()
+
+
+def _floor(maps: Maps, rooms: Rooms) -> Any:
+    """Rooms in pale colours, their furniture in darker ones, other floor white, walls dark, and what was not seen light."""
+    hues = np.array([colour(number % 7, 0) for number in range(len(rooms.names))] + [PAPER])
+    tint = np.where(maps.ground, TINT, SHADE)[..., None]
+    inside = (1 - tint) * 255 + tint * hues[rooms.owner]
+    outside = np.select([maps.ground, np.isfinite(maps.height)], [255, 90], 225)[..., None]
+    return np.where((rooms.owner != NOWHERE)[..., None], inside, outside).astype(np.uint8)
+
+
+def set_text(text: str, size: int, limit: int) -> tuple[list[tuple[tuple[int, int], str, Any]], tuple[int, int]]:
+    """Break a text into at most three lines of so many pixels, and choose letters: DejaVu Sans, or fonts of the system for what it lacks.
+
+    Returned are pieces, each with where its baseline starts, its letters and their font; and the width and height of a box around them.
+    What does not fit is "…". A letter that no font has is refused.
+    """
+    text = unicodedata.normalize("NFC", text)
+    for columns in range(min(len(text), max(1, 2 * limit // size)), 0, -1):
+        pieces, boxes = [], []
+        for number, line in enumerate(textwrap.wrap(text, columns, max_lines=MOST_LINES, placeholder="…")):
+            x, y = 0, round(number * LEADING * size)
+            for letters, face in _runs(line, size):
+                pieces.append(((x, y), letters, face))
+                boxes.append(np.add(face.getbbox(letters, anchor="ls"), (x, y, x, y)))
+                x += round(face.getlength(letters))
+        left, top = (int(v) for v in np.min(boxes, axis=0)[:2])
+        right, bottom = (int(v) for v in np.max(boxes, axis=0)[2:])
+        if right - left <= limit:
+            break
+    pad = size // 2
+    placed = [((x - left + pad, y - top + pad), letters, face) for (x, y), letters, face in pieces]
+    return placed, (right - left + 2 * pad, bottom - top + 2 * pad)
+
+
+def _runs(line: str, size: int) -> list[tuple[str, Any]]:
+    """Letters that go together, each with its font; where letters are shaped, one font has all of them."""
+    fonts = library("PIL.ImageFont", "navigation")
+    shaped = not SHAPED.isdisjoint(map(unicodedata.bidirectional, line))
+    if shaped and not library("PIL.features", "navigation").check("raqm"):
+        raise InputError(f"the letters of {shown(line)} are joined or stacked, which needs pillow with libraqm; others are accepted")
+    engine = fonts.Layout.RAQM if shaped else fonts.Layout.BASIC
+    found = [("".join(run), path) for path, run in groupby(line, _face)] if not shaped else [(line, _face(line))]
+    return [(letters, fonts.truetype(path, size, layout_engine=engine)) for letters, path in found]
+
+
+@lru_cache(maxsize=4096)
+def _face(letters: str) -> str:
+    """File of the first font that has all letters: DejaVu Sans as matplotlib brings it, else one of the system, by name."""
+    needed = {ord(letter) for letter in letters if not letter.isspace()}
+    first = str(Path(library("matplotlib", "navigation").get_data_path(), "fonts", "ttf", "DejaVuSans.ttf"))
+    if needed <= _codes(first):
+        return first
+    for path in _fonts():
+        if needed <= _codes(path):
+            return path
+    raise InputError(f"no font on this machine has the letters {shown(letters)}; install one, such as Noto Sans, or write other letters")
+
+
+@lru_cache(maxsize=1)
+def _fonts() -> list[str]:
+    """Files of the fonts of the system, by name."""
+    paths = map(Path, library("matplotlib.font_manager", "navigation").findSystemFonts())
+    return [str(path) for path in sorted(paths, key=lambda path: (path.name, path))]
+
+
+@lru_cache(maxsize=1024)
+def _codes(path: str) -> frozenset[int]:
+    """Letters that a font has; none if the file cannot be read."""
+    try:
+        return frozenset(library("matplotlib.ft2font", "navigation").FT2Font(path).get_charmap())
+    except (OSError, RuntimeError):
+        return frozenset()

@@ -1,4 +1,4 @@
-"""Readers of scans: S3DIS folders, text files of points (also compressed by gzip), and the formats of `formats`."""
+"""Readers of scans: S3DIS folders, text of points (also compressed by gzip), PLY, PCD, LAS and LAZ, E57, npy, and the bags of ROS."""
 
 from __future__ import annotations
 
@@ -7,8 +7,12 @@ import hashlib
 import io
 import re
 import zlib
-from collections.abc import Iterator, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from itertools import islice
+from math import atan2
 from pathlib import Path
 from typing import Any
 
@@ -16,17 +20,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.errors import InputError, nearest, shown
-from fairaudit.plugins.navigation.formats import BAGS, GREY, READERS, Block, is_bag, read_bag
-
-__all__ = ["CLASSES", "Part", "Points", "read_points"]
+from fairaudit.libraries import library
+from fairaudit.plugins.navigation.grids import UNKNOWN, Frame, OccupancyGrid
 
 CLASSES = ("ceiling", "floor", "wall", "beam", "column", "window", "door", "table", "chair", "sofa", "bookcase", "board", "clutter")
 """The classes of S3DIS annotations; anything else is clutter."""
 
+Block = tuple[NDArray[np.float64], NDArray[np.uint8], str | None]
+"""Coordinates and colours of some points, and their class if the file says one."""
+
 TEXTS = (".txt", ".xyz", ".csv", ".asc", ".txt.gz", ".xyz.gz", ".csv.gz", ".asc.gz")
+BAGS = (".mcap", ".db3", ".bag")
+CLOUD, GRID = "sensor_msgs/msg/PointCloud2", "nav_msgs/msg/OccupancyGrid"
+KINDS = ("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8")
+COLOURS = (("red", "green", "blue"), ("r", "g", "b"), ("diffuse_red", "diffuse_green", "diffuse_blue"))
+GREY, GROUND = 128, 2
 LARGEST, LEAST = 1e9, 1e-9
-BLOCK = 1 << 22
-LONGEST_LINE = 1 << 16
+BLOCK, LONGEST_LINE = 1 << 22, 1 << 16
 _NUMBER = re.compile(rb"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
 _NOWHERE = re.compile(rb"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 _BAD_BYTE = b"\x10"
@@ -53,6 +63,12 @@ class Points:
     files: dict[str, str] = field(repr=False)  # path within the scan and SHA-256 of each file that was read
     notes: tuple[str, ...] = ()  # what was noticed or repaired while reading
 
+    def only(self, kept: NDArray[np.bool_]) -> Points:
+        """Return the points that are kept, each still of its object."""
+        before = np.concatenate([[0], np.cumsum(kept)])
+        moved = (replace(part, start=int(before[part.start]), stop=int(before[part.stop])) for part in self.parts)
+        return replace(self, xyz=self.xyz[kept], rgb=self.rgb[kept], parts=tuple(part for part in moved if part.stop > part.start))
+
     def __len__(self) -> int:
         """Return the number of points."""
         return len(self.xyz)
@@ -61,11 +77,6 @@ class Points:
     def rooms(self) -> tuple[str, ...]:
         """Names of the rooms, in order."""
         return tuple(dict.fromkeys(part.room for part in self.parts if part.room is not None))
-
-    @property
-    def labelled(self) -> bool:
-        """Whether every point has a class."""
-        return all(part.kind is not None for part in self.parts)
 
     @property
     def sha256(self) -> str:
@@ -99,19 +110,11 @@ def read_points(
     topic, message : str, optional
         Topic of a recording, and "first" or "last" where it has several messages.
 
-    Returns
-    -------
-    Points
-        At least one point, as the file has them; `ground.prepare` makes them stand upright on a level floor. Points without finite
-        coordinates are left out, and counted in the notes.
-
-    Raises
-    ------
-    InputError
-        If it is not such a scan; the message names the file and the line.
-
     Notes
     -----
+    There is at least one point, and points are as the file has them; `ground.prepare` makes them stand upright on a level floor. Those
+    without finite coordinates are left out, and counted in the notes. The message of an error names the file and the line.
+
     A room of S3DIS is read from its annotations, which hold each of its points once, with a class; a room without annotations is read from
     ``room/room.txt``. A few published files hold the byte 0x10 in place of a character. It is read as a blank if the line then has as many
     columns as the others, else as the digit 0 if the line then has; both are noted with the line and the digest of the file, anything else
@@ -129,7 +132,6 @@ def read_points(
     path = Path(path)
     if not path.exists():
         raise InputError(f"{path}: there is no such file or folder")
-    reader, ending = _Collected(path), path.suffix.lower()
     if rooms and (is_bag(path) or not path.is_dir()):
         raise InputError(f"{path} is one scan; rooms can be chosen in an S3DIS area only")
     if (topic or message) and not is_bag(path):
@@ -137,18 +139,17 @@ def read_points(
     if message not in (None, "first", "last"):
         raise InputError(f"message is {shown(message)}; first or last is accepted")
     _check_columns(path, columns)
+    ending, notes = path.suffix.lower(), list[str]()
     if is_bag(path):
-        reader.add(path, read_bag(path, reader.notes, topic, message))
-    elif path.is_dir():
-        _read_folders(reader, path, rooms)
-    elif ending in READERS:
-        reader.add(path, READERS[ending](path, columns, reader.notes))
-    elif path.name.lower().endswith(TEXTS):
-        reader.add(path, _text(path, reader.notes, columns))
-    else:
-        known = ", ".join((*TEXTS[:4], *READERS, *BAGS))
-        raise InputError(f"{path}: scans that end in {shown(ending)} are not read; {known}, and folders of S3DIS and ROS are")
-    return reader.points()
+        return _joined(path, [(path, None, None, _bag(path, notes, topic, message))], notes)
+    if path.is_dir():
+        return _joined(path, _folders(path, rooms, notes), notes)
+    if ending in READERS:
+        return _joined(path, [(path, None, None, READERS[ending](path, columns, notes))], notes)
+    if path.name.lower().endswith(TEXTS):
+        return _joined(path, [(path, None, None, _text(path, notes, columns))], notes)
+    known = ", ".join((*TEXTS[:4], *READERS, *BAGS))
+    raise InputError(f"{path}: scans that end in {shown(ending)} are not read; {known}, and folders of S3DIS and ROS are")
 
 
 def _check_columns(path: Path, columns: Sequence[str]) -> None:
@@ -161,50 +162,38 @@ def _check_columns(path: Path, columns: Sequence[str]) -> None:
         raise InputError(f"the columns are {shown(','.join(columns))}; x, y, z, and r, g, b or none of these, each once, are accepted")
 
 
-class _Collected:
-    """Blocks of points as they are read; joined once at the end, so that at most two copies exist."""
+_Source = tuple[Path, str | None, str | None, Iterator[Block]]  # a file, its room, its class, and its points
 
-    def __init__(self, root: Path) -> None:
-        self.root = root if root.is_dir() else root.parent
-        self.xyz: list[NDArray[np.float64]] = []
-        self.rgb: list[NDArray[np.uint8]] = []
-        self.parts: list[Part] = []
-        self.files: dict[str, str] = {}
-        self.notes: list[str] = []
-        self.count = 0
 
-    def add(self, path: Path, blocks: Iterator[Block], room: str | None = None, kind: str | None = None) -> None:
-        first, read = self.count, 0
-        name = path.name.removesuffix(".gz").rsplit(".", 1)[0]
-        for xyz, rgb, own in blocks:
-            start, read = self.count, read + len(xyz)
-            whole = np.isfinite(xyz).all(axis=1)
-            self.xyz.append(xyz if whole.all() else xyz[whole])
-            self.rgb.append(rgb if whole.all() else rgb[whole])
-            self.count += len(self.xyz[-1])
-            last = self.parts[-1] if start > first else None
-            if last is not None and last.kind == (own or kind):
-                self.parts[-1] = replace(last, stop=self.count)
-            elif self.count > start:
-                self.parts.append(Part(start, self.count, room, own or kind, name))
-        left = read - (self.count - first)
-        if self.count == first:
-            raise InputError(f"{path}: there are no points in this file" + (f" with finite coordinates, of {left:,}" if left else ""))
+def _joined(path: Path, sources: Iterable[_Source], notes: list[str]) -> Points:
+    """Blocks of points as they are read, joined once at the end, so that at most two copies exist."""
+    xyz, rgb, parts, files = list[NDArray[np.float64]](), list[NDArray[np.uint8]](), list[Part](), dict[str, str]()
+    count, root = 0, path if path.is_dir() else path.parent
+    for file, room, kind, blocks in sources:
+        first, read = count, 0
+        for points, colours, own in blocks:
+            whole = np.isfinite(points).all(axis=1)
+            xyz.append(points if whole.all() else points[whole])
+            rgb.append(colours if whole.all() else colours[whole])
+            start, read, count = count, read + len(points), count + len(xyz[-1])
+            if start > first and parts[-1].kind == (own or kind):
+                start = parts.pop().start
+            if count > start:
+                parts.append(Part(start, count, room, own or kind, file.name.removesuffix(".gz").rsplit(".", 1)[0]))
+        left = read - (count - first)
+        if count == first:
+            raise InputError(f"{file}: there are no points in this file" + (f" with finite coordinates, of {left:,}" if left else ""))
         if left:
-            self.notes.append(f"{left:,} of {read:,} points have no finite coordinates and were left out")
-        for each in sorted(file for file in path.iterdir() if file.is_file()) if path.is_dir() else [path]:
-            with each.open("rb") as file:
-                self.files[each.relative_to(self.root).as_posix()] = hashlib.file_digest(file, "sha256").hexdigest()
-
-    def points(self) -> Points:
-        xyz, self.xyz = self.xyz[0] if len(self.xyz) == 1 else np.concatenate(self.xyz), []
-        rgb, self.rgb = self.rgb[0] if len(self.rgb) == 1 else np.concatenate(self.rgb), []
-        far = max(float(xyz.max()), -float(xyz.min()))
-        if far > LARGEST or 0 < far < LEAST:
-            raise InputError(
-                f"the coordinates of {self.parts[0].name} reach to {far:g}; this is no scan, unless its bytes are in the wrong order"
-            )
-        return Points(xyz, rgb, tuple(self.parts), self.files, tuple(dict.fromkeys(self.notes)))
+            notes.append(f"{left:,} of {read:,} points have no finite coordinates and were left out")
+        for each in sorted(part for part in file.iterdir() if part.is_file()) if file.is_dir() else [file]:
+            with each.open("rb") as opened:
+                files[each.relative_to(root).as_posix()] = hashlib.file_digest(opened, "sha256").hexdigest()
+    all_xyz, xyz = xyz[0] if len(xyz) == 1 else np.concatenate(xyz), []
+    all_rgb = rgb[0] if len(rgb) == 1 else np.concatenate(rgb)
+    far = max(float(all_xyz.max()), -float(all_xyz.min()))
+    if far > LARGEST or 0 < far < LEAST:
+        raise InputError(f"the coordinates of {parts[0].name} reach to {far:g}; this is no scan, unless its bytes are in the wrong order")
+    return Points(all_xyz, all_rgb, tuple(parts), files, tuple(dict.fromkeys(notes)))
 
 
 def _natural(path: Path) -> list[Any]:
@@ -212,37 +201,30 @@ def _natural(path: Path) -> list[Any]:
     return [(0, int(part), "") if part.isdigit() else (1, 0, part) for part in re.split(r"(\d+)", path.name) if part]
 
 
-def _is_room(folder: Path) -> bool:
-    return (folder / "Annotations").is_dir() or (folder / f"{folder.name}.txt").is_file()
+def _folders(path: Path, rooms: Sequence[str], notes: list[str]) -> Iterator[_Source]:
+    def is_room(folder: Path) -> bool:
+        return (folder / "Annotations").is_dir() or (folder / f"{folder.name}.txt").is_file()
 
-
-def _read_folders(reader: _Collected, path: Path, rooms: Sequence[str]) -> None:
-    folders = [path] if _is_room(path) else sorted((f for f in path.iterdir() if f.is_dir() and _is_room(f)), key=_natural)
+    folders = [path] if is_room(path) else sorted((f for f in path.iterdir() if f.is_dir() and is_room(f)), key=_natural)
     if not folders:
-        raise InputError(
-            f"{path}: there is no room in this folder; room/room.txt or room/Annotations/class_1.txt was expected, as in S3DIS"
-        )
+        raise InputError(f"{path}: there is no room in this folder; S3DIS has room/room.txt or room/Annotations/class_1.txt")
     known = [folder.name for folder in folders]
     for room in rooms:
         if room not in known:
             raise InputError(f"{path} has no room {shown(room)}; {nearest(room, known)}")
-    for folder in folders:
-        if rooms and folder.name not in rooms:
-            continue
-        annotations = folder / "Annotations"
+    for folder in (folder for folder in folders if not rooms or folder.name in rooms):
+        annotations, whole = folder / "Annotations", folder / f"{folder.name}.txt"
         files = sorted((f for f in annotations.glob("*.txt") if f.is_file() and f.name[0] != "."), key=_natural)
         for file in files:
             kind = file.stem.rsplit("_", 1)[0]
             if kind not in CLASSES:
-                reader.notes.append(f"the class {shown(kind)} is not one of S3DIS; its points are clutter")
-                kind = "clutter"
-            reader.add(file, _text(file, reader.notes), folder.name, kind)
+                notes.append(f"the class {shown(kind)} is not one of S3DIS; its points are clutter")
+            yield file, folder.name, kind if kind in CLASSES else "clutter", _text(file, notes)
+        if not files and not whole.is_file():
+            raise InputError(f"{annotations}: there are no annotations in this folder; class_1.txt was expected")
         if not files:
-            whole = folder / f"{folder.name}.txt"
-            if not whole.is_file():
-                raise InputError(f"{annotations}: there are no annotations in this folder; class_1.txt was expected")
-            reader.notes.append(f"room {folder.name} has no annotations; its points have no class")
-            reader.add(whole, _text(whole, reader.notes), folder.name)
+            notes.append(f"room {folder.name} has no annotations; its points have no class")
+            yield whole, folder.name, None, _text(whole, notes)
 
 
 def _text(path: Path, notes: list[str], names: Sequence[str] = ()) -> Iterator[Block]:
@@ -259,8 +241,8 @@ def _text(path: Path, notes: list[str], names: Sequence[str] = ()) -> Iterator[B
                     separator, names = _layout(path, lines, line, names)
                 if separator not in (b"", b" "):
                     lines = [text.replace(separator, b" ") for text in lines]
-                if not (block := b"".join(lines)).isspace():
-                    yield _numbers(path, block, lines, line, names, notes)
+                if not b"".join(lines).isspace():
+                    yield _numbers(path, lines, line, names, notes)
     except (OSError, EOFError, zlib.error) as error:
         raise InputError(f"{path}: the file cannot be read: {getattr(error, 'strerror', None) or error}") from None
 
@@ -286,23 +268,19 @@ def _layout(path: Path, lines: list[bytes], line: int, names: Sequence[str]) -> 
     return separator, names or "xyzrgb"[: len(words)]
 
 
-def _numbers(path: Path, block: bytes, lines: list[bytes], line: int, names: Sequence[str], notes: list[str]) -> Block:
-    """Parse a block: fast if nothing is wrong with it, else line by line to say what."""
-    if _BAD_BYTE in block:
-        lines = [_repaired(path, text, number, names, notes) for number, text in enumerate(lines, start=line)]
-        block = b"".join(lines)
-    values = _parsed(block, lines, names)
+def _numbers(path: Path, lines: list[bytes], line: int, names: Sequence[str], notes: list[str]) -> Block:
+    """Parse a block: fast if all is regular, else line by line."""
+    values = _parsed(b"".join(lines), names)
     if values is None:
-        faults = ((number, what) for number, text in enumerate(lines, start=line) if (what := _fault(text, names)))
-        usual = (line, f"the lines from here to line {line + len(lines) - 1} cannot be read as numbers separated by blanks")
-        raise _fault_at(path, *next(faults, usual))
+        rows = (_row(path, text, number, names, notes) for number, text in enumerate(lines, start=line))
+        values = np.array([row for row in rows if row])
     xyz = np.ascontiguousarray(values[:, [list(names).index(axis) for axis in "xyz"]])
     if not set(names) >= set("rgb"):
         return xyz, np.full(xyz.shape, GREY, np.uint8), None
     return xyz, values[:, [list(names).index(colour) for colour in "rgb"]].astype(np.uint8), None
 
 
-def _parsed(block: bytes, lines: list[bytes], names: Sequence[str]) -> NDArray[np.float64] | None:
+def _parsed(block: bytes, names: Sequence[str]) -> NDArray[np.float64] | None:
     """Numbers of a block, or None if anything about it is irregular."""
     import pandas as pd
 
@@ -315,14 +293,10 @@ def _parsed(block: bytes, lines: list[bytes], names: Sequence[str]) -> NDArray[n
     except (ValueError, OverflowError):  # ParserError and EmptyDataError are ValueErrors
         return None
     values = frame.to_numpy()
-    odd = np.flatnonzero(~np.isfinite(values).all(axis=1))
-    if odd.size:  # a short line is filled up with nan, so what stands there is looked at
-        written = [text for text in lines if text.strip()]
-        if len(written) != len(values) or any(_fault(written[row], names) for row in odd):
-            return None
-    colours = values[:, [number for number, name in enumerate(names) if name in ("r", "g", "b") and number < values.shape[1]]]
-    whole = ((colours >= 0) & (colours <= 255) & (colours == np.floor(colours))).all()
-    return values if whole and values.shape[1] == len(names) else None
+    if values.shape[1] != len(names) or not np.isfinite(values).all():  # a short line is filled up with nan
+        return None
+    colours = values[:, [number for number, name in enumerate(names) if name in ("r", "g", "b")]]
+    return values if ((colours >= 0) & (colours <= 255) & (colours == np.floor(colours))).all() else None
 
 
 def _fault(text: bytes, names: Sequence[str]) -> str:
@@ -343,14 +317,196 @@ def _fault(text: bytes, names: Sequence[str]) -> str:
     return "" if len(words) == len(names) else f"there are {len(words)} columns where {len(names)} were expected"
 
 
-def _repaired(path: Path, text: bytes, line: int, names: Sequence[str], notes: list[str]) -> bytes:
-    """Replace the byte 0x10 by a blank or by the digit 0, whichever gives the line its columns."""
-    if _BAD_BYTE not in text:
-        return text
-    for meant, said in ((b" ", "a blank"), (b"0", "the digit 0")):
-        if not _fault(candidate := text.replace(_BAD_BYTE, meant), names):
-            with path.open("rb") as file:
-                digest = hashlib.file_digest(file, "sha256").hexdigest()
-            notes.append(f"{path.name}, line {line}: the byte 0x10 was read as {said} (SHA-256 of the file {digest})")
-            return candidate
-    raise _fault_at(path, line, "it holds the byte 0x10, and neither a blank nor the digit 0 in its place gives a point")
+def _row(path: Path, text: bytes, line: int, names: Sequence[str], notes: list[str]) -> list[float]:
+    """Numbers of a line; the byte 0x10 in it is a blank or the digit 0, whichever gives the line its columns."""
+    fault = _fault(text, names)
+    if fault and _BAD_BYTE in text:
+        fault = "it holds the byte 0x10, and neither a blank nor the digit 0 in its place gives a point"
+        for meant, said in ((b"0", "the digit 0"), (b" ", "a blank")):
+            if not _fault(candidate := text.replace(_BAD_BYTE, meant), names):
+                mended, note, fault = candidate, said, ""
+        if not fault:
+            text, digest = mended, hashlib.sha256(path.read_bytes()).hexdigest()
+            notes.append(f"{path.name}, line {line}: the byte 0x10 was read as {note} (SHA-256 of the file {digest})")
+    if fault:
+        raise _fault_at(path, line, fault)
+    return [float(word) for word in text.split()]
+
+
+@contextmanager
+def _said(path: Path, what: str) -> Iterator[None]:
+    """Say in one sentence what a library does not read."""
+    try:
+        yield
+    except InputError:
+        raise
+    except (Exception, MemoryError) as error:  # what a library raises on damaged bytes is not to be foreseen
+        lines = str(error).strip().splitlines() or [type(error).__name__]
+        why = "it is damaged or cut short" if isinstance(error, (KeyError, IndexError)) else lines[0][:200]
+        raise InputError(f"{path}: this is not {what}: {why}") from None
+
+
+def _block(path: Path, columns: Mapping[str, Any]) -> Block:
+    """Coordinates and colours of named columns, whatever their order and types."""
+    for axis in "xyz":
+        if axis not in columns:
+            raise InputError(f"{path}: the points have no property {shown(axis)}; x, y and z are needed")
+    xyz = np.empty((len(columns["x"]), 3))
+    for number, axis in enumerate("xyz"):
+        xyz[:, number] = columns[axis]
+    return xyz, _colours(path, columns, len(xyz)), None
+
+
+def _colours(path: Path, columns: Mapping[str, Any], count: int) -> NDArray[np.uint8]:
+    """Colours of 8 or 16 bits, of 0 to 1, or packed into the bits of one number, as PCL and ROS have them; grey if there are none."""
+    for name in ("rgb", "rgba"):
+        if name in columns and np.asarray(columns[name]).dtype.itemsize == 4:
+            packed = np.ascontiguousarray(columns[name])
+            bits = packed.view(packed.dtype.newbyteorder("=").str.replace("f", "u").replace("i", "u"))
+            bits = bits if packed.dtype.isnative else bits.byteswap()
+            return np.stack([(bits >> shift & 255).astype(np.uint8) for shift in (16, 8, 0)], axis=1)
+    names = next((names for names in COLOURS if all(name in columns for name in names)), None)
+    rgb = np.full((count, 3), GREY, np.uint8)
+    if names is None or not count:
+        return rgb
+    values = [np.asarray(columns[name]) for name in names]
+    most = max(float(value.max()) for value in values)
+    scale = 255.0 if most <= 1 and values[0].dtype.kind == "f" else 1.0 if most <= 255 else 1 / 256
+    if not (min(float(value.min()) for value in values) >= 0 and most <= 65535):
+        raise InputError(f"{path}: a colour in {', '.join(names)} is out of range; 0 to 255, 0 to 65,535 or 0 to 1 is accepted")
+    for number, value in enumerate(values):
+        rgb[:, number] = value if value.dtype == np.uint8 else value * scale + (scale > 1) / 2
+    return rgb
+
+
+def _ply(path: Path, _columns: Sequence[str], _notes: list[str]) -> Iterator[Block]:
+    plyfile = library("plyfile", "navigation")
+    with _said(path, "a PLY file of points"):
+        content = plyfile.PlyData.read(str(path))
+        if "vertex" not in content:
+            raise InputError(f"{path}: this is not a PLY file of points: it has no element named vertex")
+        data = content["vertex"].data
+        yield _block(path, {name: data[name] for name in data.dtype.names or ()})
+
+
+def _pcd(path: Path, _columns: Sequence[str], notes: list[str]) -> Iterator[Block]:
+    pypcd4 = library("pypcd4", "scans")
+    with _said(path, "a PCD file"):
+        cloud = pypcd4.PointCloud.from_path(path)
+        data, meta = cloud.pc_data.reshape(-1), cloud.metadata
+        if len(data) != meta.points:
+            raise InputError(f"{path}: the header says {meta.points:,} points and {len(data):,} are there; the file is cut short")
+        if tuple(meta.viewpoint) != (0, 0, 0, 1, 0, 0, 0):
+            notes.append("the file says from where it was seen; its points were not moved by that")
+        yield _block(path, {name: data[name] for name in data.dtype.names})
+
+
+def _las(path: Path, _columns: Sequence[str], notes: list[str]) -> Iterator[Block]:
+    laspy = library("laspy", "scans")
+    with _said(path, "a LAS or LAZ file"):
+        content = laspy.read(path)
+        said = content.header.point_count
+        if len(content.points) != said:
+            raise InputError(f"{path}: the header says {said:,} points and {len(content.points):,} are there; the file is cut short")
+        names = [name for name in ("red", "green", "blue") if name in content.point_format.dimension_names]
+        xyz, rgb, _ = _block(path, {name: content[name] for name in ("x", "y", "z", *names)})
+        ground = np.asarray(content.classification) == GROUND
+        if ground.any():
+            notes.append(f"the floor is that of the {int(ground.sum()):,} points of the class ground")
+        for chosen, kind in ((ground, "floor"), (~ground, None)):
+            if chosen.all():
+                yield xyz, rgb, kind
+            elif chosen.any():
+                yield xyz[chosen], rgb[chosen], kind
+
+
+def _e57(path: Path, _columns: Sequence[str], notes: list[str]) -> Iterator[Block]:
+    pye57 = library("pye57", "e57")
+    with _said(path, "an E57 file"):
+        pye57.libe57.ImageFile(str(path), "r").close()  # the class below leaves a half-made object behind if this fails
+        content = pye57.E57(str(path))
+        if content.scan_count > 1:
+            notes.append(f"{content.scan_count} scans were joined, each by its own pose")
+        names = {"cartesianX": "x", "cartesianY": "y", "cartesianZ": "z", "colorRed": "red", "colorGreen": "green", "colorBlue": "blue"}
+        for number in range(content.scan_count):
+            read = content.read_scan(number, colors=True, ignore_missing_fields=True)
+            yield _block(path, {said: read[name] for name, said in names.items() if name in read})
+        content.close()
+
+
+def _npy(path: Path, columns: Sequence[str], _notes: list[str]) -> Iterator[Block]:
+    with _said(path, "an npy file of numbers"):
+        table = np.load(path, mmap_mode="r", allow_pickle=False)
+        if table.dtype.names:
+            yield _block(path, {name: table[name].reshape(-1) for name in table.dtype.names})
+            return
+        usual = {3: "xyz", 6: "xyzrgb"}.get(table.shape[1] if table.ndim == 2 else 0, "")
+        if table.ndim != 2 or table.dtype.kind not in "fiu" or len(columns or usual) != table.shape[1]:
+            said = f" with the columns {', '.join(columns)}" if columns else ", or --columns with a name for each column,"
+            raise InputError(f"{path}: its shape is {table.shape} and its type {table.dtype}; N×3 or N×6 numbers{said} are accepted")
+        yield _block(path, {name: table[:, number] for number, name in enumerate(columns or usual)})
+
+
+def is_bag(path: Path) -> bool:
+    """Whether a path names a recording of ROS."""
+    return path.suffix.lower() in BAGS or (path / "metadata.yaml").is_file()
+
+
+def _message(path: Path, topic: str | None, which: str | None) -> tuple[Any, str]:
+    """Read the point cloud or the occupancy grid of a recording of ROS 1 or 2, and in which frame it is; `which` is first or last."""
+    reading, types = library("rosbags.highlevel", "scans"), library("rosbags.typesys", "scans")
+    with _said(path, "a recording of ROS"), reading.AnyReader([path], default_typestore=types.get_typestore(types.Stores.LATEST)) as bag:
+        known = {link.topic: link for link in bag.connections if link.msgtype in (CLOUD, GRID)}
+        listed = ", ".join(f"{name} ({link.msgtype.rsplit('/', 1)[1]}, {link.msgcount})" for name, link in known.items())
+        if not known:
+            raise InputError(f"{path}: no topic of this recording has messages of the type PointCloud2 or OccupancyGrid")
+        if topic is None and len(known) > 1:
+            raise InputError(f"{path} has several topics: {listed}; topic says which")
+        if topic is not None and topic not in known:
+            raise InputError(f"{path} has no topic {shown(topic)} with a PointCloud2 or OccupancyGrid; {nearest(topic, known)}")
+        link = known[topic or next(iter(known))]
+        if link.msgcount > 1 and which is None:
+            raise InputError(f'{path}: {link.topic} has {link.msgcount} messages; message = "first" or "last" says which')
+        raws = (raw for _, _, raw in bag.messages(connections=[link]))
+        kept = deque(raws if which == "last" else islice(raws, 1), maxlen=1)
+        if not kept:
+            raise InputError(f"{path}: {link.topic} has no message")
+        message = bag.deserialize(kept[0], link.msgtype)
+        return message, str(message.header.frame_id)
+
+
+def _bag(path: Path, notes: list[str], topic: str | None, which: str | None) -> Iterator[Block]:
+    """Points of a PointCloud2."""
+    message, frame = _message(path, topic, which)
+    with _said(path, "a recording with a PointCloud2"):
+        if not hasattr(message, "point_step"):
+            raise InputError(f"{path}: this topic has an OccupancyGrid, which is a map and no scan")
+        order = "><"[not message.is_bigendian]
+        formats = [(order + KINDS[field.datatype - 1], (field.count,) if field.count > 1 else ()) for field in message.fields]
+        named: Any = {"names": [f.name for f in message.fields], "formats": formats, "offsets": [f.offset for f in message.fields]}
+        named["itemsize"] = message.point_step
+        kind = np.dtype(named)
+        steps = (message.row_step, message.point_step)
+        data = np.ndarray((message.height, message.width), kind, np.ascontiguousarray(message.data), strides=steps).reshape(-1)
+        notes.append(f"the points are in the frame {shown(frame)}; transforms are not applied")
+        yield _block(path, {name: data[name] for name in kind.names or ()})
+
+
+def read_bag_grid(path: Path, topic: str | None, which: str | None, free_below: int = 20) -> OccupancyGrid | None:
+    """Occupancy map of a recording, or None if the topic has a point cloud; what is free is by default what map_saver writes as free."""
+    message, _ = _message(path, topic, which)
+    if hasattr(message, "point_step"):
+        return None
+    with _said(path, "a recording with an OccupancyGrid"):
+        info, turn = message.info, message.info.origin.orientation
+        if max(abs(turn.x), abs(turn.y)) > 1e-6:
+            raise InputError(f"{path}: the map is tilted; only maps that are level are accepted")
+        cells = np.asarray(message.data, np.int8).reshape(info.height, info.width)[::-1]
+        at, yaw = info.origin.position, 2 * atan2(turn.z, turn.w) if turn.z else 0.0
+        frame = Frame(at.x, at.y, round(float(info.resolution), 6), info.height, info.width, yaw)
+        return OccupancyGrid(frame, np.where((cells >= 0) & (cells <= 100), cells, UNKNOWN).astype(np.int8), free_below)
+
+
+READERS: Mapping[str, Callable[[Path, Sequence[str], list[str]], Iterator[Block]]] = {
+    ".ply": _ply, ".pcd": _pcd, ".las": _las, ".laz": _las, ".e57": _e57, ".npy": _npy,
+}  # fmt: skip

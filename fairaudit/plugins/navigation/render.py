@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any
 from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer, add_format
 from fairaudit.errors import InputError
+from fairaudit.files import write_atomically
 
 if TYPE_CHECKING:
     from fairaudit.plugins.navigation.maps import Maps
     from fairaudit.plugins.navigation.rooms import Rooms
     from fairaudit.plugins.navigation.scenario import CandidateSet
-
-__all__ = ["add", "draw_maps", "render", "run"]
 
 DESCRIPTION = """\
 Draw what a scenario file describes. It says which scan, start and candidates there are; the top view, the traversability map, one picture
@@ -55,7 +54,7 @@ def run(arguments: argparse.Namespace) -> Answer:
         document = render(found, folder)
         lines += [scenario.title, *(f"note: {note}" for note in found.notes)]
         lines += [
-            f"{c.index}  {c.label}: {c.length:.2f} m, {len(c.waypoints)} waypoints, {folder / picture_name(c.index)}"
+            f"{c.index}  {c.place.label}: {c.length:.2f} m, {len(c.waypoints)} waypoints, {folder / picture_name(c.index)}"
             for c in found.candidates
         ]
         lines.append(f"candidate set: {folder / 'candidates.json'}")
@@ -74,63 +73,43 @@ def picture_name(index: int) -> str:
 
 
 def render(found: CandidateSet, folder: Path) -> dict[str, Any]:
-    """Write pictures and candidate set of planned candidates.
-
-    Parameters
-    ----------
-    found : CandidateSet
-        From `plan_candidates`.
-    folder : Path
-        Made if it is not there; files of the same names are replaced.
+    """Write pictures and candidate set of planned candidates into a folder, which is made if it is not there.
 
     Returns
     -------
     dict
         The candidate set, as ``candidates.json`` holds it. It is written last: where it is, the pictures are.
-
-    Raises
-    ------
-    InputError
-        If pillow is missing, or a file cannot be written.
     """
     from dataclasses import asdict
 
-    from fairaudit.files import write_atomically
-    from fairaudit.plugins.navigation.diagram import draw_topology
     from fairaudit.plugins.navigation.exports import FORMAT
-    from fairaudit.plugins.navigation.prompts import draw, view
+    from fairaudit.plugins.navigation.prompts import draw, draw_topology, view
     from fairaudit.plugins.navigation.routes import Route
 
-    scenario, frame = found.scenario, found.maps.frame
-    draw_maps(found.maps, found.rooms, folder, scale=scenario.scale)
-    part = view(found.maps, [candidate.route for candidate in found.candidates])
-    routes = [Route(candidate.route.cells - [part[0].start, part[1].start]) for candidate in found.candidates]
-    rooms = (found.rooms.names, found.rooms.owner[part]) if found.rooms is not None else None
+    scenario, maps, rooms = found.scenario, found.maps, found.rooms
+    draw_maps(maps, rooms, folder, scale=scenario.scale)
+    part = view(maps, [candidate.route for candidate in found.candidates])
+    shared: dict[str, Any] = {
+        "routes": [Route(candidate.route.cells - [part[0].start, part[1].start]) for candidate in found.candidates],
+        "names": [candidate.place.label for candidate in found.candidates],
+        "rooms": (rooms.names, rooms.owner[part]) if rooms is not None else None,
+        "resolution": maps.frame.resolution,
+        "scale": scenario.scale,
+    }
+    write_atomically(folder / "candidates.png", [draw(maps.rgb[part], **shared).png])
     listed = []
-    for chosen in (None, *range(len(routes))):
-        picture = draw(
-            found.maps.rgb[part],
-            routes,
-            [candidate.label for candidate in found.candidates],
-            chosen=chosen,
-            rooms=rooms,
-            resolution=frame.resolution,
-            scale=scenario.scale,
-        )
-        if chosen is None:
-            write_atomically(folder / "candidates.png", [picture.png])
-            continue
-        candidate = found.candidates[chosen]
+    for candidate in found.candidates:
+        picture = draw(maps.rgb[part], chosen=candidate.index - 1, **shared)
         write_atomically(folder / picture_name(candidate.index), [picture.png])
-        if found.rooms is not None:
-            diagram = draw_topology(found.maps, found.rooms, candidate.route, scale=scenario.scale)
+        if rooms is not None:
+            diagram = draw_topology(maps, rooms, candidate.route, scale=scenario.scale)
             write_atomically(folder / f"topology-{candidate.index}.png", [diagram.png])
         listed.append(
             {
                 "index": candidate.index,
-                "label": candidate.label,
-                "profile": candidate.profile,
-                **({"room": candidate.room} if candidate.room else {}),
+                "label": candidate.place.label,
+                "profile": candidate.place.profile,
+                **({"room": candidate.place.room} if candidate.place.room else {}),
                 "length": round(candidate.length, 4),
                 "steps": {"straight": candidate.route.straight, "diagonal": candidate.route.diagonal},
                 "waypoints": [list(point) for point in candidate.waypoints],
@@ -144,39 +123,34 @@ def render(found: CandidateSet, folder: Path) -> dict[str, Any]:
         "title": scenario.title,
         "scenario_sha256": scenario.sha256,
         "scan": {"path": scenario.scan.as_posix(), "sha256": found.scan_sha256, "notes": list(found.notes)},
-        "frame": asdict(found.maps.frame),
+        "frame": asdict(maps.frame),
         "view": {"row": part[0].start, "column": part[1].start, "left": picture.left, "top": picture.top, "scale": picture.scale},
         **({"context": scenario.context} if scenario.context else {}),
         "start": list(found.start),
         "candidates": listed,
     }
-    write_atomically(folder / "candidates.json", [json.dumps(document, ensure_ascii=False, indent=1).encode(), b"\n"])
+    _write_json(folder / "candidates.json", document)
     return document
 
 
 def draw_maps(maps: Maps, rooms: Rooms | None, folder: Path, *, scale: int | None = None) -> None:
-    """Write top view, traversability map (as a picture, and for ROS) and, where there are rooms, the topological map.
-
-    Raises
-    ------
-    InputError
-        If a library of the extra is missing, or a file cannot be written.
-    """
-    from fairaudit.files import write_atomically
-    from fairaudit.plugins.navigation.diagram import draw_topology
+    """Write top view, traversability map (as a picture, and for ROS) and, where there are rooms, the topological map."""
     from fairaudit.plugins.navigation.grids import write_ros_map
     from fairaudit.plugins.navigation.maps import maps_of_grid
-    from fairaudit.plugins.navigation.prompts import draw
-    from fairaudit.plugins.navigation.topology import topology_json
+    from fairaudit.plugins.navigation.prompts import draw, draw_topology
+    from fairaudit.plugins.navigation.rooms import topology_json
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder} cannot be made: {error.strerror}") from None
-    write_atomically(folder / "top-view.png", [draw(maps.rgb, scale=scale).png])
-    write_atomically(folder / "traversability.png", [draw(maps_of_grid(maps.grid).rgb, scale=scale).png])
+    for name, rgb in (("top-view", maps.rgb), ("traversability", maps_of_grid(maps.grid).rgb)):
+        write_atomically(folder / f"{name}.png", [draw(rgb, resolution=maps.frame.resolution, scale=scale).png])
     write_ros_map(maps.grid, folder / "map.yaml")
     if rooms is not None:
-        text = json.dumps(topology_json(rooms.graph), ensure_ascii=False, indent=1)
-        write_atomically(folder / "topology.json", [text.encode(), b"\n"])
+        _write_json(folder / "topology.json", topology_json(rooms.graph))
         write_atomically(folder / "topology.png", [draw_topology(maps, rooms, scale=scale).png])
+
+
+def _write_json(path: Path, document: dict[str, Any]) -> None:
+    write_atomically(path, [json.dumps(document, ensure_ascii=False, indent=1).encode(), b"\n"])

@@ -1,11 +1,11 @@
-"""Rooms and doors of floors that nobody labelled: where free space is wide, and where it narrows to a door."""
+"""Rooms and doors: of scans whose points are labelled, by these; else where free space is wide, and where it narrows to a door."""
 
 from __future__ import annotations
 
 import csv
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from math import isfinite
+from math import ceil, isfinite
 from pathlib import Path
 from typing import Any
 
@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fairaudit.errors import InputError, shown
+from fairaudit.files import read_bytes
 from fairaudit.libraries import library
 from fairaudit.plugins.navigation.grids import Frame
 from fairaudit.plugins.navigation.maps import Maps
 from fairaudit.plugins.navigation.readers import Points
-from fairaudit.plugins.navigation.topology import NOWHERE, footprints, middle, topology
 
-__all__ = ["Rooms", "find_rooms", "read_names", "rooms_of"]
-
+NOWHERE = -1
+SAME_DOOR = 0.6
 NARROWEST, WIDEST = 0.6, 1.4  # doors
 WIDER = 0.12  # by how much half the width of a room is more than that of its doors
 LEAST_ROOM = 1.5  # m²
@@ -28,32 +28,21 @@ COARSEST = 0.2
 SPECK = 0.02  # m²
 FURNITURE = 2.6  # what stands alone and is no longer is furniture …
 WALL, STUB = 0.4, 0.5  # … unless it is as thin as a wall, and longer than this and than three times its thickness
-JAMB, INTO, REACH = 0.5, 0.075, 1.5  # a wall beside a door is thinner; how far inside that is looked at, and how far across
+JAMB, INTO, ACROSS = 0.5, 0.075, 1.5  # a wall beside a door is thinner; how far inside that is looked at, and how far across
 
 Mask = NDArray[np.bool_]
 Cells = NDArray[np.int64]
+Numbers = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Rooms:
-    """The rooms of a floor, labelled or found.
-
-    Attributes
-    ----------
-    frame : Frame
-        Where the cells lie.
-    names : tuple of str
-        Names of the rooms.
-    owner : array of int, shape (rows, columns)
-        The position in ``names`` of the room that a cell belongs to, or -1.
-    graph : networkx.Graph
-        The topological map, as `topology` makes it.
-    """
+    """The rooms of a floor, labelled or found."""
 
     frame: Frame
     names: tuple[str, ...]
-    owner: NDArray[np.integer[Any]] = field(repr=False)
-    graph: Any = field(repr=False)
+    owner: NDArray[np.integer[Any]] = field(repr=False)  # of each cell of the frame, the position in names of its room, or -1
+    graph: Any = field(repr=False)  # the topological map, as `topology` makes it
 
 
 def rooms_of(maps: Maps, points: Points | None, names: str | Path | None = None) -> tuple[Rooms | None, tuple[str, ...]]:
@@ -72,27 +61,131 @@ def rooms_of(maps: Maps, points: Points | None, names: str | Path | None = None)
     return rooms, (f"rooms are not labelled; found: {len(rooms.names)}, and doors between them: {doors}",)
 
 
-def find_rooms(free: Mask, frame: Frame, names: Sequence[tuple[float, float, str]] = ()) -> Rooms:
-    """Find rooms and doors of a map without labels.
+def topology_json(graph: Any) -> dict[str, Any]:
+    """Nodes (each with ``id``) and edges (each with ``source`` and ``target``) as plain lists, with the attributes of `topology`."""
+    return {
+        "nodes": [{"id": room, **graph.nodes[room]} for room in graph.nodes],
+        "edges": [{"source": first, "target": second, **graph.edges[first, second]} for first, second in graph.edges],
+    }
+
+
+def _graph(names: Sequence[str], kinds: Sequence[str], owner: NDArray[np.integer[Any]], frame: Frame) -> Any:
+    """Rooms without doors; each is at the centre of its cell that is nearest to the mean of them."""
+    from scipy.ndimage import find_objects
+
+    graph = library("networkx", "navigation").Graph()
+    boxes = find_objects(owner + 1, len(names))
+    for room, (name, kind, box) in enumerate(zip(names, kinds, boxes, strict=True)):
+        cells = np.argwhere(owner[box] == room) + [side.start for side in box] if box else np.empty((0, 2), int)
+        at = list(frame.centre(*cells[((cells - cells.mean(axis=0)) ** 2).sum(axis=1).argmin()].tolist())) if len(cells) else None
+        graph.add_node(name, kind=kind, at=at, area=round(len(cells) * frame.resolution**2, 2), exits=[])
+    return graph
+
+
+def _add_door(graph: Any, pair: tuple[str, str], door: dict[str, Any], apart: float = 0.0) -> None:
+    """Add a door between two rooms, or an exit of one if both are the same, unless there is one nearer than that."""
+    if pair[0] != pair[1] and not graph.has_edge(*pair):
+        graph.add_edge(*pair, doors=[])
+    doors = graph.nodes[pair[0]]["exits"] if pair[0] == pair[1] else graph.edges[pair]["doors"]
+    if not any(np.hypot(door["at"][0] - other["at"][0], door["at"][1] - other["at"][1]) < apart for other in doors):
+        doors.append({"name": f"door {len(doors) + 1}"} | door)
+
+
+def footprints(points: Points, frame: Frame) -> NDArray[np.int16]:
+    """Find which room of an annotated scan each cell of a frame belongs to: its position in ``points.rooms``, or -1.
+
+    A room is where its floor is; one without a floor is where its other points are, its ceiling and doors apart. A cell that two rooms
+    claim belongs to the one that has more points in it, the first among equals.
+    """
+    if not points.rooms:
+        raise InputError("this scan has no rooms; a topological map needs an S3DIS area with its room folders")
+    size = frame.rows * frame.columns
+    owner, most = np.full(size, NOWHERE, np.int16), np.zeros(size, np.int64)
+    for number, room in enumerate(points.rooms):
+        parts = [part for part in points.parts if part.room == room]
+        used = [part for part in parts if part.kind == "floor"] or [part for part in parts if part.kind not in ("ceiling", "door")]
+        counts = np.zeros(size, np.int64)
+        for part in used:
+            cells = frame.cells(points.xyz[part.start : part.stop, :2])
+            counts += np.bincount(cells[cells >= 0], minlength=size)
+        more = counts > most
+        owner[more], most[more] = number, counts[more]
+    return owner.reshape(frame.rows, frame.columns)
+
+
+def topology(points: Points, *, resolution: float = 0.1, reach: float = 0.6) -> Any:
+    """Find the rooms of an annotated scan and which of them a door joins.
 
     Parameters
     ----------
-    free : array of bool, shape (rows, columns)
-        Free cells, whatever the size of the robot. Walls, furniture and what is unknown are not free.
-    frame : Frame
-        Where they lie.
-    names : sequence of (x, y, name)
-        Names of rooms by a point in them, in metres. The others are called ``room 1``, ``room 2`` … from the top of the map.
+    resolution : float
+        Side of the cells on which rooms are laid out, in metres.
+    reach : float
+        How far from a door to look for the rooms on its two sides, in metres; more than a wall is thick.
 
     Returns
     -------
-    Rooms
-        Free space and the furniture that stands alone in it, in rooms of at least 1.5 m². Doors are 0.6 to 1.4 m wide.
+    networkx.Graph
+        Nodes: rooms, with ``kind``, ``at`` (the middle of the floor, metres), ``area`` (m²) and ``exits`` (doors that lead to no scanned
+        room). Edges: pairs of rooms, with ``doors``, each a ``name``, ``at`` and ``width``. Openings without a door are no edges.
 
-    Raises
-    ------
-    InputError
-        If cells are larger than 0.2 m, there is no room, a name is in none, or a library is missing.
+    Notes
+    -----
+    A shut door lies in a wall: one room is before and one behind it. If both sides are in one room, the door stands open, and the rooms are
+    those at its two ends. Doors of one pair of rooms nearer than 0.6 m to each other are one door that both rooms list.
+    """
+    xy = points.xyz[:, :2]
+    frame = Frame.around((*xy.min(axis=0).tolist(), *xy.max(axis=0).tolist()), resolution)
+    owner = footprints(points, frame)
+    graph = _graph(points.rooms, [room.rsplit("_", 1)[0] for room in points.rooms], owner, frame)
+    for part in points.parts:
+        if part.kind == "door" and part.room is not None:
+            at, axes, extents = _box(xy[part.start : part.stop])
+            found = _sides(owner, frame, at, axes, extents, reach)
+            pair = _different(*found)
+            if pair is None and min(side.max() for side in found) > 0.5:
+                pair = _different(*_sides(owner, frame, at, axes[::-1], (extents[1], extents[0] + resolution), reach))
+            door = {"name": f"{part.room}/{part.name}", "at": at.round(3).tolist(), "width": round(2 * extents[1], 3)}
+            _add_door(graph, (points.rooms[pair[0]], points.rooms[pair[1]]) if pair else (part.room, part.room), door, SAME_DOOR)
+    return graph
+
+
+def _box(xy: Numbers) -> tuple[Numbers, Numbers, tuple[float, float]]:
+    """Middle of a door's footprint, its short and its long axis, and half its extents along them."""
+    mean = xy.mean(axis=0)
+    axes = np.linalg.eigh((xy - mean).T @ (xy - mean))[1].T
+    ends = np.quantile((xy - mean) @ axes.T, (0.01, 0.99), axis=0)
+    depth, length = np.ptp(ends, axis=0) / 2
+    return mean + ends.mean(axis=0) @ axes, axes, (float(depth), float(length))
+
+
+def _sides(owner: NDArray[np.int16], frame: Frame, at: Numbers, axes: Numbers, extents: tuple[float, float], reach: float) -> list[Numbers]:
+    """For both sides of a box along its first axis, the share of the probes that met each room."""
+    step = frame.resolution / 2
+    away = extents[0] + step * np.arange(1, ceil(reach / step) + 1)
+    lateral = np.linspace(-extents[1], extents[1], max(3, ceil(2 * extents[1] / step)))
+    sides = []
+    for outward in (away, -away):
+        cells = frame.cells((at + outward[:, None, None] * axes[0] + lateral[None, :, None] * axes[1]).reshape(-1, 2))
+        met = owner.ravel()[cells[cells >= 0]]
+        sides.append(np.bincount(met[met != NOWHERE], minlength=int(owner.max()) + 1) / len(cells))
+    return sides
+
+
+def _different(before: Numbers, behind: Numbers) -> tuple[int, int] | None:
+    """Two different rooms, one of each side, that most probes met, or None."""
+    pairs = np.where(np.outer(before, behind) > 0, before[:, None] + behind, 0.0)
+    np.fill_diagonal(pairs, 0.0)
+    first, second = divmod(int(pairs.argmax()), len(behind))
+    return (first, second) if pairs[first, second] else None
+
+
+def find_rooms(free: Mask, frame: Frame, names: Sequence[tuple[float, float, str]] = ()) -> Rooms:
+    """Find rooms and doors of a map without labels.
+
+    Free are cells without walls, furniture and what is unknown, whatever the size of the robot. Rooms are free space and the furniture that
+    stands alone in it, of at least 1.5 m²; doors are 0.6 to 1.4 m wide. Names go by a point in the room, in metres; the other rooms are
+    called ``room 1``, ``room 2`` … from the top of the map. Cells larger than 0.2 m are refused, and so is a map without a room.
 
     Notes
     -----
@@ -134,7 +227,15 @@ def find_rooms(free: Mask, frame: Frame, names: Sequence[tuple[float, float, str
     number[kept] = np.arange(len(kept))
     owner = number[pieces][1:-1, 1:-1]
     called = _called(owner, frame, names)
-    return Rooms(frame, called, owner, _graph(owner, frame, called, [(number[b.first], number[b.second], b) for b in borders], space))
+    graph = _graph(called, ["room"] * len(called), owner, frame)
+    for border in borders:
+        first, second = number[border.first], number[border.second]
+        ends = _ends(border, space) if first != NOWHERE and second != NOWHERE else None
+        width = (float(np.hypot(*(ends[0] - ends[1]))) - 1) * cell if ends else 0.0
+        if ends and width >= NARROWEST:
+            row, column = np.rint((ends[0] + ends[1]) / 2).astype(int) - 1
+            _add_door(graph, (called[first], called[second]), {"at": list(frame.centre(int(row), int(column))), "width": round(width, 3)})
+    return Rooms(frame, called, owner, graph)
 
 
 @dataclass(frozen=True)
@@ -179,28 +280,24 @@ def _without_furniture(free: Mask, cell: float) -> Mask:
 
 
 def _borders(pieces: NDArray[np.int32]) -> Iterator[_Border]:
+    """Where pieces touch, also at corners; the outermost cells belong to none."""
     from scipy.ndimage import label
 
     ends = []
-    for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
-        rows, columns = pieces.shape
-        left = max(0, -right)
-        here = pieces[: rows - down, left : columns - max(0, right)]
-        there = pieces[down:, left + right : columns - max(0, right) + right]
-        r, c = np.nonzero((here != there) & (here > 0) & (there > 0))
-        c += left
-        low, high = np.sort([pieces[r, c], pieces[r + down, c + right]], axis=0)
-        ends += [np.stack([low, high, r, c]), np.stack([low, high, r + down, c + right])]
-    table = np.concatenate(ends, axis=1)
-    table = table[:, np.lexsort(table[::-1])]
+    for step in ((0, 1), (1, 0), (1, 1), (1, -1)):
+        there = np.roll(pieces, np.negative(step), (0, 1))
+        at = np.stack(np.nonzero((pieces != there) & (pieces > 0) & (there > 0)))
+        pair = np.sort([pieces[*at], there[*at]], axis=0)
+        ends += [np.concatenate([pair, at]), np.concatenate([pair, at + np.array(step)[:, None]])]
+    table = np.unique(np.concatenate(ends, axis=1), axis=1)
     for part in np.split(table, np.flatnonzero((np.diff(table[:2], axis=1) != 0).any(axis=0)) + 1, axis=1):
         if part.size:
-            r, c = part[2] - part[2].min(), part[3] - part[3].min()
-            mask = np.zeros((int(r.max()) + 1, int(c.max()) + 1), bool)
-            mask[r, c] = True
+            at = part[2:] - part[2:].min(axis=1, keepdims=True)
+            mask = np.zeros(at.max(axis=1) + 1, bool)
+            mask[*at] = True
             places, count = label(mask, np.ones((3, 3)))
             for place in range(1, count + 1):
-                here = part[:, places[r, c] == place]
+                here = part[:, places[*at] == place]
                 yield _Border(int(part[0, 0]), int(part[1, 0]), (here[2], here[3]))
 
 
@@ -252,12 +349,11 @@ def _between_walls(border: _Border, space: _Space) -> bool:
 
 def _thickness(at: NDArray[np.float64], across: NDArray[np.float64], space: _Space) -> float:
     """How far obstacles reach from a point to both sides, in metres."""
-    steps = np.arange(0, REACH / space.cell, 0.5)
+    steps = np.arange(0, ACROSS / space.cell, 0.5)
     total = 0
     for sign in (1, -1):
-        rows, columns = np.rint(at + sign * steps[:, None] * across).astype(np.int64).T
-        inside = (rows >= 0) & (columns >= 0) & (rows < space.floor.shape[0]) & (columns < space.floor.shape[1])
-        free = space.floor[np.where(inside, rows, 0), np.where(inside, columns, 0)]
+        cells = np.clip(np.rint(at + sign * steps[:, None] * across), 0, np.subtract(space.floor.shape, 1))  # the outermost are not free
+        free = space.floor[*cells.astype(np.int64).T]
         total += int(free.argmax()) if free.any() else len(steps)
     return total / 2 * space.cell
 
@@ -278,41 +374,11 @@ def _called(owner: NDArray[np.int32], frame: Frame, names: Sequence[tuple[float,
     return tuple(given.get(room, number) for room, number in enumerate(called))
 
 
-def _graph(owner: NDArray[np.int32], frame: Frame, names: tuple[str, ...], borders: list[tuple[int, int, _Border]], space: _Space) -> Any:
-    from scipy.ndimage import find_objects
-
-    graph = library("networkx", "navigation").Graph()
-    for room, (down, right) in enumerate(find_objects(owner + 1)):
-        rows, columns = np.nonzero(owner[down, right] == room)
-        at = middle(rows + down.start, columns + right.start, frame)
-        graph.add_node(names[room], kind="room", at=at, area=round(len(rows) * frame.resolution**2, 2), exits=[])
-    for first, second, border in borders:
-        ends = _ends(border, space) if first != NOWHERE and second != NOWHERE else None
-        width = (float(np.hypot(*(ends[0] - ends[1]))) - 1) * space.cell if ends else 0.0
-        if ends and width >= NARROWEST:
-            row, column = np.rint((ends[0] + ends[1]) / 2).astype(int) - 1
-            pair = names[first], names[second]
-            if not graph.has_edge(*pair):
-                graph.add_edge(*pair, doors=[])
-            doors = graph.edges[pair]["doors"]
-            doors.append({"name": f"door {len(doors) + 1}", "at": list(frame.centre(int(row), int(column))), "width": round(width, 3)})
-    return graph
-
-
 def read_names(path: Path) -> tuple[tuple[float, float, str], ...]:
-    """Read names of rooms: lines ``x,y,name``, where the point in metres is anywhere in the room.
-
-    Raises
-    ------
-    InputError
-        If it is not such a file; the message names the line.
-    """
+    """Read names of rooms: lines ``x,y,name``, where the point in metres is anywhere in the room."""
     try:
-        with path.open(encoding="utf-8", newline="") as file:
-            lines = [line for line in csv.reader(file) if line]
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file") from None
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        lines = [line for line in csv.reader(read_bytes(path).decode("utf-8").splitlines()) if line]
+    except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"{path}: the file cannot be read: {error}") from None
     found = []
     for number, line in enumerate(lines, start=1):

@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from fairaudit.errors import InputError
 from fairaudit.plugins.navigation.grids import Frame
 
-__all__ = ["Flood", "Route", "flood", "nearest_free", "routes", "waypoints"]
-
 Cell = tuple[int, int]
 
 # Steps in the order in which ties are broken: along the axes first.
@@ -105,11 +103,7 @@ def routes(free: NDArray[np.bool_], start: Cell, goals: Sequence[Cell], *, corne
     Parameters
     ----------
     free : array of bool, shape (rows, columns)
-        Which cells can be entered.
-    start : tuple of int
-        Row and column.
-    goals : sequence of tuple of int
-        Rows and columns.
+        Which cells can be entered; start and goals, each a row and a column, must be among them.
     corner_cutting : bool
         Whether a diagonal step may pass an occupied cell beside it.
 
@@ -118,11 +112,6 @@ def routes(free: NDArray[np.bool_], start: Cell, goals: Sequence[Cell], *, corne
     tuple of Route
         One per goal, in order. Of several shortest routes the one is taken that, seen from the goal, goes on straight where it can and else
         takes the first direction of a fixed order, so that equal input gives equal routes.
-
-    Raises
-    ------
-    InputError
-        If start or goal is not a free cell of the map.
 
     Examples
     --------
@@ -158,22 +147,16 @@ def _allowed(free: NDArray[np.bool_], *, corner_cutting: bool) -> NDArray[np.uin
 
 
 def _graph(allowed: NDArray[np.uint8]) -> Any:
-    """Sparse matrix of the costs of steps, filled in step by step."""
+    """Sparse matrix of the costs of steps."""
     from scipy.sparse import csr_array
 
-    flat, cells = allowed.ravel(), allowed.size
-    ends = np.concatenate([[0], np.cumsum(np.bitwise_count(flat), dtype=np.int64)])
-    size = int(ends[-1])
+    cells, size = allowed.size, int(np.bitwise_count(allowed).sum(dtype=np.int64))
     if max(size, cells) > np.iinfo(np.int32).max:
         raise InputError(f"a map of {cells:,} cells with {size:,} steps is too large to plan on; use a coarser resolution or bounds")
-    ends = ends.astype(np.int32)
-    targets, costs, filled = np.empty(size, np.int32), np.empty(size), ends[:-1].copy()
-    for bit, (i, j) in enumerate(STEPS):
-        sources = np.flatnonzero(flat & np.uint8(1 << bit))
-        there = filled[sources]
-        targets[there], costs[there] = sources + (i * allowed.shape[1] + j), DIAGONAL if i and j else STRAIGHT
-        filled[sources] += 1
-    return csr_array((costs, targets, ends), shape=(cells, cells))
+    sources = [np.flatnonzero(allowed & np.uint8(1 << bit)).astype(np.int32) for bit in range(8)]
+    targets = [there + np.int32(i * allowed.shape[1] + j) for there, (i, j) in zip(sources, STEPS, strict=True)]
+    costs = np.repeat([float(DIAGONAL if i and j else STRAIGHT) for i, j in STEPS], [len(there) for there in sources])
+    return csr_array((costs, (np.concatenate(sources), np.concatenate(targets))), shape=(cells, cells))
 
 
 def waypoints(route: Route, frame: Frame) -> list[tuple[float, float]]:

@@ -14,15 +14,12 @@ import numpy as np
 
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.files import check_keys, read_section, read_toml
-from fairaudit.plugins.navigation.formats import is_bag, read_bag_grid
-from fairaudit.plugins.navigation.grids import FREE, OCCUPIED, OccupancyGrid, read_grid
+from fairaudit.plugins.navigation.grids import FREE, OCCUPIED, read_grid
 from fairaudit.plugins.navigation.ground import advice, prepare
 from fairaudit.plugins.navigation.maps import BAND, RESOLUTION, Maps, clearances, maps_of_grid, rasterise, shut
-from fairaudit.plugins.navigation.readers import Points, read_points
+from fairaudit.plugins.navigation.readers import Points, is_bag, read_bag_grid, read_points
 from fairaudit.plugins.navigation.rooms import Rooms, rooms_of
 from fairaudit.plugins.navigation.routes import Cell, Flood, Route, flood, nearest_free, waypoints
-
-__all__ = ["Candidate", "CandidateSet", "Place", "Scenario", "plan_candidates", "read_scan", "read_scenario", "scenarios_of"]
 
 GROUND_KEYS = ("unit", "up", "level", "stray")
 PLACE_KEYS, CANDIDATE_KEYS, CONTEXT_KEYS = ("at", "room"), ("label", "at", "room", "profile"), ("column", "values")
@@ -32,15 +29,17 @@ MOST_CANDIDATES = 99
 
 @dataclass(frozen=True)
 class Place:
-    """Where a robot starts or is to go: a point in metres, or a room."""
+    """Where a robot starts, or a candidate to whom it may go: a point in metres, or a room."""
 
-    at: tuple[float, float] | None = None
-    room: str | None = None
+    label: str
+    at: tuple[float, float] | None
+    room: str | None
+    profile: dict[str, str | int | float]
 
 
 @dataclass(frozen=True)
 class Scenario:
-    """What a scenario file says; labels, places and profiles have one entry per candidate."""
+    """What a scenario file says."""
 
     path: Path
     sha256: str  # of its bytes
@@ -49,9 +48,7 @@ class Scenario:
     reading: dict[str, Any]  # options of read_points and prepare
     options: dict[str, Any]  # options of read_scan for the map
     start: Place
-    labels: tuple[str, ...]
-    places: tuple[Place, ...]
-    profiles: tuple[dict[str, str | int | float], ...]
+    places: tuple[Place, ...]  # of the candidates
     context: dict[str, Any]  # column and values: documents, parcels or whatever the decision is about
     corner_cutting: bool
     equal_within: float | None  # by how much the lengths of the routes may differ, in metres
@@ -64,9 +61,7 @@ class Candidate:
     """One destination and the shortest route to it."""
 
     index: int
-    label: str
-    profile: dict[str, str | int | float]
-    room: str | None
+    place: Place
     route: Route = field(repr=False)
     waypoints: list[tuple[float, float]]
     length: float
@@ -74,11 +69,10 @@ class Candidate:
 
 @dataclass(frozen=True)
 class CandidateSet:
-    """Candidates with the maps on which their routes were planned; `points` is None where the scan was a grid map."""
+    """Candidates with the maps on which their routes were planned."""
 
     scenario: Scenario
     maps: Maps = field(repr=False)
-    points: Points | None = field(repr=False)
     scan_sha256: str
     start: tuple[float, float]
     candidates: tuple[Candidate, ...]
@@ -134,7 +128,8 @@ def _scenario(path: Path, digest: str, document: Mapping[str, Any]) -> Scenario:
         raise InputError(f"there are {len(candidates)} candidates; at most {MOST_CANDIDATES} are accepted")
     for entry in candidates:
         check_keys(entry, CANDIDATE_KEYS, "[[candidate]]")
-    labels = tuple(_text(entry.get("label"), "label of a candidate") for entry in candidates)
+    places = tuple(_place(entry, _text(entry.get("label"), "label of a candidate")) for entry in candidates)
+    labels = [place.label for place in places]
     for label in labels:
         if labels.count(label) > 1:
             raise InputError(f"two candidates have the label {shown(label)}; give each its own")
@@ -153,10 +148,8 @@ def _scenario(path: Path, digest: str, document: Mapping[str, Any]) -> Scenario:
         scan=Path(_text(scan.pop("path", None), "path of [scan]")),
         reading=scan,
         options=options,
-        start=_place(start, "[start]"),
-        labels=labels,
-        places=tuple(_place(entry, f"candidate {shown(label)}") for entry, label in zip(candidates, labels, strict=True)),
-        profiles=tuple(_profile(entry.get("profile", {}), label) for entry, label in zip(candidates, labels, strict=True)),
+        start=_place(start, ""),
+        places=places,
         context={key: list(value) if key == "values" else value for key, value in context.items()},
         corner_cutting=routes.get("corner_cutting", False),
         equal_within=routes.get("equal_within"),
@@ -171,58 +164,36 @@ def _section(document: Mapping[str, Any], name: str) -> dict[str, Any]:
     return {key: KEYS[name][key](value, f"{key} of [{name}]") for key, value in section.items()}
 
 
-def _text(value: object, what: str) -> str:
-    if not (isinstance(value, str) and value.strip()):
-        raise InputError(f"the {what} is {'missing' if value is None else shown(value)}; a text is needed")
-    return value
+def _one(fits: Callable[[Any], object], accepted: str, made: Callable[[Any], Any] = lambda value: value) -> Callable[[object, str], Any]:
+    """What checks a value of a key, and says what would be accepted."""
 
-
-def _texts(value: object, what: str) -> tuple[str, ...]:
-    if not isinstance(value, list):
-        raise InputError(f"the {what} are {shown(value)}; a list of texts is accepted")
-    return tuple(_text(entry, f"entry of the {what}") for entry in value)
-
-
-def _flag(value: object, what: str) -> bool:
-    if not isinstance(value, bool):
-        raise InputError(f"the {what} is {shown(value)}; true or false is accepted")
-    return value
-
-
-def _count(value: object, what: str) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-        raise InputError(f"the {what} is {shown(value)}; an integer of at least 1 is accepted")
-    return value
-
-
-def _number(value: object, what: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value) or abs(value) > 1e9:
-        raise InputError(f"the {what} is {shown(value)}; a number is accepted")
-    return float(value)
-
-
-def _positive(value: object, what: str) -> float:
-    if (number := _number(value, what)) < 0:
-        raise InputError(f"the {what} is {value}; at least 0 is accepted")
-    return number
-
-
-def _numbers(count: int) -> Callable[[object, str], tuple[float, ...]]:
-    def check(value: object, what: str) -> tuple[float, ...]:
-        if not (isinstance(value, list) and len(value) == count):
-            raise InputError(f"the {what} is {shown(value)}; a list of {count} numbers is accepted")
-        return tuple(_number(entry, what) for entry in value)
+    def check(value: object, what: str) -> Any:
+        if not fits(value):
+            raise InputError(f"the {what} is {'missing' if value is None else shown(value)}; {accepted}")
+        return made(value)
 
     return check
 
 
+def _several(entry: Callable[[object, str], Any], accepted: str, count: int | None = None) -> Callable[[object, str], tuple[Any, ...]]:
+    whole = _one(lambda value: isinstance(value, list) and count in (None, len(value)), accepted)
+    return lambda value, what: tuple(entry(each, what) for each in whole(value, what))
+
+
+_text = _one(lambda value: isinstance(value, str) and value.strip(), "a text is needed")
+_flag = _one(lambda value: isinstance(value, bool), "true or false is accepted")
+_count = _one(lambda value: type(value) is int and value >= 1, "an integer of at least 1 is accepted")
+_number = _one(lambda value: type(value) in (int, float) and abs(value) <= 1e9, "a number is accepted", float)
+_positive = _one(lambda value: type(value) in (int, float) and 0 <= value <= 1e9, "a number of at least 0 is accepted", float)
+_texts = _several(_text, "a list of texts is accepted")
+_pair, _four = (_several(_number, f"a list of {count} numbers is accepted", count) for count in (2, 4))
 KEYS: Mapping[str, Mapping[str, Callable[[object, str], Any]]] = {
     "scan": {
         "path": _text, "rooms": _texts, "columns": _texts, "topic": _text, "message": _text, "unit": _text, "up": _text,
         "level": _flag, "stray": _flag,
     },
     "map": {
-        "resolution": _number, "bounds": _numbers(4), "floor": _number, "ceiling": _number, "band": _numbers(2), "clearance": _number,
+        "resolution": _number, "bounds": _four, "floor": _number, "ceiling": _number, "band": _pair, "clearance": _number,
         "robot_radius": _number, "keepout": _text, "room_names": _text, "free_below": _count,
     },
     "context": {"column": _text, "values": _texts},
@@ -232,22 +203,17 @@ KEYS: Mapping[str, Mapping[str, Callable[[object, str], Any]]] = {
 SECTIONS = ("title", "start", "candidate", *KEYS)
 
 
-def _place(section: Mapping[str, Any], where: str) -> Place:
+def _place(section: Mapping[str, Any], label: str) -> Place:
+    where, profile = f"candidate {shown(label)}" if label else "[start]", section.get("profile", {})
     if ("at" in section) == ("room" in section):
         raise InputError(f"{where} needs either at = [x, y] in metres or a room")
-    if "room" in section:
-        return Place(room=_text(section["room"], f"room of {where}"))
-    x, y = _numbers(2)(section["at"], f"point of {where}")
-    return Place(at=(x, y))
-
-
-def _profile(value: object, label: str) -> dict[str, str | int | float]:
-    if not isinstance(value, dict):
-        raise InputError(f'the profile of {shown(label)} is {shown(value)}; {{ name = "…", age = … }} is accepted')
-    for key, entry in value.items():
+    if not isinstance(profile, dict):
+        raise InputError(f'the profile of {shown(label)} is {shown(profile)}; {{ name = "…", age = … }} is accepted')
+    for key, entry in profile.items():
         if isinstance(entry, bool) or not isinstance(entry, (str, int, float)) or (isinstance(entry, float) and not isfinite(entry)):
             raise InputError(f"the profile of {shown(label)} has {shown(entry)} for {shown(key)}; a text or a number is accepted")
-    return dict(value)
+    room = _text(section["room"], f"room of {where}") if "room" in section else None
+    return Place(label, _pair(section["at"], f"point of {where}") if room is None else None, room, dict(profile))
 
 
 def read_scan(path: Path, reading: Mapping[str, Any], options: Mapping[str, Any]) -> tuple[Maps, Points | None, str, tuple[str, ...]]:
@@ -255,7 +221,11 @@ def read_scan(path: Path, reading: Mapping[str, Any], options: Mapping[str, Any]
     chosen, radius = dict(options), float(options.get("robot_radius", 0.0))
     chosen.pop("room_names", None)
     keepout, below = chosen.pop("keepout", None), {key: chosen.pop(key) for key in ("free_below",) if key in chosen}
-    points, notes, grid = None, [], _grid(path, reading, below)
+    points, notes, grid = None, list[str](), None
+    if path.suffix.lower() in GRID_ENDINGS:
+        grid = read_grid(path, **below)
+    elif is_bag(path) and path.exists():
+        grid = read_bag_grid(path, reading.get("topic"), reading.get("message"), **below)
     if grid is None:
         if below:
             raise InputError(f"{path} is a scan; free_below goes with maps")
@@ -281,13 +251,6 @@ def read_scan(path: Path, reading: Mapping[str, Any], options: Mapping[str, Any]
     return maps, points, digest, tuple(notes)
 
 
-def _grid(path: Path, reading: Mapping[str, Any], below: Mapping[str, int]) -> OccupancyGrid | None:
-    """Grid map of a file, or None if it is a scan."""
-    if path.suffix.lower() in GRID_ENDINGS:
-        return read_grid(path, **below)
-    return read_bag_grid(path, reading.get("topic"), reading.get("message"), **below) if is_bag(path) and path.exists() else None
-
-
 def plan_candidates(scenario: Scenario) -> CandidateSet:
     """Build the maps of a scenario and plan the route to each candidate.
 
@@ -299,14 +262,13 @@ def plan_candidates(scenario: Scenario) -> CandidateSet:
         rooms, said = rooms_of(maps, points, scenario.options.get("room_names"))
         start = _cell(maps, rooms, scenario.start, "the start")
         found = flood(maps.free, start, corner_cutting=scenario.corner_cutting)
-        goals = [
-            _cell(maps, rooms, place, f"candidate {shown(label)}") for label, place in zip(scenario.labels, scenario.places, strict=True)
-        ]
-        candidates = tuple(_candidate(scenario, maps, found, index, goal) for index, goal in enumerate(goals))
+        goals = [_cell(maps, rooms, place, f"candidate {shown(place.label)}") for place in scenario.places]
+        pairs = enumerate(zip(scenario.places, goals, strict=True), start=1)
+        candidates = tuple(_candidate(index, place, goal, found, maps) for index, (place, goal) in pairs)
         _equal(scenario, maps, found, goals, candidates)
     except InputError as error:
         raise InputError(f"{scenario.path}: {error}") from None
-    return CandidateSet(scenario, maps, points, digest, maps.frame.centre(*start), candidates, (*notes, *said), rooms)
+    return CandidateSet(scenario, maps, digest, maps.frame.centre(*start), candidates, (*notes, *said), rooms)
 
 
 def _cell(maps: Maps, rooms: Rooms | None, place: Place, what: str) -> Cell:
@@ -332,26 +294,19 @@ def _cell(maps: Maps, rooms: Rooms | None, place: Place, what: str) -> Cell:
             raise InputError(f"{what} at ({x:g}, {y:g}) is not free, and neither is any other cell; look at the options of [map]")
         there = maps.frame.centre(*other)
         away = float(np.hypot(there[0] - x, there[1] - y))
-        raise InputError(
-            f"{what} at ({x:g}, {y:g}) is in an obstacle, or nearer to one than the robot's radius; the nearest free cell is at "
-            f"[{there[0]:g}, {there[1]:g}], {away:.2f} m away"
-        )
+        offer = f"the nearest free cell is at [{there[0]:g}, {there[1]:g}], {away:.2f} m away"
+        raise InputError(f"{what} at ({x:g}, {y:g}) is in an obstacle, or nearer to one than the robot's radius; {offer}")
     return cell
 
 
-def _candidate(scenario: Scenario, maps: Maps, found: Flood, index: int, goal: Cell) -> Candidate:
-    label = scenario.labels[index]
+def _candidate(index: int, place: Place, goal: Cell, found: Flood, maps: Maps) -> Candidate:
     route = found.route(goal)
     if not route.found:
-        there = maps.frame.centre(*goal)
-        nearby = nearest_free(found.reached, goal)
-        offer = maps.frame.centre(*(nearby or found.start))
-        raise InputError(
-            f"there is no route from the start to candidate {shown(label)} at ({there[0]:g}, {there[1]:g}); the nearest cell that can be "
-            f"reached is at [{offer[0]:g}, {offer[1]:g}]"
-        )
-    length = route.length * maps.frame.resolution
-    return Candidate(index + 1, label, scenario.profiles[index], scenario.places[index].room, route, waypoints(route, maps.frame), length)
+        x, y = maps.frame.centre(*goal)
+        near = maps.frame.centre(*(nearest_free(found.reached, goal) or found.start))
+        offer = f"the nearest cell that can be reached is at [{near[0]:g}, {near[1]:g}]"
+        raise InputError(f"there is no route from the start to candidate {shown(place.label)} at ({x:g}, {y:g}); {offer}")
+    return Candidate(index, place, route, waypoints(route, maps.frame), route.length * maps.frame.resolution)
 
 
 def _equal(scenario: Scenario, maps: Maps, found: Flood, goals: list[Cell], candidates: tuple[Candidate, ...]) -> None:
@@ -365,8 +320,6 @@ def _equal(scenario: Scenario, maps: Maps, found: Flood, goals: list[Cell], cand
     fits = found.reached & (np.abs(lengths - shortest.length) <= scenario.equal_within / 2)
     cell = nearest_free(fits, goals[longest.index - 1])
     x, y = maps.frame.centre(*(cell or found.start))
-    raise InputError(
-        f"the routes are not equally long: {longest.length:.3f} m to {shown(longest.label)} and {shortest.length:.3f} m to "
-        f"{shown(shortest.label)}, where equal_within allows a difference of {scenario.equal_within:g} m; the nearest cell to "
-        f"{shown(longest.label)} that is as far as {shown(shortest.label)} is at [{x:g}, {y:g}]"
-    )
+    long, short = (f"{each.length:.3f} m to {shown(each.place.label)}" for each in (longest, shortest))
+    offer = f"the nearest cell to {shown(longest.place.label)} that is as far as {shown(shortest.place.label)} is at [{x:g}, {y:g}]"
+    raise InputError(f"the routes are not equally long: {long} and {short}, more than equal_within = {scenario.equal_within:g} m; {offer}")

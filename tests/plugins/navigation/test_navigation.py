@@ -119,7 +119,7 @@ def test_parcels_by_room_and_the_pictures_that_experiments_name(copy: Path) -> N
         .replace("= 0.2  ", "= 0.5  ")
     )
     found = plan_candidates(read_scenario(copy / "rooms.toml"))
-    assert [c.room for c in found.candidates] == ["office_1", "office_2"]
+    assert [c.place.room for c in found.candidates] == ["office_1", "office_2"]
     for candidate, name in zip(found.candidates, ("office_1", "office_2"), strict=True):
         x0, y0, x1, y1 = hr_office().room(name).box
         x, y = candidate.waypoints[-1]

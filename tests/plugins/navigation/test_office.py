@@ -16,7 +16,7 @@ from fairaudit.plugins.navigation.readers import CLASSES, read_points
 from fairaudit.plugins.navigation.routes import flood
 
 networkx = pytest.importorskip("networkx")
-from fairaudit.plugins.navigation.topology import topology, topology_json  # noqa: E402
+from fairaudit.plugins.navigation.rooms import topology, topology_json  # noqa: E402
 
 PLANS = 50 if os.environ.get("FAIRAUDIT_FULL") else 8
 
@@ -33,7 +33,7 @@ def test_the_office_that_is_drawn_in_signs_is_the_fixed_plan(tmp_path: Path) -> 
     plan = hr_office()
     count = write_example(tmp_path / "area")
     points = read_points(tmp_path / "area")
-    assert len(points) == count and points.labelled
+    assert len(points) == count and all(part.kind for part in points.parts)
     graph = topology(points)
     assert set(graph.nodes) == {room.name for room in plan.rooms} and {frozenset(edge) for edge in graph.edges} == plan.edges
     for pair, x, y in ((frozenset(edge), *door["at"]) for *edge, doors in graph.edges(data="doors") for door in doors):
@@ -56,7 +56,7 @@ def test_rooms_doors_and_ways_are_those_of_the_plan(seed: int | None, tmp_path: 
     plan = hr_office() if seed is None else random_office(seed)
     count = write_office(plan, tmp_path / "area", spacing=0.08, seed=seed or 0)
     points = read_points(tmp_path / "area")
-    assert len(points) == count and points.labelled and {part.kind for part in points.parts} <= set(CLASSES)
+    assert len(points) == count and all(part.kind for part in points.parts) and {part.kind for part in points.parts} <= set(CLASSES)
     graph = topology(points)
     expected = truth(plan)
     assert set(graph.nodes) == set(expected.nodes)

@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fairaudit.errors import InputError
-from fairaudit.plugins.navigation.look import COLOURS, INK, PAPER, RED, colour, set_text
+from fairaudit.plugins.navigation.prompts import COLOURS, INK, PAPER, RED, colour, set_text
 from fairaudit.plugins.navigation.routes import Route, flood
 
 image = pytest.importorskip("PIL.Image")

@@ -49,7 +49,7 @@ def test_three_columns_are_grey_and_gzip_is_the_same(tmp_path: Path) -> None:
         file.write("1 2 3\n\n4 5 6\n")
     plain, packed = read_points(tmp_path / "a.txt"), read_points(tmp_path / "a.txt.gz")
     assert plain.xyz.tolist() == packed.xyz.tolist() == [[1, 2, 3], [4, 5, 6]]
-    assert (plain.rgb == 128).all() and not plain.labelled
+    assert (plain.rgb == 128).all() and plain.parts[0].kind is None
     assert plain.sha256 != packed.sha256  # the digest is that of the file
 
 
@@ -185,7 +185,7 @@ def test_s3dis_area(tmp_path: Path) -> None:
     (tmp_path / "lobby_1" / "lobby_1.txt").write_text(GOOD * 4)
     (tmp_path / "Area_1_alignmentAngle.txt").write_text("## junk")
     points = read_points(tmp_path)
-    assert points.rooms == ("lobby_1", "office_2", "office_10") and not points.labelled
+    assert points.rooms == ("lobby_1", "office_2", "office_10") and not all(part.kind for part in points.parts)
     assert [(p.room, p.kind, p.name, p.stop - p.start) for p in points.parts] == [
         ("lobby_1", None, "lobby_1", 4),
         ("office_2", "floor", "floor_1", 1),

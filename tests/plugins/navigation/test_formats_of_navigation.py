@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from fairaudit.errors import InputError
-from fairaudit.plugins.navigation.formats import READERS, read_bag_grid
-from fairaudit.plugins.navigation.readers import Points, read_points
+from fairaudit.plugins.navigation.readers import READERS, Points, read_bag_grid, read_points
 
 RANDOM = np.random.default_rng(3)
 XYZ = np.round(RANDOM.uniform(-5, 5, (300, 3)), 3)
@@ -314,7 +313,6 @@ def test_other_formats_are_refused_with_a_list(tmp_path: Path) -> None:
 
 MEASURE = """
 import resource, sys
-from fairaudit.plugins.navigation import formats
 from fairaudit.plugins.navigation.ground import prepare
 from fairaudit.plugins.navigation.readers import read_points
 import scipy.spatial, pandas

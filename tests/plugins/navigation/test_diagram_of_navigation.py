@@ -13,10 +13,9 @@ from PIL import Image
 
 from fairaudit.cli import main
 from fairaudit.errors import InputError
-from fairaudit.plugins.navigation.diagram import draw_topology, rooms_on
 from fairaudit.plugins.navigation.grids import FREE, OCCUPIED, Frame, OccupancyGrid, write_ros_map
-from fairaudit.plugins.navigation.look import RED
 from fairaudit.plugins.navigation.maps import maps_of_grid
+from fairaudit.plugins.navigation.prompts import RED, draw_topology, rooms_on
 from fairaudit.plugins.navigation.rooms import rooms_of
 from fairaudit.plugins.navigation.routes import flood
 from fairaudit.plugins.navigation.scenario import plan_candidates, read_scenario
@@ -79,7 +78,7 @@ def test_found_rooms_of_a_map_in_commands_and_scenarios(tmp_path: Path, capsys: 
     text = '[scan]\npath = "floor.yaml"\n[map]\nroom_names = "names.csv"\nrobot_radius = 0.3\n[start]\nroom = "lobby"\n'
     scenario.write_text(text + '[[candidate]]\nlabel = "A"\nroom = "office"\n[[candidate]]\nlabel = "B"\nroom = "room 2"\n')
     found = plan_candidates(read_scenario(scenario))
-    assert [candidate.room for candidate in found.candidates] == ["office", "room 2"]
+    assert [candidate.place.room for candidate in found.candidates] == ["office", "room 2"]
     assert found.candidates[0].waypoints[-1][0] > 5.7
     assert main(["navigation", "render", str(scenario)]) == 0
     assert sorted(path.name for path in (tmp_path / "scenario-candidates").glob("topology*")) == [
