@@ -13,6 +13,8 @@ from fairaudit.cli.output import Answer, aligned
 from fairaudit.cli.two_logs import COLUMNS_OF_LOGS, add_logs, are_logs, compared_logs, is_certificate, rates_entry, rates_text
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from fairaudit.certificates.compare import CertificateComparison as Comparison
     from fairaudit.certificates.compare import Change, Moved
     from fairaudit.certificates.fairness import Fairness
@@ -36,7 +38,7 @@ examples:
   fairaudit compare model-a.json model-b.json --fail-on less-fair --margin 1.1
   fairaudit compare a.eval b.eval --decision scores.choice.answer --group metadata.race --utility A --unit id --margin 1.1"""
 
-SHOW_EXACT = 40
+SHOW_EXACT = 9  # characters of a fraction that a line has room for beside its decimals
 NAMES = {
     "local": "local ratio",
     "global": "global ratio",
@@ -146,7 +148,7 @@ def _unsaid(found: Comparison) -> list[str]:
 def _text(found: Comparison, notes: list[str], top: int, asked: Fairness | None, beside: str) -> str:
     from fairaudit.words import plain
 
-    blocks = [plain(_headline(found, asked)), aligned([_row(found.verdict), *map(_row, found.targets)], "  ")]
+    blocks = [plain(_headline(found, asked)), _rows([found.verdict, *found.targets])]
     if found.fairness:
         lines = [f"  {plain(entry.sentence)}\n    {entry.ends}" for entry in found.fairness]
         blocks.append("Is the new one less fair?\n" + "\n".join(lines))
@@ -155,7 +157,7 @@ def _text(found: Comparison, notes: list[str], top: int, asked: Fairness | None,
     for title, changes in (("Measures", found.metrics), ("Intervals for the population", found.intervals), ("Bounds", found.bounds)):
         shown = changes if title == "Measures" else tuple(c for c in changes if c.direction != "same")
         if shown:
-            blocks.append(f"{title}\n{aligned([_row(change) for change in shown], '  ')}")
+            blocks.append(f"{title}\n{_rows(shown)}")
     if found.cells and top:
         lines = [f"  {_place(moved)}: {_approximate(moved.old)} -> {_approximate(moved.new)}" for moved in found.cells[:top]]
         more = len(found.cells) - top
@@ -167,11 +169,21 @@ def _text(found: Comparison, notes: list[str], top: int, asked: Fairness | None,
     return "\n\n".join(blocks)
 
 
+def _rows(changes: Sequence[Change]) -> str:
+    """A line for each change, and one below it with what else is to say of it."""
+    from fairaudit.words import plain
+
+    lines = aligned([_row(change) for change in changes], "  ").splitlines()
+    notes = [f"\n    {plain(change.note)}" if change.note else "" for change in changes]
+    return "\n".join(line + note for line, note in zip(lines, notes, strict=True))
+
+
 def _row(change: Change) -> tuple[str, str, str]:
     from fairaudit.words import plain
 
-    moved = _said(change.old) if change.old == change.new else f"{_said(change.old)} -> {_said(change.new)}"
-    return plain(_name(change)), moved, _moved_by(change) + (f" ({plain(change.note)})" if change.note else "")
+    old, new = _both(change)
+    moved = old if change.old == change.new else f"{old} -> {new}"
+    return plain(_name(change)), moved, _moved_by(change)
 
 
 def _moved_by(change: Change) -> str:
@@ -198,8 +210,14 @@ def _name(change: Change) -> str:
     return QUANTITIES.get(quantity, quantity) + by + rest if by else NAMES.get(change.what, change.what)
 
 
-def _said(value: str | None) -> str:
-    """A value for a person: decimals, and the fraction where it is short."""
+def _both(change: Change) -> tuple[str, str]:
+    """The two values for a person, with the fractions where both are short."""
+    exact = max(len(value or "") for value in (change.old, change.new)) <= SHOW_EXACT
+    return _said(change.old, exact=exact), _said(change.new, exact=exact)
+
+
+def _said(value: str | None, *, exact: bool) -> str:
+    """A value for a person: decimals, and the fraction if asked for."""
     from fairaudit.certificates.reader import number
     from fairaudit.words import approximate
 
@@ -215,7 +233,7 @@ def _said(value: str | None) -> str:
     if not value[:1].isdigit():
         return value
     decimals = approximate(number(value))
-    return f"{decimals} ({value})" if "/" in value and len(value) <= SHOW_EXACT else decimals
+    return f"{decimals} ({value})" if exact and "/" in value else decimals
 
 
 def _moved(found: Comparison) -> str:
@@ -282,8 +300,7 @@ def _markdown(found: Comparison, notes: list[str], top: int, asked: Fairness | N
         return [
             (
                 prose(_name(c)),
-                _said(c.old),
-                _said(c.new),
+                *_both(c),
                 _moved_by(c),
                 prose(c.note) if c.note else "",
             )

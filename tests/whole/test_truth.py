@@ -652,7 +652,7 @@ def test_differences_are_compared(capsys: pytest.CaptureFixture[str], tmp_path: 
         fa.certify(law, {"y": 1}, positive=positive).certificate.save(made[name])
     assert main(["compare", str(made["old"]), str(made["new"]), "--fail-on", "rise"]) == 1
     printed = capsys.readouterr().out
-    assert re.search(r"equal opportunity +0 -> 0.25 \(1/4\) +\+0.25 ", printed), printed
+    assert re.search(r"(?m)equal opportunity +0 -> 0.25 \(1/4\) +\+0.25$", printed), printed
     assert "equalized odds given the true label" in printed
     for other, said in (
         ("other", "positive is {'decision': ['y'], 'truth': 'y'} in one"),

@@ -66,7 +66,7 @@ def _answer(action: str, result: dict[str, Any], text: Callable[[], str] | None 
 
 
 OUTPUT = {
-    "certify": ("DIR", "where tables, certificates and figures go (default: the folder of the journal)"),
+    "certify": ("DIR", "where tables and certificates go (default: the folder of the journal)"),
     "plot": ("FILE", "where the figure goes: .png, .svg or .pdf (default: figure.png in the folder of the journal)"),
 }
 

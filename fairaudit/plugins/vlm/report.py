@@ -18,7 +18,7 @@ from fairaudit.plugins.vlm.analyse import TABLE, Finding, Table, certify, logari
 from fairaudit.plugins.vlm.answers import FAULT, OPEN, read_kept
 from fairaudit.plugins.vlm.experiment import Experiment, Setting
 from fairaudit.plugins.vlm.journal import Journal
-from fairaudit.words import approximate, harmless, plain
+from fairaudit.words import approximate, columns_of, harmless, plain
 
 __all__ = ["Found", "ceiling", "certify_all", "figures", "filled_text", "said", "worsened"]
 
@@ -133,7 +133,7 @@ def said(found: Found) -> str:
         targets=dict.fromkeys(target.text for _, _, finding in found.findings for target in finding.result.targets),
         groups={key: rows for key, rows in groups.items() if rows},
         questions=asked,
-        line=_line,
+        lines=_lines_of,
         sparse=_sparse,
         notes=lambda model, finding: _notes(found, model, finding),
         odd=lambda table: {kind: n for kind, n in sorted(table.kinds.items()) if kind not in ("choice", "probabilities")},
@@ -179,7 +179,23 @@ def _sparse(table: Table) -> str:
     return f"{answered} of {expected} answers are there, {some}"
 
 
-def _line(table: Table, finding: Finding) -> str:
+HEADS = (("", "filter"), ("", "ε of A"), ("L in", "table"), ("", "L, interval"), ("L̄ in", "table"), ("bound", "(table)"), ("", "verdict"))
+LEFT = (0, len(HEADS) - 1)  # the columns of texts
+
+
+def _lines_of(rows: Sequence[tuple[Table, Finding]]) -> list[str]:
+    """Two lines of headings and one for each finding, in columns that are as wide as what stands in them."""
+    lines = [*zip(*HEADS, strict=True), *(_cells(table, finding) for table, finding in rows)]
+    widths = [max(map(columns_of, column)) for column in zip(*lines, strict=True)]
+
+    def cell(number: int, text: str) -> str:
+        blank = " " * (widths[number] - columns_of(text))
+        return text + blank if number in LEFT else blank + text
+
+    return ["  ".join(cell(number, text) for number, text in enumerate(line)).rstrip() for line in lines]
+
+
+def _cells(table: Table, finding: Finding) -> tuple[str, ...]:
     setting = finding.setting
     parts = [] if setting.keep == 1 else [f"keep {approximate(setting.keep)}"]
     parts += [] if setting.context_keep == 1 else [f"context {approximate(setting.context_keep)}"]
@@ -193,7 +209,7 @@ def _line(table: Table, finding: Finding) -> str:
     bound = min(own.items(), key=lambda entry: entry[1], default=("", inf))
     best = f"{_log(bound[1], ceil)} {bound[0]}" if bound[1] < inf else "-"
     verdict = judged(table, finding) if finding.result.targets else "-"
-    return f"{name:<24}{_log(finding.exp_epsilon):>9}{local:>15}{interval:>20}{overall:>15}{best:>14}  {verdict}"
+    return name, _log(finding.exp_epsilon), local, interval, overall, best, verdict
 
 
 def _log(value: Fraction | float, rounding: Callable[[float], int] = round) -> str:
