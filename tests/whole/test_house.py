@@ -51,6 +51,11 @@ def test_no_module_is_long() -> None:
     assert {name: n for name, n in lengths.items() if n > (500 if name.startswith("checker/") else 800)} == {}
 
 
+def test_the_navigation_plug_in_is_thin() -> None:
+    """What a library does, the library does."""
+    assert sum(len(path.read_text("utf-8").splitlines()) for path in (PACKAGE / "plugins" / "navigation").glob("*.py")) <= 3000
+
+
 def test_no_room_hides_a_public_function() -> None:
     assert {name for name in fairaudit.__all__ if callable(getattr(fairaudit, name))} & rooms() == set()
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Iterable
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
 from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer, add_format
-from fairaudit.errors import InputError, shown
+from fairaudit.errors import InputError
 from fairaudit.files import write_atomically
 
 DESCRIPTION = """\
@@ -64,7 +63,12 @@ def add(commands: Any) -> None:
         add_format(action)
 
 
-TYPES: dict[str, Callable[[str], Any]] = {"M": float, "PERCENT": int, "MASK": Path}
+def numbers(text: str) -> list[float]:
+    """Read numbers separated by commas."""
+    return [float(word) for word in text.split(",")]
+
+
+TYPES: dict[str, Callable[[str], Any]] = {"M": float, "PERCENT": int, "MASK": Path, "X,Y,X,Y": numbers, "LOW,HIGH": numbers}
 OPTIONS = (
     ("columns", "NAMES", "what the columns of text or npy are, such as x,y,z,i,r,g,b; other names are left out"),
     ("topic", "NAME", "topic of a recording"),
@@ -126,7 +130,7 @@ def _maps(arguments: argparse.Namespace) -> Answer:
     if "columns" in reading:
         reading["columns"] = tuple(name.strip() for name in arguments.columns.split(","))
     for name in {"bounds", "band"} & options.keys():
-        options[name] = _list(options[name], name, 4 if name == "bounds" else 2)
+        options[name] = KEYS["map"][name](options[name], f"value of --{name}")
     if sys.stderr.isatty():
         print(f"reading {plain(arguments.scan)} …", file=sys.stderr)
     maps, points, _, notes = read_scan(Path(arguments.scan), reading, options)
@@ -146,16 +150,6 @@ def _maps(arguments: argparse.Namespace) -> Answer:
         "traversable": int(maps.free.sum()),
     }
     return _answer("maps", result, [*lines, size, f"maps: {arguments.folder}"], f"{size}.")
-
-
-def _list(text: str, name: str, count: int) -> tuple[float, ...]:
-    try:
-        values = tuple(map(float, text.split(",")))
-    except ValueError:
-        values = ()
-    if len(values) != count or not all(map(isfinite, values)):
-        raise InputError(f"--{name} is {shown(text)}; {count} numbers separated by commas are accepted")
-    return values
 
 
 def _route(arguments: argparse.Namespace) -> Answer:

@@ -59,8 +59,7 @@ class Frame:
     @classmethod
     def around(cls, bounds: tuple[float, float, float, float], resolution: float) -> Frame:
         """Frame of whole cells, at multiples of the resolution, that covers ``(least x, least y, greatest x, greatest y)``."""
-        if not (isfinite(resolution) and resolution > 0):
-            raise InputError(f"the resolution is {resolution}; a length in metres above 0, such as 0.05, is accepted")
+        cls(0.0, 0.0, resolution, 1, 1)  # refuses what is no resolution
         ends = [value / resolution for value in bounds]
         if not all(isfinite(end) and abs(end) < 2**53 for end in ends):
             raise InputError(f"the bounds {bounds} cannot be divided into cells of {resolution} m")
@@ -225,8 +224,6 @@ def write_ros_map(grid: OccupancyGrid, path: str | Path) -> None:
     `read_grid` gives it back, what is neither free nor occupied as unknown.
     """
     path = Path(path)
-    if path.suffix.lower() not in (".yaml", ".yml"):
-        raise InputError(f"{path}: a map file of ROS ends in .yaml")
     picture, frame = path.with_suffix(".pgm"), grid.frame
     values = np.select([grid.free, grid.states == OCCUPIED], [254, 0], 205).astype(np.uint8)
     text = (

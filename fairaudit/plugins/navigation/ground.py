@@ -223,8 +223,7 @@ def advice(points: Points, resolution: float, robot_radius: float, band: tuple[f
         holes = f"{missed:.0%} of it are holes, which are obstacles{wider}"
         said.append(f"the points of the floor are too far apart for cells of {resolution:g} m: {holes}; {offer}")
     if 0 < robot_radius < resolution / 2:
-        finer = f"a resolution of {2 * robot_radius:g} m or less shows it"
-        said.append(f"the robot's radius of {robot_radius:g} m is less than half a cell; {finer}")
+        said.append(f"the robot's radius of {robot_radius:g} m is less than half a cell; cells of {2 * robot_radius:g} m or less show it")
     return tuple(said)
 
 

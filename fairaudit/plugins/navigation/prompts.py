@@ -98,7 +98,7 @@ def draw(
     resolution: float | None = None,
     scale: int | None = None,
 ) -> Picture:
-    """Draw a map, alone or with routes.
+    """Draw a map, alone or with routes; without these and scale bar it has no margin. More than 16,384 pixels are refused.
 
     Parameters
     ----------
@@ -116,9 +116,6 @@ def draw(
     scale : int, optional
         Pixels per cell; by default as many as make the longer side about 768 pixels.
 
-    Notes
-    -----
-    A map without routes and scale bar has no margin. More than 16,384 pixels are refused, and so is a letter that no font has.
     """
     canvas = Canvas(rgb, scale, (1, 3) if routes or resolution is not None else (0, 0))
     line, ring, factor = canvas.line, canvas.ring, canvas.factor
@@ -302,14 +299,11 @@ def _outside(mask: Mask, rows: int, columns: int) -> NDArray[np.float64]:
 def rooms_on(route: Route, rooms: Rooms) -> list[tuple[int, Point]]:
     """Rooms through which a route goes, and where it enters each (row, column); one that it only grazes, as in a doorway, is left out."""
     owner = rooms.owner[tuple(route.cells.T)]
-    visits = [(int(room), [place for place, _ in cells]) for room, cells in groupby(enumerate(owner), key=lambda cell: cell[1])]
-    ends = (0, len(owner) - 1)
-    long = [
-        (room, places[0])
-        for room, places in visits
-        if room != NOWHERE and (len(places) * rooms.frame.resolution >= PASSING or places[0] == ends[0] or places[-1] == ends[1])
-    ]
-    return [(room, tuple(route.cells[next(cells)[1]].tolist())) for room, cells in groupby(long, key=lambda visit: visit[0])]
+    ends = [0, *(np.flatnonzero(np.diff(owner)) + 1).tolist(), len(owner)]
+    least = PASSING / rooms.frame.resolution
+    long = [a for a, b in pairwise(ends) if owner[a] != NOWHERE and (b - a >= least or a == 0 or b == len(owner))]
+    visits = [at for before, at in pairwise([None, *long]) if before is None or owner[at] != owner[before]]
+    return [(int(owner[at]), tuple(route.cells[at].tolist())) for at in visits]
 
 
 def draw_topology(maps: Maps, rooms: Rooms, route: Route | None = None, *, scale: int | None = None) -> Picture:
@@ -411,22 +405,20 @@ def _runs(line: str, size: int) -> list[tuple[str, Any]]:
 
 @lru_cache(maxsize=4096)
 def _face(letters: str) -> str:
-    """File of the first font that has all letters: DejaVu Sans as matplotlib brings it, else one of the system, by name."""
+    """File of the first font that has all letters."""
     needed = {ord(letter) for letter in letters if not letter.isspace()}
-    first = str(Path(library("matplotlib", "navigation").get_data_path(), "fonts", "ttf", "DejaVuSans.ttf"))
-    if needed <= _codes(first):
-        return first
-    for path in _fonts():
-        if needed <= _codes(path):
-            return path
-    raise InputError(f"no font on this machine has the letters {shown(letters)}; install one, such as Noto Sans, or write other letters")
+    path = next((path for path in _fonts() if needed <= _codes(path)), None)
+    if path is None:
+        raise InputError(f"no font on this machine has the letters {shown(letters)}; install one, such as Noto Sans, or write others")
+    return path
 
 
 @lru_cache(maxsize=1)
 def _fonts() -> list[str]:
-    """Files of the fonts of the system, by name."""
+    """Files of fonts: DejaVu Sans as matplotlib brings it, then those of the system by name."""
+    first = str(Path(library("matplotlib", "navigation").get_data_path(), "fonts", "ttf", "DejaVuSans.ttf"))
     paths = map(Path, library("matplotlib.font_manager", "navigation").findSystemFonts())
-    return [str(path) for path in sorted(paths, key=lambda path: (path.name, path))]
+    return [first, *(str(path) for path in sorted(paths, key=lambda path: (path.name, path)))]
 
 
 @lru_cache(maxsize=1024)

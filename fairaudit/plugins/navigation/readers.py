@@ -116,9 +116,7 @@ def read_points(
     without finite coordinates are left out, and counted in the notes. The message of an error names the file and the line.
 
     A room of S3DIS is read from its annotations, which hold each of its points once, with a class; a room without annotations is read from
-    ``room/room.txt``. A few published files hold the byte 0x10 in place of a character. It is read as a blank if the line then has as many
-    columns as the others, else as the digit 0 if the line then has; both are noted with the line and the digest of the file, anything else
-    is an error.
+    ``room/room.txt``. The byte 0x10 of a few published files is read as a blank or the digit 0, whichever gives the line its columns.
 
     Examples
     --------
@@ -138,28 +136,20 @@ def read_points(
         raise InputError(f"{path} is no recording of ROS; topic and message do not go with it")
     if message not in (None, "first", "last"):
         raise InputError(f"message is {shown(message)}; first or last is accepted")
-    _check_columns(path, columns)
+    if columns and not path.name.lower().endswith((*TEXTS, ".npy")):
+        raise InputError(f"{path} says itself what its columns are; columns go with text and npy")
+    colours = sum(name in ("r", "g", "b") for name in columns)
+    if columns and (len(set(columns) & set("xyz")) < 3 or colours not in (0, 3) or any(columns.count(name) > 1 for name in "xyzrgb")):
+        raise InputError(f"the columns are {shown(','.join(columns))}; x, y, z, and r, g, b or none of these, each once, are accepted")
     ending, notes = path.suffix.lower(), list[str]()
-    if is_bag(path):
-        return _joined(path, [(path, None, None, _bag(path, notes, topic, message))], notes)
-    if path.is_dir():
+    if path.is_dir() and not is_bag(path):
         return _joined(path, _folders(path, rooms, notes), notes)
-    if ending in READERS:
-        return _joined(path, [(path, None, None, READERS[ending](path, columns, notes))], notes)
-    if path.name.lower().endswith(TEXTS):
-        return _joined(path, [(path, None, None, _text(path, notes, columns))], notes)
+    reader = READERS.get(ending) or (_text if path.name.lower().endswith(TEXTS) else None)
+    if is_bag(path) or reader:
+        blocks = reader(path, columns, notes) if reader else _bag(path, notes, topic, message)
+        return _joined(path, [(path, None, None, blocks)], notes)
     known = ", ".join((*TEXTS[:4], *READERS, *BAGS))
     raise InputError(f"{path}: scans that end in {shown(ending)} are not read; {known}, and folders of S3DIS and ROS are")
-
-
-def _check_columns(path: Path, columns: Sequence[str]) -> None:
-    if not columns:
-        return
-    if not path.name.lower().endswith((*TEXTS, ".npy")):
-        raise InputError(f"{path} says itself what its columns are; columns go with text and npy")
-    colours = [name for name in columns if name in ("r", "g", "b")]
-    if len(set(columns) & set("xyz")) < 3 or len(colours) not in (0, 3) or any(columns.count(name) > 1 for name in "xyzrgb"):
-        raise InputError(f"the columns are {shown(','.join(columns))}; x, y, z, and r, g, b or none of these, each once, are accepted")
 
 
 _Source = tuple[Path, str | None, str | None, Iterator[Block]]  # a file, its room, its class, and its points
@@ -219,15 +209,15 @@ def _folders(path: Path, rooms: Sequence[str], notes: list[str]) -> Iterator[_So
             kind = file.stem.rsplit("_", 1)[0]
             if kind not in CLASSES:
                 notes.append(f"the class {shown(kind)} is not one of S3DIS; its points are clutter")
-            yield file, folder.name, kind if kind in CLASSES else "clutter", _text(file, notes)
+            yield file, folder.name, kind if kind in CLASSES else "clutter", _text(file, (), notes)
         if not files and not whole.is_file():
             raise InputError(f"{annotations}: there are no annotations in this folder; class_1.txt was expected")
         if not files:
             notes.append(f"room {folder.name} has no annotations; its points have no class")
-            yield whole, folder.name, None, _text(whole, notes)
+            yield whole, folder.name, None, _text(whole, (), notes)
 
 
-def _text(path: Path, notes: list[str], names: Sequence[str] = ()) -> Iterator[Block]:
+def _text(path: Path, names: Sequence[str], notes: list[str]) -> Iterator[Block]:
     """Points of a text file, in blocks of whole lines."""
     separator, after = b"", 1
     try:
@@ -236,7 +226,8 @@ def _text(path: Path, notes: list[str], names: Sequence[str] = ()) -> Iterator[B
                 line, after = after, after + len(lines)
                 if max(map(len, lines)) > LONGEST_LINE:
                     what = f"more than {LONGEST_LINE:,} characters; a text file with one point per line was expected"
-                    raise _fault_at(path, next(n for n, text in enumerate(lines, start=line) if len(text) > LONGEST_LINE), what)
+                    long = next(n for n, text in enumerate(lines, start=line) if len(text) > LONGEST_LINE)
+                    raise InputError(f"{path}: line {long}: {what}")
                 if not separator and not b"".join(lines).isspace():
                     separator, names = _layout(path, lines, line, names)
                 if separator not in (b"", b" "):
@@ -245,10 +236,6 @@ def _text(path: Path, notes: list[str], names: Sequence[str] = ()) -> Iterator[B
                     yield _numbers(path, lines, line, names, notes)
     except (OSError, EOFError, zlib.error) as error:
         raise InputError(f"{path}: the file cannot be read: {getattr(error, 'strerror', None) or error}") from None
-
-
-def _fault_at(path: Path, line: int, what: str) -> InputError:
-    return InputError(f"{path}: line {line}: {what}")
 
 
 def _layout(path: Path, lines: list[bytes], line: int, names: Sequence[str]) -> tuple[bytes, Sequence[str]]:
@@ -264,7 +251,7 @@ def _layout(path: Path, lines: list[bytes], line: int, names: Sequence[str]) -> 
         return separator, "xyzrgb"  # the files with this byte have six columns
     if not names and len(words) not in (3, 6):
         said = f"there are {len(words)} columns; x y z or x y z r g b was expected, or --columns with a name for each"
-        raise _fault_at(path, line + position, said)
+        raise InputError(f"{path}: line {line + position}: {said}")
     return separator, names or "xyzrgb"[: len(words)]
 
 
@@ -329,7 +316,7 @@ def _row(path: Path, text: bytes, line: int, names: Sequence[str], notes: list[s
             text, digest = mended, hashlib.sha256(path.read_bytes()).hexdigest()
             notes.append(f"{path.name}, line {line}: the byte 0x10 was read as {note} (SHA-256 of the file {digest})")
     if fault:
-        raise _fault_at(path, line, fault)
+        raise InputError(f"{path}: line {line}: {fault}")
     return [float(word) for word in text.split()]
 
 

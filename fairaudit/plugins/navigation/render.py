@@ -21,48 +21,42 @@ DESCRIPTION = """\
 Draw what a scenario file describes. It says which scan, start and candidates there are; the top view, the traversability map, one picture
 per candidate with its route in red from a circle to a star and its index in the upper left corner, candidates.png with all of them, and
 candidates.json with waypoints, lengths and digests are written into the folder that the file names (by default its own name and
--candidates). An experiment file may be given instead: the scenarios beside it that draw the pictures of its [images] are drawn."""
+-candidates)."""
 EPILOG = """\
 exit codes: 0 done; 2 bad input
 
 examples:
   fairaudit navigation office example
-  fairaudit experiment render example/documents.toml
-  fairaudit experiment render example/documents-experiment.toml"""
+  fairaudit experiment render example/documents.toml"""
 
 
 def add(actions: Any) -> None:
     """Declare the options."""
     parser = add_command(actions, "render", run, "draw the candidate routes of a scenario file", DESCRIPTION, EPILOG)
-    parser.add_argument("file", metavar="FILE", help="scenario file, or experiment file with [images] (.toml)")
+    parser.add_argument("file", metavar="FILE", help="scenario file (.toml)")
     parser.add_argument("-o", "--folder", metavar="DIR", help="where to write, instead of the folder that the file names")
     add_format(parser)
 
 
 def run(arguments: argparse.Namespace) -> Answer:
     """Do the work."""
-    from fairaudit.plugins.navigation.scenario import plan_candidates, scenarios_of
+    from fairaudit.plugins.navigation.scenario import plan_candidates, read_scenario
     from fairaudit.words import plain
 
-    scenarios = scenarios_of(arguments.file)
-    if arguments.folder and len(scenarios) > 1:
-        raise InputError(f"{arguments.file} has pictures of {len(scenarios)} scenarios; --folder goes with one of them")
-    lines, listed = [], []
-    for scenario in scenarios:
-        found = plan_candidates(scenario)
-        folder = Path(arguments.folder) if arguments.folder else scenario.path.parent / scenario.folder
-        document = render(found, folder)
-        lines += [scenario.title, *(f"note: {note}" for note in found.notes)]
-        lines += [
-            f"{c.index}  {c.place.label}: {c.length:.2f} m, {len(c.waypoints)} waypoints, {folder / picture_name(c.index)}"
-            for c in found.candidates
-        ]
-        lines.append(f"candidate set: {folder / 'candidates.json'}")
-        listed.append({"folder": folder, "candidate_set": document})
+    scenario = read_scenario(arguments.file)
+    found = plan_candidates(scenario)
+    folder = Path(arguments.folder) if arguments.folder else scenario.path.parent / scenario.folder
+    document = render(found, folder)
+    lines = [scenario.title, *(f"note: {note}" for note in found.notes)]
+    lines += [
+        f"{c.index}  {c.place.label}: {c.length:.2f} m, {len(c.waypoints)} waypoints, {folder / picture_name(c.index)}"
+        for c in found.candidates
+    ]
+    lines.append(f"candidate set: {folder / 'candidates.json'}")
     return Answer(
         "navigation",
-        sentence=f"Candidate routes were drawn for {', '.join(scenario.title for scenario in scenarios)}.",
-        result=lambda: {"action": "render", "scenarios": listed},
+        sentence=f"Candidate routes were drawn for {scenario.title}.",
+        result=lambda: {"action": "render", "scenarios": [{"folder": folder, "candidate_set": document}]},
         text=lambda: "\n".join(map(plain, lines)),
     )
 

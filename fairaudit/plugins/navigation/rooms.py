@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from math import ceil, isfinite
+from math import ceil, isfinite, nan
 from pathlib import Path
 from typing import Any
 
@@ -116,12 +116,7 @@ def footprints(points: Points, frame: Frame) -> NDArray[np.int16]:
 def topology(points: Points, *, resolution: float = 0.1, reach: float = 0.6) -> Any:
     """Find the rooms of an annotated scan and which of them a door joins.
 
-    Parameters
-    ----------
-    resolution : float
-        Side of the cells on which rooms are laid out, in metres.
-    reach : float
-        How far from a door to look for the rooms on its two sides, in metres; more than a wall is thick.
+    Rooms are laid out on cells of `resolution` metres, and those on the two sides of a door are looked for up to `reach` metres from it.
 
     Returns
     -------
@@ -383,10 +378,10 @@ def read_names(path: Path) -> tuple[tuple[float, float, str], ...]:
     found = []
     for number, line in enumerate(lines, start=1):
         try:
-            x, y, name = float(line[0]), float(line[1]), line[2].strip()
-            if len(line) != 3 or not (isfinite(x) and isfinite(y) and name):
-                raise ValueError
-        except (ValueError, IndexError):
-            raise InputError(f"{path}, line {number}: {shown(','.join(line))} is not x,y,name, such as 2.5,1,kitchen") from None
-        found.append((x, y, name))
+            x, y, name = line
+            found.append((float(x), float(y), name.strip()))
+        except ValueError:
+            found.append((nan, nan, ""))
+        if not (isfinite(found[-1][0] + found[-1][1]) and found[-1][2]):
+            raise InputError(f"{path}, line {number}: {shown(','.join(line))} is not x,y,name, such as 2.5,1,kitchen")
     return tuple(found)

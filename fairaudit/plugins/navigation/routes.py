@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import inf, sqrt
 from typing import Any
@@ -54,6 +53,7 @@ class Flood:
     """Shortest distances from a start to every cell of a map."""
 
     start: Cell
+    free: NDArray[np.bool_] = field(repr=False)
     cost: NDArray[np.float64] = field(repr=False)  # integers, 2,744,210 for a step along an axis; infinite where no route leads
     allowed: NDArray[np.uint8] = field(repr=False)  # bit k: whether the k-th step can be taken from a cell
 
@@ -62,13 +62,12 @@ class Flood:
         """Which cells a route leads to."""
         return np.isfinite(self.cost)
 
-    @property
-    def lengths(self) -> NDArray[np.float64]:
-        """Lengths of shortest routes in cells, to 1e-13 of themselves."""
-        return self.cost / STRAIGHT
-
     def route(self, goal: Cell) -> Route:
-        """Walk back from a goal along cells whose costs fit; every such walk is a shortest route."""
+        """Walk back from a goal, a row and a column, along cells whose costs fit; every such walk is a shortest route.
+
+        Of several the one is taken that goes on straight where it can and else takes the first direction of a fixed order.
+        """
+        _free(self.free, goal, "goal")
         if not np.isfinite(self.cost[goal]):
             return Route(np.empty((0, 2), np.int64))
         cells, (row, column), last = [goal], goal, 0
@@ -84,46 +83,23 @@ class Flood:
 
 
 def flood(free: NDArray[np.bool_], start: Cell, *, corner_cutting: bool = False) -> Flood:
-    """Find the shortest distances from a start to all cells; the parameters are those of `routes`.
+    """Find the shortest distances from a start, a row and a column, to all cells that are free; no corner is cut unless that is allowed.
 
     Dijkstra's algorithm (scipy), once for all goals, on integer costs. A route shorter than 3,880,000 cells is exactly optimal for √2, as
     it and every route as short have fewer than 2,744,210 diagonal steps; a longer one is within 1 + 1e-13 of the optimum.
+
+    Examples
+    --------
+    >>> route = flood(np.array([[1, 1, 1], [1, 0, 1], [1, 1, 1]], dtype=bool), (0, 0)).route((2, 2))
+    >>> route.cells.tolist(), route.straight, route.diagonal
+    ([[0, 0], [1, 0], [2, 0], [2, 1], [2, 2]], 4, 0)
     """
     from scipy.sparse.csgraph import dijkstra
 
     _free(free, start, "start")
     allowed = _allowed(free, corner_cutting=corner_cutting)
     cost = dijkstra(_graph(allowed), indices=start[0] * free.shape[1] + start[1]).reshape(free.shape)
-    return Flood(start, cost, allowed)
-
-
-def routes(free: NDArray[np.bool_], start: Cell, goals: Sequence[Cell], *, corner_cutting: bool = False) -> tuple[Route, ...]:
-    """Find a shortest route from a start to each goal.
-
-    Parameters
-    ----------
-    free : array of bool, shape (rows, columns)
-        Which cells can be entered; start and goals, each a row and a column, must be among them.
-    corner_cutting : bool
-        Whether a diagonal step may pass an occupied cell beside it.
-
-    Returns
-    -------
-    tuple of Route
-        One per goal, in order. Of several shortest routes the one is taken that, seen from the goal, goes on straight where it can and else
-        takes the first direction of a fixed order, so that equal input gives equal routes.
-
-    Examples
-    --------
-    >>> free = np.array([[1, 1, 1], [1, 0, 1], [1, 1, 1]], dtype=bool)
-    >>> (route,) = routes(free, (0, 0), [(2, 2)])
-    >>> route.cells.tolist(), route.straight, route.diagonal
-    ([[0, 0], [1, 0], [2, 0], [2, 1], [2, 2]], 4, 0)
-    """
-    for goal in goals:
-        _free(free, goal, "goal")
-    found = flood(free, start, corner_cutting=corner_cutting)
-    return tuple(found.route(goal) for goal in goals)
+    return Flood(start, free, cost, allowed)
 
 
 def _free(free: NDArray[np.bool_], cell: Cell, name: str) -> None:
@@ -164,7 +140,7 @@ def waypoints(route: Route, frame: Frame) -> list[tuple[float, float]]:
 
     Examples
     --------
-    >>> (route,) = routes(np.ones((3, 5), dtype=bool), (0, 0), [(2, 4)])
+    >>> route = flood(np.ones((3, 5), dtype=bool), (0, 0)).route((2, 4))
     >>> waypoints(route, Frame(0.0, 0.0, 0.5, 3, 5))
     [(0.25, 1.25), (1.25, 0.25), (2.25, 0.25)]
     """

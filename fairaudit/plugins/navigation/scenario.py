@@ -19,7 +19,7 @@ from fairaudit.plugins.navigation.ground import advice, prepare
 from fairaudit.plugins.navigation.maps import BAND, RESOLUTION, Maps, clearances, maps_of_grid, rasterise, shut
 from fairaudit.plugins.navigation.readers import Points, is_bag, read_bag_grid, read_points
 from fairaudit.plugins.navigation.rooms import Rooms, rooms_of
-from fairaudit.plugins.navigation.routes import Cell, Flood, Route, flood, nearest_free, waypoints
+from fairaudit.plugins.navigation.routes import STRAIGHT, Cell, Flood, Route, flood, nearest_free, waypoints
 
 GROUND_KEYS = ("unit", "up", "level", "stray")
 PLACE_KEYS, CANDIDATE_KEYS, CONTEXT_KEYS = ("at", "room"), ("label", "at", "room", "profile"), ("column", "values")
@@ -83,38 +83,11 @@ class CandidateSet:
 def read_scenario(path: str | Path) -> Scenario:
     """Read a scenario file (TOML); paths in it are relative to it."""
     path = Path(path)
-    data, document = _document(path)
+    _, data = read_toml(path)
     try:
-        return _scenario(path, hashlib.sha256(data).hexdigest(), document)
+        return _scenario(path, hashlib.sha256(data).hexdigest(), tomllib.loads(data.decode()))
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-
-
-def scenarios_of(path: str | Path) -> list[Scenario]:
-    """Read a scenario file, or the scenario files beside an experiment file that draw the pictures of its section [images]."""
-    path = Path(path)
-    document = _document(path)[1]
-    images = document.get("images")
-    if "scan" in document or not isinstance(images, dict):
-        return [read_scenario(path)]
-    texts = [
-        text for entry in images.values() for text in (entry.values() if isinstance(entry, dict) else [entry]) if isinstance(text, str)
-    ]
-    folders = dict.fromkeys(str(Path(text).parent) for text in texts)
-    beside: dict[str, Scenario] = {}
-    for file in sorted(path.parent.glob("*.toml")):
-        if "scan" in _document(file)[1]:
-            scenario = read_scenario(file)
-            beside.setdefault(str(Path(scenario.folder)), scenario)
-    for folder in folders:
-        if folder not in beside:
-            raise InputError(f"{path}: no scenario file beside it draws pictures into {shown(folder)}; {nearest(folder, beside)}")
-    return [beside[folder] for folder in folders]
-
-
-def _document(path: Path) -> tuple[bytes, dict[str, Any]]:
-    data = read_toml(path)[1]
-    return data, tomllib.loads(data.decode())
 
 
 def _scenario(path: Path, digest: str, document: Mapping[str, Any]) -> Scenario:
@@ -316,7 +289,7 @@ def _equal(scenario: Scenario, maps: Maps, found: Flood, goals: list[Cell], cand
     shortest, longest = min(candidates, key=lambda c: c.length), max(candidates, key=lambda c: c.length)
     if longest.length - shortest.length <= scenario.equal_within:
         return
-    lengths = found.lengths * maps.frame.resolution
+    lengths = found.cost / STRAIGHT * maps.frame.resolution
     fits = found.reached & (np.abs(lengths - shortest.length) <= scenario.equal_within / 2)
     cell = nearest_free(fits, goals[longest.index - 1])
     x, y = maps.frame.centre(*(cell or found.start))

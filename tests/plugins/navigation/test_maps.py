@@ -16,7 +16,7 @@ from fairaudit.plugins.navigation import maps as maps_module
 from fairaudit.plugins.navigation.grids import FREE, OCCUPIED, UNKNOWN, Frame, OccupancyGrid
 from fairaudit.plugins.navigation.maps import floor_height, inflate, rasterise, shut
 from fairaudit.plugins.navigation.readers import Part, Points, read_points
-from fairaudit.plugins.navigation.routes import routes
+from fairaudit.plugins.navigation.routes import flood
 
 
 def cloud(xyz: np.ndarray, kinds: list[str | None], seed: int = 0) -> Points:
@@ -162,7 +162,7 @@ def test_real_scan_and_a_route_across(data: Path) -> None:
     assert maps.floor == pytest.approx(-1.27, abs=0.05)
     start, goal = maps.frame.cell(-1.2, 0.6), maps.frame.cell(1.5, -0.4)
     assert maps.free[start] and maps.free[goal]
-    (route,) = routes(maps.free, start, [goal])
+    route = flood(maps.free, start).route(goal)
     straight = hypot(2.7, 1.0) / 0.08
     assert route.found and straight - 2 <= route.length < 2 * straight
     assert not maps.free[maps.frame.cell(-2.4, 1.0)]  # a desk at the wall

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import pairwise
 from math import inf, sqrt
 from pathlib import Path
@@ -15,7 +16,14 @@ from scipy.sparse.csgraph import dijkstra
 
 from fairaudit.errors import InputError
 from fairaudit.plugins.navigation.grids import Frame, read_grid
-from fairaudit.plugins.navigation.routes import DIAGONAL, STRAIGHT, Route, flood, nearest_free, routes, waypoints
+from fairaudit.plugins.navigation.routes import DIAGONAL, STRAIGHT, Route, flood, nearest_free, waypoints
+
+
+def routes(
+    free: np.ndarray, start: tuple[int, int], goals: Iterable[tuple[int, int]], *, corner_cutting: bool = False
+) -> tuple[Route, ...]:
+    found = flood(free, start, corner_cutting=corner_cutting)
+    return tuple(found.route(goal) for goal in goals)
 
 
 def all_lengths(free: np.ndarray, *, corner_cutting: bool) -> np.ndarray:
@@ -80,7 +88,7 @@ def test_larger_random_maps() -> None:
         free = random.random((60, 50)) >= share
         truth = all_lengths(free, corner_cutting=False)
         for start in random.permutation(np.argwhere(free))[:5].tolist():
-            lengths = flood(free, (start[0], start[1])).lengths
+            lengths = flood(free, (start[0], start[1])).cost / STRAIGHT
             expected = truth[start[0] * 50 + start[1]].reshape(60, 50)
             assert (np.isfinite(lengths) == np.isfinite(expected)).all()
             assert np.allclose(lengths[np.isfinite(lengths)], expected[np.isfinite(expected)], atol=1e-9, rtol=0)
@@ -171,7 +179,7 @@ def test_generated_maps_have_the_lengths_of_an_independent_search(seed: int) -> 
     free = (maze, rooms, lambda side, random: random.random((side, side)) > 0.3)[seed % 3](63, random)
     places = [(int(r), int(c)) for r, c in random.permutation(np.argwhere(free))[:12]]
     truth = all_lengths_from(free, places[0])
-    lengths = flood(free, places[0]).lengths
+    lengths = flood(free, places[0]).cost / STRAIGHT
     assert (np.isfinite(lengths) == np.isfinite(truth)).all()
     assert np.allclose(lengths[np.isfinite(truth)], truth[np.isfinite(truth)], atol=1e-9, rtol=0)
     for goal, route in zip(places, routes(free, places[0], places), strict=True):

@@ -24,7 +24,7 @@ def office(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize("name", ["documents", "parcels"])
 def test_a_rendered_office_is_asked_about_with_pictures(office: Path, name: str, capsys: pytest.CaptureFixture[str]) -> None:
     experiment = office / f"{name}-experiment.toml"
-    assert main(["experiment", "render", str(experiment)]) == 0
+    assert main(["experiment", "render", str(office / f"{name}.toml")]) == 0
     found = read_experiment(experiment)
     assert {option for _, option in found.images} == set(found.options)
     assert main(["experiment", "run", str(experiment), "--trials", "2", "--folder", str(office / f"{name}-run")]) == 0
