@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterable, Mapping, Sequence
 from math import inf, isfinite, log
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -28,7 +29,7 @@ __all__ = ["check_extra", "draw", "drawn", "plot_bounds", "plot_expectations", "
 
 HIGH, LOW, MID, ALARM = "#1f5f8b", "#b0561b", "#7c8593", "#a32f2a"
 MARKS = tuple(zip(("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"), "osD^vPX", strict=True))
-SHOW_TEXT = 40
+SHOW_TEXT, BESIDE = 40, 56
 BESIDE_POINTS = 24  # longer names in a legend stand below the picture, where they cover no point
 BEYOND = 1e12  # ratios above this are drawn up to the edge, as infinite ones are
 
@@ -74,7 +75,16 @@ def plot_expectations(result: Result | Content, ax: Axes | None = None) -> Axes:
             if member.ends:
                 axes.plot([float(end) for end in member.ends], [y, y], color=MID, linewidth=3, alpha=0.6, solid_capstyle="round")
             if member.before:
-                axes.plot([float(member.before)], [y], marker="o", color=MID, fillstyle="none", linestyle="none", label="without filter")
+                axes.plot(
+                    [float(member.before)],
+                    [y],
+                    marker="o",
+                    color=MID,
+                    fillstyle="none",
+                    markersize=11,
+                    linestyle="none",
+                    label="without filter",
+                )
             name, most = ("most favoured", HIGH) if i == 0 else ("least favoured", LOW)
             extreme = most if i in (0, len(panel.members) - 1) else MID
             colour, mark = own.get(member.label, (extreme, "o"))
@@ -168,7 +178,11 @@ def plot_bounds(result: Result | Content, ax: Axes | None = None, *, quantity: L
     rungs = _content(result).ladders.get(quantity)
     if not rungs:
         raise InputError(f"the {quantity} ratio was not measured; there is nothing to draw")
-    axes = ax if ax is not None else _figure(1, height=1.2 + 0.42 * len(rungs), width=8.0)[1][0]
+    said = [
+        "\n".join([*wrap(f"{rung.value.decimal}  {rung.name}", BESIDE), *wrap(rung.scope, BESIDE)]).replace("$", r"\$") for rung in rungs
+    ]
+    lines = max(text.count("\n") for text in said) + 1
+    axes = ax if ax is not None else _figure(1, height=1.2 + (0.1 + 0.14 * lines) * len(rungs), width=9.0)[1][0]
     from matplotlib.ticker import MaxNLocator, NullLocator
 
     edge = 1.15 * max((float(rung.value) for rung in rungs if float(rung.value) <= BEYOND), default=1.0)
@@ -180,9 +194,7 @@ def plot_bounds(result: Result | Content, ax: Axes | None = None, *, quantity: L
             axes.axvline(value, color=ALARM, linestyle="--", linewidth=1)
     axes.set_xscale("log")
     axes.set_xlim(1.0, max(edge, 1.01))
-    axes.set_yticks(
-        range(len(rungs)), [f"{rung.value.decimal}  {_shown(rung.name, 60)}\n{_shown(rung.scope, 64)}" for rung in rungs], fontsize=7
-    )
+    axes.set_yticks(range(len(rungs)), said, fontsize=9)
     axes.set_ylim(len(rungs) - 0.5, -0.5)
     if max(edge, 1.01) < 20:
         axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))

@@ -134,8 +134,8 @@ def _headline(found: Subgroups) -> str:
 
 
 def _table(found: Subgroups) -> list[str]:
-    """The subgroups, the most unequal first."""
-    from fairaudit.words import approximate, place, plain
+    """The subgroups, the most unequal first; long ones go on below themselves, so that the table fits a screen."""
+    from fairaudit.words import COLUMNS, approximate, place, plain, wrapped
 
     def interval(one: Subgroup) -> list[str]:
         if found.confidence is None or one.interval is None:
@@ -154,4 +154,9 @@ def _table(found: Subgroups) -> list[str]:
         ]
         for one in found.found
     ]
-    return aligned([head, *rows], "  ").splitlines()
+    figures = sum(2 + max(len(row[number]) for row in (head, *rows)) for number in range(1, len(head)))
+    lines = [head]
+    for name, *others in rows:
+        first, *more = wrapped(name, 2, max(30, COLUMNS - 2 - figures))
+        lines += [[first, *others], *([line] + [""] * len(others) for line in more)]
+    return aligned(lines, "  ").splitlines()

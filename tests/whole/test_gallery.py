@@ -44,7 +44,7 @@ SECTIONS = [
     "Beside the published account",
 ]
 LEGAL = r"(?i)\b(discriminat|racis|sexis|illegal|unlawful|guilt|violat|acquit|convict|culprit|offen[cd]|liable)"
-MEGABYTE = 1 << 20
+MEGABYTE, COLUMNS = 1 << 20, 80
 
 pytest.importorskip("jinja2", reason="jinja2 is not installed (it is in the extra report)")
 pytest.importorskip("matplotlib", reason="matplotlib is not installed (it is in the extra plots)")
@@ -150,6 +150,14 @@ def test_every_figure_in_the_text_comes_from_a_certificate(name: str) -> None:
         sources = " ".join(each["source"] for each in entry.head["data"]) + entry.head["title"]
         assert times or stated in sources, stated
     assert re.findall(r"\S*\d\S*", prose) == []
+
+
+@pytest.mark.parametrize("name", list(ENTRIES))
+def test_what_is_printed_on_a_page_fits_a_screen(name: str) -> None:
+    """Eighty columns fit the column of text of the site, too."""
+    page = (GALLERY / f"{name}.md").read_text("utf-8")
+    printed = [line for block in re.findall(r"^```\w+\n(.*?)^```", page, re.MULTILINE | re.DOTALL) for line in block.splitlines()]
+    assert [line for line in printed if len(line) > COLUMNS] == []
 
 
 @pytest.mark.parametrize("name", ENTRIES)

@@ -91,7 +91,8 @@ class Journal(contextlib.ExitStack):
         super().__init__()
         with self._said():
             self._db = self.enter_context(contextlib.closing(sqlite3.connect(path, isolation_level=None, timeout=30)))
-            self._db.execute("PRAGMA journal_mode=WAL")
+            if create:  # one that is only read stays as it is, to the byte
+                self._db.execute("PRAGMA journal_mode=WAL")
             self._db.execute("PRAGMA synchronous=FULL")
             if create and not self._db.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
                 pairs = (("version", VERSION), ("experiment", digest), ("trials", str(trials)), ("run", secrets.token_hex(8)))
@@ -114,7 +115,9 @@ class Journal(contextlib.ExitStack):
             self.close()
             raise InputError(f"{path} {wrong}")
         self.run = found.get("run", "")  # a part of each idempotency key, so that a server answers another journal anew
-        self._script(_sql("views"))
+        with self._said():
+            for view in _sql("views").split(";\n"):
+                self._db.execute(view)
 
     def _script(self, statements: str, *more: tuple[str, tuple[str, ...]]) -> None:
         with self.transaction():

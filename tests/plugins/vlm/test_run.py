@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import random
+import shutil
+import sqlite3
 import subprocess
 import sys
 from collections import Counter
@@ -24,6 +27,7 @@ from fairaudit.plugins.vlm.tokens import capped, request_size
 
 __all__ = ["key"]
 
+ROOT = Path(__file__).resolve().parents[3]
 PATTERNS = 200 if os.environ.get("FAIRAUDIT_FULL") == "1" else 12
 PRICES: dict[str, Any] = {"price_input": 3.0, "price_output": 15.0}
 CAP = 200
@@ -216,3 +220,17 @@ def test_what_a_request_may_use_is_not_less_than_what_it_uses() -> None:
     assert found.most >= len(body["messages"][0]["content"].encode())
     assert (found.answer, found.known) == (1000, True)
     assert request_size(capped({**body, "max_completion_tokens": 7}), {}).answer == 7
+
+
+def test_a_journal_that_is_only_read_stays_as_it_is(tmp_path: Path) -> None:
+    """To the byte, also where it may not be written, as in an archive."""
+    kept = ROOT / "docs" / "gallery" / "data" / "answers" / "journal.sqlite"
+    place = tmp_path / "journal.sqlite"
+    shutil.copy(kept, place)
+    before = place.read_bytes()
+    with contextlib.closing(sqlite3.connect(place)) as db:
+        meta = dict(db.execute("SELECT key, value FROM meta"))
+    place.chmod(0o400)
+    with Journal(place, meta["experiment"], int(meta["trials"]), create=False) as journal:
+        assert [journal.size(model) for model in journal.models()] != []
+    assert place.read_bytes() == before and [path.name for path in tmp_path.iterdir()] == ["journal.sqlite"]
