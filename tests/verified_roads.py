@@ -415,6 +415,7 @@ POOL = [
     "T5",
     "T6",
     "T7",
+    "T14",
     "this law",
     "counts",
     "equal",

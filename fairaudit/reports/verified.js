@@ -4,26 +4,26 @@ globalThis!=="object"&&(this?b():(a.defineProperty(a.prototype,"_T_",{configurab
 b(){var
 b=this||self;b.globalThis=b;delete
 a.prototype._T_}}(Object));(function(Y){"use strict";var
-lv="%Li",lY=" : flags Open_text and Open_binary are not compatible",c=115,d=105,lR="Invalid_argument",e=111,fh='"',gY=1255,g4=-15,gX=255,l5=0x800,bJ=0xffff,g_=123,lE="jsError",bH=0x8000,lQ="%ni",lL=12520,aA=107,l4=256,lD="End_of_file",g3="Unix.Unix_error",gW="Failure",l_="infinity",b1=0xff,p=109,gV="mkdir",fe=1000,l9=126,V="",lX="Stack_overflow",g6="ENOENT",lK="^",cF=122,fd=": No such file or directory",a8="0",lW="/static/",l3="([^/]+)",c9=0x3f,lV=-97,lU="Not_found",g5=0xf,c$=128,lB=-48,lC=0xdc00,lP="Sys_blocked_io",mb="fd ",dQ=125,l2="ENOTEMPTY",v=112,lJ="Match_failure",aX=248,aD="camlinternalFormat.ml",l1="Division_by_zero",ma=1027,lA="Sys_error",c_=".",c8="+",g2="rmdir",l8=0xf0,lO="%u",f=110,lz="EEXIST",l0="%d",b=116,lI="%li",lT=1026,z=118,L=121,lZ="buffer.ml",D=119,j=108,ff=127,dP=1024,m=104,l7=-32,lt="Pervasives.do_at_exit",lu="utf8",an=106,bY=" ",bw=0x80,g9="e",ls="Undefined_recursive_module",ag=120,C=103,lN=" : flags Open_rdonly and Open_wronly are not compatible",y=102,ly=512,cE="-",g0="nan",b0=113,lx=0x7ff0,g8=": Not a directory",lH=0xe0,lM=" : file already exists",a=101,l=117,lG=0xdfff,bZ=0xffffff,bI="/",g1="compare: functional value",l6="Assert_failure",lw="0x",lr="%i",l$="Out_of_memory",gZ="ENOTDIR",h=114,lS="true",fg=254,g7="index out of bounds",o=100,lF=250,fi="_bigarr02";function
-zK(d,b,e,c,f){if(c<=b)for(var
+lQ="%Li",mh=" : flags Open_text and Open_binary are not compatible",c=115,e=105,ma="Invalid_argument",f=111,fr='"',g$=1255,hf=-15,g_=255,mo=0x800,bM=0xffff,hl=123,lZ="jsError",bK=0x8000,l$="%ni",l6=12520,aC=107,mn=256,lY="End_of_file",he="Unix.Unix_error",g9="Failure",mt="infinity",b3=0xff,q=109,g8="mkdir",fo=1000,ms=126,W="",mg="Stack_overflow",hh="ENOENT",l5="^",cF=122,fn=": No such file or directory",a_="0",mf="/static/",mm="([^/]+)",c$=0x3f,me=-97,md="Not_found",hg=0xf,db=128,lW=-48,lX=0xdc00,l_="Sys_blocked_io",mw="fd ",dW=125,ml="ENOTEMPTY",v=112,l4="Match_failure",a0=248,aG="camlinternalFormat.ml",mk="Division_by_zero",mv=1027,lV="Sys_error",da=".",c_="+",hd="rmdir",mr=0xf0,l9="%u",g=110,lU="EEXIST",mj="%d",b=116,l3="%li",mc=1026,B=118,L=121,mi="buffer.ml",E=119,j=108,fp=127,dV=1024,m=104,mq=-32,lO="Pervasives.do_at_exit",lP="utf8",ao=106,b0=" ",by=0x80,hk="e",lN="Undefined_recursive_module",$=120,D=103,l8=" : flags Open_rdonly and Open_wronly are not compatible",y=102,lT=512,cE="-",hb="nan",b2=113,lS=0x7ff0,hj=": Not a directory",l2=0xe0,l7=" : file already exists",a=101,l=117,l1=0xdfff,b1=0xffffff,bL="/",hc="compare: functional value",mp="Assert_failure",lR="0x",lM="%i",mu="Out_of_memory",ha="ENOTDIR",i=114,mb="true",fq=254,hi="index out of bounds",o=100,l0=250,fs="_bigarr02";function
+Ac(d,b,e,c,f){if(c<=b)for(var
 a=1;a<=f;a++)e[c+a]=d[b+a];else
 for(var
 a=f;a>=1;a--)e[c+a]=d[b+a];return 0}function
-zN(e,f,d){var
+Af(e,f,d){var
 a=new
 Array(d+1);a[0]=0;for(var
 b=1,c=f+1;b<=d;b++,c++)a[b]=e[c];return a}function
-hk(c,b,a){var
+hx(c,b,a){var
 d=String.fromCharCode;if(b==0&&a<=4096&&a==c.length)return d.apply(null,c);var
-e=V;for(;0<a;b+=dP,a-=dP)e+=d.apply(null,c.slice(b,b+Math.min(a,dP)));return e}function
-fk(b){if(Y.Uint8Array)var
+e=W;for(;0<a;b+=dV,a-=dV)e+=d.apply(null,c.slice(b,b+Math.min(a,dV)));return e}function
+fu(b){if(Y.Uint8Array)var
 c=new(Y.Uint8Array)(b.l);else
 var
 c=new
 Array(b.l);var
 e=b.c,d=e.length,a=0;for(;a<d;a++)c[a]=e.charCodeAt(a);for(d=b.l;a<d;a++)c[a]=0;b.c=c;b.t=4;return c}function
-cG(d,e,b,f,c){if(c==0)return 0;if(f==0&&(c>=b.l||b.t==2&&c>=b.c.length)){b.c=d.t==4?hk(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else
-if(b.t==2&&f==b.c.length){b.c+=d.t==4?hk(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else{if(b.t!=4)fk(b);var
+cG(d,e,b,f,c){if(c==0)return 0;if(f==0&&(c>=b.l||b.t==2&&c>=b.c.length)){b.c=d.t==4?hx(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else
+if(b.t==2&&f==b.c.length){b.c+=d.t==4?hx(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else{if(b.t!=4)fu(b);var
 g=d.c,h=b.c;if(d.t==4)if(f<=e)for(var
 a=0;a<c;a++)h[f+a]=g[e+a];else
 for(var
@@ -31,47 +31,47 @@ a=c-1;a>=0;a--)h[f+a]=g[e+a];else{var
 i=Math.min(c,g.length-e);for(var
 a=0;a<i;a++)h[f+a]=g.charCodeAt(e+a);for(;a<c;a++)h[f+a]=0}}return 0}function
 cH(a){return a}function
-bM(a,b,c,d,e){cG(cH(a),b,c,d,e);return 0}function
-Ap(b,a){throw[0,b,a]}function
-dc(b,a){if(b==0)return V;if(a.repeat)return a.repeat(b);var
-d=V,c=0;for(;;){if(b&1)d+=a;b>>=1;if(b==0)return d;a+=a;c++;if(c==9)a.slice(0,1)}}function
-fl(a){if(a.t==2)a.c+=dc(a.l-a.c.length,"\0");else
-a.c=hk(a.c,0,a.c.length);a.t=0}function
-mL(a){if(a.length<24){for(var
-b=0;b<a.length;b++)if(a.charCodeAt(b)>ff)return false;return true}else
+bP(a,b,c,d,e){cG(cH(a),b,c,d,e);return 0}function
+AT(b,a){throw[0,b,a]}function
+de(b,a){if(b==0)return W;if(a.repeat)return a.repeat(b);var
+d=W,c=0;for(;;){if(b&1)d+=a;b>>=1;if(b==0)return d;a+=a;c++;if(c==9)a.slice(0,1)}}function
+fv(a){if(a.t==2)a.c+=de(a.l-a.c.length,"\0");else
+a.c=hx(a.c,0,a.c.length);a.t=0}function
+m5(a){if(a.length<24){for(var
+b=0;b<a.length;b++)if(a.charCodeAt(b)>fp)return false;return true}else
 return!/[^\x00-\x7f]/.test(a)}function
-hm(e){for(var
-j=V,c=V,g,f,h,a,b=0,i=e.length;b<i;b++){f=e.charCodeAt(b);if(f<bw){for(var
-d=b+1;d<i&&(f=e.charCodeAt(d))<bw;d++);if(d-b>ly){c.substr(0,1);j+=c;c=V;j+=e.slice(b,d)}else
-c+=e.slice(b,d);if(d==i)break;b=d}a=1;if(++b<i&&((h=e.charCodeAt(b))&-64)==c$){g=h+(f<<6);if(f<lH){a=g-0x3080;if(a<bw)a=1}else{a=2;if(++b<i&&((h=e.charCodeAt(b))&-64)==c$){g=h+(g<<6);if(f<l8){a=g-0xe2080;if(a<l5||a>=0xd7ff&&a<0xe000)a=2}else{a=3;if(++b<i&&((h=e.charCodeAt(b))&-64)==c$&&f<0xf5){a=h-0x3c82080+(g<<6);if(a<0x10000||a>0x10ffff)a=3}}}}}if(a<4){b-=a;c+="\ufffd"}else
-if(a>bJ)c+=String.fromCharCode(0xd7c0+(a>>10),lC+(a&0x3FF));else
-c+=String.fromCharCode(a);if(c.length>dP){c.substr(0,1);j+=c;c=V}}return j+c}function
-bK(c,a,b){this.t=c;this.c=a;this.l=b}bK.prototype.toString=function(){switch(this.t){case
-9:return this.c;default:fl(this);case
-0:if(mL(this.c)){this.t=9;return this.c}this.t=8;case
-8:return this.c}};bK.prototype.toUtf16=function(){var
-a=this.toString();if(this.t==9)return a;return hm(a)};bK.prototype.slice=function(){var
+hz(e){for(var
+j=W,c=W,g,f,h,a,b=0,i=e.length;b<i;b++){f=e.charCodeAt(b);if(f<by){for(var
+d=b+1;d<i&&(f=e.charCodeAt(d))<by;d++);if(d-b>lT){c.substr(0,1);j+=c;c=W;j+=e.slice(b,d)}else
+c+=e.slice(b,d);if(d==i)break;b=d}a=1;if(++b<i&&((h=e.charCodeAt(b))&-64)==db){g=h+(f<<6);if(f<l2){a=g-0x3080;if(a<by)a=1}else{a=2;if(++b<i&&((h=e.charCodeAt(b))&-64)==db){g=h+(g<<6);if(f<mr){a=g-0xe2080;if(a<mo||a>=0xd7ff&&a<0xe000)a=2}else{a=3;if(++b<i&&((h=e.charCodeAt(b))&-64)==db&&f<0xf5){a=h-0x3c82080+(g<<6);if(a<0x10000||a>0x10ffff)a=3}}}}}if(a<4){b-=a;c+="\ufffd"}else
+if(a>bM)c+=String.fromCharCode(0xd7c0+(a>>10),lX+(a&0x3FF));else
+c+=String.fromCharCode(a);if(c.length>dV){c.substr(0,1);j+=c;c=W}}return j+c}function
+bN(c,a,b){this.t=c;this.c=a;this.l=b}bN.prototype.toString=function(){switch(this.t){case
+9:return this.c;default:fv(this);case
+0:if(m5(this.c)){this.t=9;return this.c}this.t=8;case
+8:return this.c}};bN.prototype.toUtf16=function(){var
+a=this.toString();if(this.t==9)return a;return hz(a)};bN.prototype.slice=function(){var
 a=this.t==4?this.c.slice():this.c;return new
-bK(this.t,a,this.l)};function
-ml(a){return new
-bK(0,a,a.length)}function
-s(a){return ml(a)}function
-hj(b,a){Ap(b,s(a))}var
-as=[0];function
-aF(a){hj(as.Invalid_argument,a)}function
-fj(){aF(g7)}function
-b3(a,b){switch(a.t&6){default:if(b>=a.c.length)return 0;case
+bN(this.t,a,this.l)};function
+mG(a){return new
+bN(0,a,a.length)}function
+t(a){return mG(a)}function
+hw(b,a){AT(b,t(a))}var
+au=[0];function
+aI(a){hw(au.Invalid_argument,a)}function
+ft(){aI(hi)}function
+b5(a,b){switch(a.t&6){default:if(b>=a.c.length)return 0;case
 0:return a.c.charCodeAt(b);case
 4:return a.c[b]}}function
-mk(b,a){if(a>>>0>=b.l)fj();return b3(b,a)}function
-zQ(b,a){if(a>>>0>=b.l-3)fj();var
-c=b3(b,a),d=b3(b,a+1),e=b3(b,a+2),f=b3(b,a+3);return f<<24|e<<16|d<<8|c}function
-ar(a,c,b){b&=b1;if(a.t!=4){if(c==a.c.length){a.c+=String.fromCharCode(b);if(c+1==a.l)a.t=0;return 0}fk(a)}a.c[c]=b;return 0}function
-b2(b,a,c){if(a>>>0>=b.l)fj();return ar(b,a,c)}function
+mF(b,a){if(a>>>0>=b.l)ft();return b5(b,a)}function
+Ai(b,a){if(a>>>0>=b.l-3)ft();var
+c=b5(b,a),d=b5(b,a+1),e=b5(b,a+2),f=b5(b,a+3);return f<<24|e<<16|d<<8|c}function
+at(a,c,b){b&=b3;if(a.t!=4){if(c==a.c.length){a.c+=String.fromCharCode(b);if(c+1==a.l)a.t=0;return 0}fu(a)}a.c[c]=b;return 0}function
+b4(b,a,c){if(a>>>0>=b.l)ft();return at(b,a,c)}function
 cK(a){return a.toArray()}function
-zT(c,b,e){if(b>>>0>=c.l-7)fj();var
+Al(c,b,e){if(b>>>0>=c.l-7)ft();var
 d=cK(e);for(var
-a=0;a<8;a++)ar(c,b+7-a,d[a]);return 0}function
+a=0;a<8;a++)at(c,b+7-a,d[a]);return 0}function
 cI(c,a){if(c.fun)return cI(c.fun,a);if(typeof
 c!=="function")return c;var
 b=c.length|0;if(b===0)return c.apply(null,a);var
@@ -82,23 +82,23 @@ e=arguments.length==0?1:arguments.length,d=new
 Array(a.length+e);for(var
 b=0;b<a.length;b++)d[b]=a[b];for(var
 b=0;b<arguments.length;b++)d[a.length+b]=arguments[b];return cI(c,d)}}function
-dR(){aF(g7)}function
-aM(a,b){if(b>>>0>=a.length-1)dR();return a}function
-zU(a){if(isFinite(a)){if(Math.abs(a)>=2.2250738585072014e-308)return 0;if(a!=0)return 1;return 2}return isNaN(a)?4:3}function
-aE(a){if(a<0)aF("Bytes.create");return new
-bK(a?2:9,V,a)}function
-cq(a){a.t&6&&fl(a);return a.c}var
-Az=Math.log2&&Math.log2(1.1235582092889474E+307)==1020;function
-Ay(a){if(Az)return Math.floor(Math.log2(a));var
+dX(){aI(hi)}function
+aP(a,b){if(b>>>0>=a.length-1)dX();return a}function
+Am(a){if(isFinite(a)){if(Math.abs(a)>=2.2250738585072014e-308)return 0;if(a!=0)return 1;return 2}return isNaN(a)?4:3}function
+aH(a){if(a<0)aI("Bytes.create");return new
+bN(a?2:9,W,a)}function
+cs(a){a.t&6&&fv(a);return a.c}var
+A3=Math.log2&&Math.log2(1.1235582092889474E+307)==1020;function
+A2(a){if(A3)return Math.floor(Math.log2(a));var
 b=0;if(a==0)return-Infinity;if(a>=1)while(a>=2){a/=2;b++}else
 while(a<1){a*=2;b--}return b}function
-hc(c){var
+hp(c){var
 a=new(Y.Float32Array)(1);a[0]=c;var
 b=new(Y.Int32Array)(a.buffer);return b[0]|0}var
-mv=Math.pow(2,-24);function
-An(a){throw a}function
-mB(){An(as.Division_by_zero)}function
-Q(b,c,a){this.lo=b&bZ;this.mi=c&bZ;this.hi=a&bJ}Q.prototype.caml_custom="_j";Q.prototype.copy=function(){return new
+mQ=Math.pow(2,-24);function
+AR(a){throw a}function
+mW(){AR(au.Division_by_zero)}function
+Q(b,c,a){this.lo=b&b1;this.mi=c&b1;this.hi=a&bM}Q.prototype.caml_custom="_j";Q.prototype.copy=function(){return new
 Q(this.lo,this.mi,this.hi)};Q.prototype.ucompare=function(a){if(this.hi>a.hi)return 1;if(this.hi<a.hi)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};Q.prototype.compare=function(a){var
 b=this.hi<<16,c=a.hi<<16;if(b>c)return 1;if(b<c)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};Q.prototype.neg=function(){var
 a=-this.lo,b=-this.mi+(a>>24),c=-this.hi+(b>>24);return new
@@ -107,7 +107,7 @@ b=this.lo+a.lo,c=this.mi+a.mi+(b>>24),d=this.hi+a.hi+(c>>24);return new
 Q(b,c,d)};Q.prototype.sub=function(a){var
 b=this.lo-a.lo,c=this.mi-a.mi+(b>>24),d=this.hi-a.hi+(c>>24);return new
 Q(b,c,d)};Q.prototype.mul=function(a){var
-b=this.lo*a.lo,c=(b*mv|0)+this.mi*a.lo+this.lo*a.mi,d=(c*mv|0)+this.hi*a.lo+this.mi*a.mi+this.lo*a.hi;return new
+b=this.lo*a.lo,c=(b*mQ|0)+this.mi*a.lo+this.lo*a.mi,d=(c*mQ|0)+this.hi*a.lo+this.mi*a.mi+this.lo*a.hi;return new
 Q(b,c,d)};Q.prototype.isZero=function(){return(this.lo|this.mi|this.hi)==0};Q.prototype.isNeg=function(){return this.hi<<16<0};Q.prototype.and=function(a){return new
 Q(this.lo&a.lo,this.mi&a.mi,this.hi&a.hi)};Q.prototype.or=function(a){return new
 Q(this.lo|a.lo,this.mi|a.mi,this.hi|a.hi)};Q.prototype.xor=function(a){return new
@@ -121,26 +121,26 @@ Q(this.hi>>a-48,0,0)};Q.prototype.shift_right=function(a){a=a&63;if(a==0)return 
 c=this.hi<<16>>16;if(a<24)return new
 Q(this.lo>>a|this.mi<<24-a,this.mi>>a|c<<24-a,this.hi<<16>>a>>>16);var
 b=this.hi<<16>>31;if(a<48)return new
-Q(this.mi>>a-24|this.hi<<48-a,this.hi<<16>>a-24>>16,b&bJ);return new
-Q(this.hi<<16>>a-32,b,b)};Q.prototype.lsl1=function(){this.hi=this.hi<<1|this.mi>>23;this.mi=(this.mi<<1|this.lo>>23)&bZ;this.lo=this.lo<<1&bZ};Q.prototype.lsr1=function(){this.lo=(this.lo>>>1|this.mi<<23)&bZ;this.mi=(this.mi>>>1|this.hi<<23)&bZ;this.hi=this.hi>>>1};Q.prototype.udivmod=function(e){var
+Q(this.mi>>a-24|this.hi<<48-a,this.hi<<16>>a-24>>16,b&bM);return new
+Q(this.hi<<16>>a-32,b,b)};Q.prototype.lsl1=function(){this.hi=this.hi<<1|this.mi>>23;this.mi=(this.mi<<1|this.lo>>23)&b1;this.lo=this.lo<<1&b1};Q.prototype.lsr1=function(){this.lo=(this.lo>>>1|this.mi<<23)&b1;this.mi=(this.mi>>>1|this.hi<<23)&b1;this.hi=this.hi>>>1};Q.prototype.udivmod=function(e){var
 c=0,b=this.copy(),a=e.copy(),d=new
 Q(0,0,0);while(b.ucompare(a)>0){c++;a.lsl1()}while(c>=0){c--;d.lsl1();if(b.ucompare(a)>=0){d.lo++;b=b.sub(a)}a.lsr1()}return{quotient:d,modulus:b}};Q.prototype.div=function(a){var
-b=this;if(a.isZero())mB();var
-d=b.hi^a.hi;if(b.hi&bH)b=b.neg();if(a.hi&bH)a=a.neg();var
-c=b.udivmod(a).quotient;if(d&bH)c=c.neg();return c};Q.prototype.mod=function(b){var
-a=this;if(b.isZero())mB();var
-d=a.hi;if(a.hi&bH)a=a.neg();if(b.hi&bH)b=b.neg();var
-c=a.udivmod(b).modulus;if(d&bH)c=c.neg();return c};Q.prototype.toInt=function(){return this.lo|this.mi<<24};Q.prototype.toFloat=function(){return(this.hi<<16)*Math.pow(2,32)+this.mi*Math.pow(2,24)+this.lo};Q.prototype.toArray=function(){return[this.hi>>8,this.hi&b1,this.mi>>16,this.mi>>8&b1,this.mi&b1,this.lo>>16,this.lo>>8&b1,this.lo&b1]};Q.prototype.lo32=function(){return this.lo|(this.mi&b1)<<24};Q.prototype.hi32=function(){return this.mi>>>8&bJ|this.hi<<16};function
-dU(b,c,a){return new
+b=this;if(a.isZero())mW();var
+d=b.hi^a.hi;if(b.hi&bK)b=b.neg();if(a.hi&bK)a=a.neg();var
+c=b.udivmod(a).quotient;if(d&bK)c=c.neg();return c};Q.prototype.mod=function(b){var
+a=this;if(b.isZero())mW();var
+d=a.hi;if(a.hi&bK)a=a.neg();if(b.hi&bK)b=b.neg();var
+c=a.udivmod(b).modulus;if(d&bK)c=c.neg();return c};Q.prototype.toInt=function(){return this.lo|this.mi<<24};Q.prototype.toFloat=function(){return(this.hi<<16)*Math.pow(2,32)+this.mi*Math.pow(2,24)+this.lo};Q.prototype.toArray=function(){return[this.hi>>8,this.hi&b3,this.mi>>16,this.mi>>8&b3,this.mi&b3,this.lo>>16,this.lo>>8&b3,this.lo&b3]};Q.prototype.lo32=function(){return this.lo|(this.mi&b3)<<24};Q.prototype.hi32=function(){return this.mi>>>8&bM|this.hi<<16};function
+d0(b,c,a){return new
 Q(b,c,a)}function
-fn(a){if(!isFinite(a)){if(isNaN(a))return dU(1,0,lx);return a>0?dU(0,0,lx):dU(0,0,0xfff0)}var
-f=a==0&&1/a==-Infinity?bH:a>=0?0:bH;if(f)a=-a;var
-b=Ay(a)+1023;if(b<=0){b=0;a/=Math.pow(2,-lT)}else{a/=Math.pow(2,b-ma);if(a<16){a*=2;b-=1}if(b==0)a/=2}var
+fx(a){if(!isFinite(a)){if(isNaN(a))return d0(1,0,lS);return a>0?d0(0,0,lS):d0(0,0,0xfff0)}var
+f=a==0&&1/a==-Infinity?bK:a>=0?0:bK;if(f)a=-a;var
+b=A2(a)+1023;if(b<=0){b=0;a/=Math.pow(2,-mc)}else{a/=Math.pow(2,b-mv);if(a<16){a*=2;b-=1}if(b==0)a/=2}var
 d=Math.pow(2,24),c=a|0;a=(a-c)*d;var
 e=a|0;a=(a-e)*d;var
-g=a|0;c=c&g5|f|b<<4;return dU(g,e,c)}function
-mi(c,b,g){c.write(32,b.dims.length);c.write(32,b.kind|b.layout<<8);if(b.caml_custom==fi)for(var
-a=0;a<b.dims.length;a++)if(b.dims[a]<bJ)c.write(16,b.dims[a]);else{c.write(16,bJ);c.write(32,0);c.write(32,b.dims[a])}else
+g=a|0;c=c&hg|f|b<<4;return d0(g,e,c)}function
+mD(c,b,g){c.write(32,b.dims.length);c.write(32,b.kind|b.layout<<8);if(b.caml_custom==fs)for(var
+a=0;a<b.dims.length;a++)if(b.dims[a]<bM)c.write(16,b.dims[a]);else{c.write(16,bM);c.write(32,0);c.write(32,b.dims[a])}else
 for(var
 a=0;a<b.dims.length;a++)c.write(32,b.dims[a]);switch(b.kind){case
 2:case
@@ -161,25 +161,25 @@ e=cK(b.get(a));for(var
 d=0;d<8;d++)c.write(8,e[d])}break;case
 1:for(var
 a=0;a<b.data.length;a++){var
-e=cK(fn(b.get(a)));for(var
+e=cK(fx(b.get(a)));for(var
 d=0;d<8;d++)c.write(8,e[d])}break;case
 0:for(var
 a=0;a<b.data.length;a++){var
-e=hc(b.get(a));c.write(32,e)}break;case
+e=hp(b.get(a));c.write(32,e)}break;case
 10:for(var
 a=0;a<b.data.length/2;a++){var
-d=b.get(a);c.write(32,hc(d[1]));c.write(32,hc(d[2]))}break;case
+d=b.get(a);c.write(32,hp(d[1]));c.write(32,hp(d[2]))}break;case
 11:for(var
 a=0;a<b.data.length/2;a++){var
-f=b.get(a),e=cK(fn(f[1]));for(var
+f=b.get(a),e=cK(fx(f[1]));for(var
 d=0;d<8;d++)c.write(8,e[d]);var
-e=cK(fn(f[2]));for(var
+e=cK(fx(f[2]));for(var
 d=0;d<8;d++)c.write(8,e[d])}break}g[0]=(4+b.dims.length)*4;g[1]=(4+b.dims.length)*8}function
-mg(a){switch(a){case
+mB(a){switch(a){case
 7:case
 10:case
 11:return 2;default:return 1}}function
-zO(c,e){var
+Ag(c,e){var
 b=Y,a;switch(c){case
 0:a=b.Float32Array;break;case
 1:a=b.Float64Array;break;case
@@ -193,51 +193,51 @@ b=Y,a;switch(c){case
 9:a=b.Int32Array;break;case
 10:a=b.Float32Array;break;case
 11:a=b.Float64Array;break;case
-12:a=b.Uint8Array;break}if(!a)aF("Bigarray.create: unsupported kind");var
+12:a=b.Uint8Array;break}if(!a)aI("Bigarray.create: unsupported kind");var
 d=new
-a(e*mg(c));return d}function
-hd(c){var
+a(e*mB(c));return d}function
+hq(c){var
 a=new(Y.Int32Array)(1);a[0]=c;var
 b=new(Y.Float32Array)(a.buffer);return b[0]}function
-db(a){return new
+dd(a){return new
 Q(a[7]<<0|a[6]<<8|a[5]<<16,a[4]<<0|a[3]<<8|a[2]<<16,a[1]<<0|a[0]<<8)}function
-he(d){var
-f=d.lo,g=d.mi,b=d.hi,c=(b&0x7fff)>>4;if(c==2047)return(f|g|b&g5)==0?b&bH?-Infinity:Infinity:NaN;var
-e=Math.pow(2,-24),a=(f*e+g)*e+(b&g5);if(c>0){a+=16;a*=Math.pow(2,c-ma)}else
-a*=Math.pow(2,-lT);if(b&bH)a=-a;return a}function
-g$(b){var
+hr(d){var
+f=d.lo,g=d.mi,b=d.hi,c=(b&0x7fff)>>4;if(c==2047)return(f|g|b&hg)==0?b&bK?-Infinity:Infinity:NaN;var
+e=Math.pow(2,-24),a=(f*e+g)*e+(b&hg);if(c>0){a+=16;a*=Math.pow(2,c-mv)}else
+a*=Math.pow(2,-mc);if(b&bK)a=-a;return a}function
+hm(b){var
 d=b.length,c=1;for(var
-a=0;a<d;a++){if(b[a]<0)aF("Bigarray.create: negative dimension");c=c*b[a]}return c}function
-z6(b,a){return new
-Q(b&bZ,b>>>24&b1|(a&bJ)<<8,a>>>16&bJ)}function
-hf(a){return a.hi32()}function
-hg(a){return a.lo32()}var
-zP=fi;function
-cp(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}cp.prototype.caml_custom=zP;cp.prototype.offset=function(b){var
+a=0;a<d;a++){if(b[a]<0)aI("Bigarray.create: negative dimension");c=c*b[a]}return c}function
+Ay(b,a){return new
+Q(b&b1,b>>>24&b3|(a&bM)<<8,a>>>16&bM)}function
+hs(a){return a.hi32()}function
+ht(a){return a.lo32()}var
+Ah=fs;function
+cr(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}cr.prototype.caml_custom=Ah;cr.prototype.offset=function(b){var
 c=0;if(typeof
 b==="number")b=[b];if(!(b
 instanceof
-Array))aF("bigarray.js: invalid offset");if(this.dims.length!=b.length)aF("Bigarray.get/set: bad number of dimensions");if(this.layout==0)for(var
-a=0;a<this.dims.length;a++){if(b[a]<0||b[a]>=this.dims[a])dR();c=c*this.dims[a]+b[a]}else
+Array))aI("bigarray.js: invalid offset");if(this.dims.length!=b.length)aI("Bigarray.get/set: bad number of dimensions");if(this.layout==0)for(var
+a=0;a<this.dims.length;a++){if(b[a]<0||b[a]>=this.dims[a])dX();c=c*this.dims[a]+b[a]}else
 for(var
-a=this.dims.length-1;a>=0;a--){if(b[a]<1||b[a]>this.dims[a])dR();c=c*this.dims[a]+(b[a]-1)}return c};cp.prototype.get=function(a){switch(this.kind){case
+a=this.dims.length-1;a>=0;a--){if(b[a]<1||b[a]>this.dims[a])dX();c=c*this.dims[a]+(b[a]-1)}return c};cr.prototype.get=function(a){switch(this.kind){case
 7:var
-d=this.data[a*2+0],b=this.data[a*2+1];return z6(d,b);case
+d=this.data[a*2+0],b=this.data[a*2+1];return Ay(d,b);case
 10:case
 11:var
-e=this.data[a*2+0],c=this.data[a*2+1];return[fg,e,c];default:return this.data[a]}};cp.prototype.set=function(a,b){switch(this.kind){case
-7:this.data[a*2+0]=hg(b);this.data[a*2+1]=hf(b);break;case
+e=this.data[a*2+0],c=this.data[a*2+1];return[fq,e,c];default:return this.data[a]}};cr.prototype.set=function(a,b){switch(this.kind){case
+7:this.data[a*2+0]=ht(b);this.data[a*2+1]=hs(b);break;case
 10:case
-11:this.data[a*2+0]=b[1];this.data[a*2+1]=b[2];break;default:this.data[a]=b;break}return 0};cp.prototype.fill=function(b){switch(this.kind){case
+11:this.data[a*2+0]=b[1];this.data[a*2+1]=b[2];break;default:this.data[a]=b;break}return 0};cr.prototype.fill=function(b){switch(this.kind){case
 7:var
-c=hg(b),e=hf(b);if(c==e)this.data.fill(c);else
+c=ht(b),e=hs(b);if(c==e)this.data.fill(c);else
 for(var
 a=0;a<this.data.length;a++)this.data[a]=a%2==0?c:e;break;case
 10:case
 11:var
 d=b[1],f=b[2];if(d==f)this.data.fill(d);else
 for(var
-a=0;a<this.data.length;a++)this.data[a]=a%2==0?d:f;break;default:this.data.fill(b);break}};cp.prototype.compare=function(b,g){if(this.layout!=b.layout||this.kind!=b.kind){var
+a=0;a<this.data.length;a++)this.data[a]=a%2==0?d:f;break;default:this.data.fill(b);break}};cr.prototype.compare=function(b,g){if(this.layout!=b.layout||this.kind!=b.kind){var
 e=this.kind|this.layout<<8,f=b.kind|b.layout<<8;return f-e}if(this.dims.length!=b.dims.length)return b.dims.length-this.dims.length;for(var
 a=0;a<this.dims.length;a++)if(this.dims[a]!=b.dims[a])return this.dims[a]<b.dims[a]?-1:1;switch(this.kind){case
 0:case
@@ -257,26 +257,26 @@ a=0;a<this.data.length;a+=2){if(this.data[a+1]<b.data[a+1])return-1;if(this.data
 9:case
 12:for(var
 a=0;a<this.data.length;a++){if(this.data[a]<b.data[a])return-1;if(this.data[a]>b.data[a])return 1}break}return 0};function
-da(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}da.prototype=new
-cp();da.prototype.offset=function(a){if(typeof
+dc(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}dc.prototype=new
+cr();dc.prototype.offset=function(a){if(typeof
 a!=="number")if(a
 instanceof
 Array&&a.length==1)a=a[0];else
-aF("Ml_Bigarray_c_1_1.offset");if(a<0||a>=this.dims[0])dR();return a};da.prototype.get=function(a){return this.data[a]};da.prototype.set=function(a,b){this.data[a]=b;return 0};da.prototype.fill=function(a){this.data.fill(a);return 0};function
-me(c,d,a,b){var
-e=mg(c);if(g$(a)*e!=b.length)aF("length doesn't match dims");if(d==0&&a.length==1&&e==1)return new
-da(c,d,a,b);return new
-cp(c,d,a,b)}function
-cJ(a){if(!as.Failure)as.Failure=[aX,s(gW),-3];hj(as.Failure,a)}function
-mf(b,v,r){var
+aI("Ml_Bigarray_c_1_1.offset");if(a<0||a>=this.dims[0])dX();return a};dc.prototype.get=function(a){return this.data[a]};dc.prototype.set=function(a,b){this.data[a]=b;return 0};dc.prototype.fill=function(a){this.data.fill(a);return 0};function
+mz(c,d,a,b){var
+e=mB(c);if(hm(a)*e!=b.length)aI("length doesn't match dims");if(d==0&&a.length==1&&e==1)return new
+dc(c,d,a,b);return new
+cr(c,d,a,b)}function
+cJ(a){if(!au.Failure)au.Failure=[a0,t(g9),-3];hw(au.Failure,a)}function
+mA(b,v,r){var
 i=b.read32s();if(i<0||i>16)cJ("input_value: wrong number of bigarray dimensions");var
-p=b.read32s(),j=p&b1,o=p>>8&1,h=[];if(r==fi)for(var
+p=b.read32s(),j=p&b3,o=p>>8&1,h=[];if(r==fs)for(var
 a=0;a<i;a++){var
-n=b.read16u();if(n==bJ){var
+n=b.read16u();if(n==bM){var
 t=b.read32u(),u=b.read32u();if(t!=0)cJ("input_value: bigarray dimension overflow in 32bit");n=u}h.push(n)}else
 for(var
 a=0;a<i;a++)h.push(b.read32u());var
-d=g$(h),f=zO(j,d),g=me(j,o,h,f);switch(j){case
+d=hm(h),f=Ag(j,d),g=mz(j,o,h,f);switch(j){case
 2:for(var
 a=0;a<d;a++)f[a]=b.read8s();break;case
 3:case
@@ -297,122 +297,122 @@ e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-q=db(e);g.set(a,q)}break;case
+q=dd(e);g.set(a,q)}break;case
 1:var
 e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-k=he(db(e));g.set(a,k)}break;case
+k=hr(dd(e));g.set(a,k)}break;case
 0:for(var
 a=0;a<d;a++){var
-k=hd(b.read32s());g.set(a,k)}break;case
+k=hq(b.read32s());g.set(a,k)}break;case
 10:for(var
 a=0;a<d;a++){var
-m=hd(b.read32s()),l=hd(b.read32s());g.set(a,[fg,m,l])}break;case
+m=hq(b.read32s()),l=hq(b.read32s());g.set(a,[fq,m,l])}break;case
 11:var
 e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-m=he(db(e));for(var
+m=hr(dd(e));for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-l=he(db(e));g.set(a,[fg,m,l])}break}v[0]=(4+i)*4;return me(j,o,h,f)}function
-md(a,b,c){return a.compare(b,c)}function
-mz(a,b){return Math.imul(a,b)}function
-b4(b,a){a=mz(a,0xcc9e2d51|0);a=a<<15|a>>>32-15;a=mz(a,0x1b873593);b^=a;b=b<<13|b>>>32-13;return(b+(b<<2)|0)+(0xe6546b64|0)|0}function
-z0(a,b){a=b4(a,hg(b));a=b4(a,hf(b));return a}function
-mt(a,b){return z0(a,fn(b))}function
-mh(c){var
-b=g$(c.dims),d=0;switch(c.kind){case
+l=hr(dd(e));g.set(a,[fq,m,l])}break}v[0]=(4+i)*4;return mz(j,o,h,f)}function
+my(a,b,c){return a.compare(b,c)}function
+mU(a,b){return Math.imul(a,b)}function
+b6(b,a){a=mU(a,0xcc9e2d51|0);a=a<<15|a>>>32-15;a=mU(a,0x1b873593);b^=a;b=b<<13|b>>>32-13;return(b+(b<<2)|0)+(0xe6546b64|0)|0}function
+As(a,b){a=b6(a,ht(b));a=b6(a,hs(b));return a}function
+mO(a,b){return As(a,fx(b))}function
+mC(c){var
+b=hm(c.dims),d=0;switch(c.kind){case
 2:case
 3:case
-12:if(b>l4)b=l4;var
-e=0,a=0;for(a=0;a+4<=c.data.length;a+=4){e=c.data[a+0]|c.data[a+1]<<8|c.data[a+2]<<16|c.data[a+3]<<24;d=b4(d,e)}e=0;switch(b&3){case
+12:if(b>mn)b=mn;var
+e=0,a=0;for(a=0;a+4<=c.data.length;a+=4){e=c.data[a+0]|c.data[a+1]<<8|c.data[a+2]<<16|c.data[a+3]<<24;d=b6(d,e)}e=0;switch(b&3){case
 3:e=c.data[a+2]<<16;case
 2:e|=c.data[a+1]<<8;case
-1:e|=c.data[a+0];d=b4(d,e)}break;case
+1:e|=c.data[a+0];d=b6(d,e)}break;case
 4:case
-5:if(b>c$)b=c$;var
-e=0,a=0;for(a=0;a+2<=c.data.length;a+=2){e=c.data[a+0]|c.data[a+1]<<16;d=b4(d,e)}if((b&1)!=0)d=b4(d,c.data[a]);break;case
+5:if(b>db)b=db;var
+e=0,a=0;for(a=0;a+2<=c.data.length;a+=2){e=c.data[a+0]|c.data[a+1]<<16;d=b6(d,e)}if((b&1)!=0)d=b6(d,c.data[a]);break;case
 6:if(b>64)b=64;for(var
-a=0;a<b;a++)d=b4(d,c.data[a]);break;case
+a=0;a<b;a++)d=b6(d,c.data[a]);break;case
 8:case
 9:if(b>64)b=64;for(var
-a=0;a<b;a++)d=b4(d,c.data[a]);break;case
+a=0;a<b;a++)d=b6(d,c.data[a]);break;case
 7:if(b>32)b=32;b*=2;for(var
-a=0;a<b;a++)d=b4(d,c.data[a]);break;case
+a=0;a<b;a++)d=b6(d,c.data[a]);break;case
 10:b*=2;case
 0:if(b>64)b=64;for(var
-a=0;a<b;a++)d=mt(d,c.data[a]);break;case
+a=0;a<b;a++)d=mO(d,c.data[a]);break;case
 11:b*=2;case
 1:if(b>32)b=32;for(var
-a=0;a<b;a++)d=mt(d,c.data[a]);break}return d}function
-z3(a,b){b[0]=4;return a.read32s()}function
-Al(a,b){switch(a.read8u()){case
+a=0;a<b;a++)d=mO(d,c.data[a]);break}return d}function
+Av(a,b){b[0]=4;return a.read32s()}function
+AP(a,b){switch(a.read8u()){case
 1:b[0]=4;return a.read32s();case
 2:cJ("input_value: native integer value too large");default:cJ("input_value: ill-formed native integer")}}function
-Ad(c,d){var
+AH(c,d){var
 b=new
 Array(8);for(var
-a=0;a<8;a++)b[a]=c.read8u();d[0]=8;return db(b)}function
-z$(e,d,b){var
+a=0;a<8;a++)b[a]=c.read8u();d[0]=8;return dd(b)}function
+AD(e,d,b){var
 c=cK(d);for(var
 a=0;a<8;a++)e.write(8,c[a]);b[0]=8;b[1]=8}function
-z5(a,b,c){return a.compare(b)}function
-z8(a){return a.lo32()^a.hi32()}var
-mp={"_j":{deserialize:Ad,serialize:z$,fixed_length:8,compare:z5,hash:z8},"_i":{deserialize:z3,fixed_length:4},"_n":{deserialize:Al,fixed_length:4},"_bigarray":{deserialize:function(a,b){return mf(a,b,"_bigarray")},serialize:mi,compare:md,hash:mh},"_bigarr02":{deserialize:function(a,b){return mf(a,b,fi)},serialize:mi,compare:md,hash:mh}};function
-ha(a){return mp[a.caml_custom]&&mp[a.caml_custom].compare}function
-mn(f,c,d,e){var
-b=ha(c);if(b){var
+Ax(a,b,c){return a.compare(b)}function
+AA(a){return a.lo32()^a.hi32()}var
+mK={"_j":{deserialize:AH,serialize:AD,fixed_length:8,compare:Ax,hash:AA},"_i":{deserialize:Av,fixed_length:4},"_n":{deserialize:AP,fixed_length:4},"_bigarray":{deserialize:function(a,b){return mA(a,b,"_bigarray")},serialize:mD,compare:my,hash:mC},"_bigarr02":{deserialize:function(a,b){return mA(a,b,fs)},serialize:mD,compare:my,hash:mC}};function
+hn(a){return mK[a.caml_custom]&&mK[a.caml_custom].compare}function
+mI(f,c,d,e){var
+b=hn(c);if(b){var
 a=d>0?b(c,f,e):b(f,c,e);if(e&&a!=a)return d;if(+a!=+a)return+a;if((a|0)!=0)return a|0}return d}function
-hh(a){return a
+hu(a){return a
 instanceof
-bK}function
-mw(a){return hh(a)}function
-mo(a){if(typeof
-a==="number")return fe;else
-if(hh(a))return 252;else
-if(mw(a))return 1252;else
+bN}function
+mR(a){return hu(a)}function
+mJ(a){if(typeof
+a==="number")return fo;else
+if(hu(a))return 252;else
+if(mR(a))return 1252;else
 if(a
 instanceof
-Array&&a[0]===a[0]>>>0&&a[0]<=gX){var
-b=a[0]|0;return b==fg?0:b}else
+Array&&a[0]===a[0]>>>0&&a[0]<=g_){var
+b=a[0]|0;return b==fq?0:b}else
 if(a
 instanceof
-String)return lL;else
+String)return l6;else
 if(typeof
-a=="string")return lL;else
+a=="string")return l6;else
 if(a
 instanceof
-Number)return fe;else
-if(a&&a.caml_custom)return gY;else
+Number)return fo;else
+if(a&&a.caml_custom)return g$;else
 if(a&&a.compare)return 1256;else
 if(typeof
 a=="function")return 1247;else
 if(typeof
 a=="symbol")return 1251;return 1001}function
-Ae(a,b){if(a<b)return-1;if(a==b)return 0;return 1}function
-mj(a,b){a.t&6&&fl(a);b.t&6&&fl(b);return a.c<b.c?-1:a.c>b.c?1:0}function
-AC(a,b){return mj(a,b)}function
-mm(a,b,d){var
+AI(a,b){if(a<b)return-1;if(a==b)return 0;return 1}function
+mE(a,b){a.t&6&&fv(a);b.t&6&&fv(b);return a.c<b.c?-1:a.c>b.c?1:0}function
+A6(a,b){return mE(a,b)}function
+mH(a,b,d){var
 e=[];for(;;){if(!(d&&a===b)){var
-f=mo(a);if(f==lF){a=a[1];continue}var
-g=mo(b);if(g==lF){b=b[1];continue}if(f!==g){if(f==fe){if(g==gY)return mn(a,b,-1,d);return-1}if(g==fe){if(f==gY)return mn(b,a,1,d);return 1}return f<g?-1:1}switch(f){case
-247:aF(g1);break;case
+f=mJ(a);if(f==l0){a=a[1];continue}var
+g=mJ(b);if(g==l0){b=b[1];continue}if(f!==g){if(f==fo){if(g==g$)return mI(a,b,-1,d);return-1}if(g==fo){if(f==g$)return mI(b,a,1,d);return 1}return f<g?-1:1}switch(f){case
+247:aI(hc);break;case
 248:var
-c=Ae(a[2],b[2]);if(c!=0)return c|0;break;case
-249:aF(g1);break;case
-250:aF("equal: got Forward_tag, should not happen");break;case
-251:aF("equal: abstract value");break;case
+c=AI(a[2],b[2]);if(c!=0)return c|0;break;case
+249:aI(hc);break;case
+250:aI("equal: got Forward_tag, should not happen");break;case
+251:aI("equal: abstract value");break;case
 252:if(a!==b){var
-c=mj(a,b);if(c!=0)return c|0}break;case
-253:aF("equal: got Double_tag, should not happen");break;case
-254:aF("equal: got Double_array_tag, should not happen");break;case
-255:aF("equal: got Custom_tag, should not happen");break;case
-1247:aF(g1);break;case
+c=mE(a,b);if(c!=0)return c|0}break;case
+253:aI("equal: got Double_tag, should not happen");break;case
+254:aI("equal: got Double_array_tag, should not happen");break;case
+255:aI("equal: got Custom_tag, should not happen");break;case
+1247:aI(hc);break;case
 1255:var
-i=ha(a);if(i!=ha(b))return a.caml_custom<b.caml_custom?-1:1;if(!i)aF("compare: abstract value");var
+i=hn(a);if(i!=hn(b))return a.caml_custom<b.caml_custom?-1:1;if(!i)aI("compare: abstract value");var
 c=i(a,b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;break;case
 1256:var
 c=a.compare(b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;break;case
@@ -420,258 +420,258 @@ c=a.compare(b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;
 1001:if(a<b)return-1;if(a>b)return 1;if(a!=b){if(!d)return NaN;if(a==a)return 1;if(b==b)return-1}break;case
 1251:if(a!==b){if(!d)return NaN;return 1}break;case
 1252:var
-a=cq(a),b=cq(b);if(a!==b){if(a<b)return-1;if(a>b)return 1}break;case
+a=cs(a),b=cs(b);if(a!==b){if(a<b)return-1;if(a>b)return 1}break;case
 12520:var
 a=a.toString(),b=b.toString();if(a!==b){if(a<b)return-1;if(a>b)return 1}break;case
 246:case
 254:default:if(a.length!=b.length)return a.length<b.length?-1:1;if(a.length>1)e.push(a,b,1);break}}if(e.length==0)return 0;var
 h=e.pop();b=e.pop();a=e.pop();if(h+1<a.length)e.push(a,b,h+1);a=a[h];b=b[h]}}function
-dT(a,b){return+(mm(a,b,false)==0)}function
-zW(a,c,b,d){if(b>0)if(c==0&&(b>=a.l||a.t==2&&b>=a.c.length))if(d==0){a.c=V;a.t=2}else{a.c=dc(b,String.fromCharCode(d));a.t=b==a.l?0:2}else{if(a.t!=4)fk(a);for(b+=c;c<b;c++)a.c[c]=d}return 0}function
-hi(d){d=cq(d);var
-e=d.length;if(e>31)aF("format_int: format too long");var
-a={justify:c8,signstyle:cE,filler:bY,alternate:false,base:0,signedconv:false,width:0,uppercase:false,sign:1,prec:-1,conv:"f"};for(var
+dZ(a,b){return+(mH(a,b,false)==0)}function
+Ao(a,c,b,d){if(b>0)if(c==0&&(b>=a.l||a.t==2&&b>=a.c.length))if(d==0){a.c=W;a.t=2}else{a.c=de(b,String.fromCharCode(d));a.t=b==a.l?0:2}else{if(a.t!=4)fu(a);for(b+=c;c<b;c++)a.c[c]=d}return 0}function
+hv(d){d=cs(d);var
+e=d.length;if(e>31)aI("format_int: format too long");var
+a={justify:c_,signstyle:cE,filler:b0,alternate:false,base:0,signedconv:false,width:0,uppercase:false,sign:1,prec:-1,conv:"f"};for(var
 c=0;c<e;c++){var
-b=d.charAt(c);switch(b){case"-":a.justify=cE;break;case"+":case" ":a.signstyle=b;break;case"0":a.filler=a8;break;case"#":a.alternate=true;break;case"1":case"2":case"3":case"4":case"5":case"6":case"7":case"8":case"9":a.width=0;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.width=a.width*10+b;c++}c--;break;case".":a.prec=0;c++;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.prec=a.prec*10+b;c++}c--;case"d":case"i":a.signedconv=true;case"u":a.base=10;break;case"x":a.base=16;break;case"X":a.base=16;a.uppercase=true;break;case"o":a.base=8;break;case"e":case"f":case"g":a.signedconv=true;a.conv=b;break;case"E":case"F":case"G":a.signedconv=true;a.uppercase=true;a.conv=b.toLowerCase();break}}return a}function
-hb(a,e){if(a.uppercase)e=e.toUpperCase();var
+b=d.charAt(c);switch(b){case"-":a.justify=cE;break;case"+":case" ":a.signstyle=b;break;case"0":a.filler=a_;break;case"#":a.alternate=true;break;case"1":case"2":case"3":case"4":case"5":case"6":case"7":case"8":case"9":a.width=0;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.width=a.width*10+b;c++}c--;break;case".":a.prec=0;c++;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.prec=a.prec*10+b;c++}c--;case"d":case"i":a.signedconv=true;case"u":a.base=10;break;case"x":a.base=16;break;case"X":a.base=16;a.uppercase=true;break;case"o":a.base=8;break;case"e":case"f":case"g":a.signedconv=true;a.conv=b;break;case"E":case"F":case"G":a.signedconv=true;a.uppercase=true;a.conv=b.toLowerCase();break}}return a}function
+ho(a,e){if(a.uppercase)e=e.toUpperCase();var
 d=e.length;if(a.signedconv&&(a.sign<0||a.signstyle!=cE))d++;if(a.alternate){if(a.base==8)d+=1;if(a.base==16)d+=2}var
-b=V;if(a.justify==c8&&a.filler==bY)for(var
-c=d;c<a.width;c++)b+=bY;if(a.signedconv)if(a.sign<0)b+=cE;else
-if(a.signstyle!=cE)b+=a.signstyle;if(a.alternate&&a.base==8)b+=a8;if(a.alternate&&a.base==16)b+=lw;if(a.justify==c8&&a.filler==a8)for(var
-c=d;c<a.width;c++)b+=a8;b+=e;if(a.justify==cE)for(var
-c=d;c<a.width;c++)b+=bY;return s(b)}function
-mr(i,c){function
+b=W;if(a.justify==c_&&a.filler==b0)for(var
+c=d;c<a.width;c++)b+=b0;if(a.signedconv)if(a.sign<0)b+=cE;else
+if(a.signstyle!=cE)b+=a.signstyle;if(a.alternate&&a.base==8)b+=a_;if(a.alternate&&a.base==16)b+=lR;if(a.justify==c_&&a.filler==a_)for(var
+c=d;c<a.width;c++)b+=a_;b+=e;if(a.justify==cE)for(var
+c=d;c<a.width;c++)b+=b0;return t(b)}function
+mM(i,c){function
 j(a,b){if(Math.abs(a)<1.0)return a.toFixed(b);else{var
-c=parseInt(a.toString().split(c8)[1]);if(c>20){c-=20;a/=Math.pow(10,c);a+=new
-Array(c+1).join(a8);if(b>0)a=a+c_+new
-Array(b+1).join(a8);return a}else
+c=parseInt(a.toString().split(c_)[1]);if(c>20){c-=20;a/=Math.pow(10,c);a+=new
+Array(c+1).join(a_);if(b>0)a=a+da+new
+Array(b+1).join(a_);return a}else
 return a.toFixed(b)}}var
-a,e=hi(i),d=e.prec<0?6:e.prec;if(c<0||c==0&&1/c==-Infinity){e.sign=-1;c=-c}if(isNaN(c)){a=g0;e.filler=bY}else
-if(!isFinite(c)){a="inf";e.filler=bY}else
+a,e=hv(i),d=e.prec<0?6:e.prec;if(c<0||c==0&&1/c==-Infinity){e.sign=-1;c=-c}if(isNaN(c)){a=hb;e.filler=b0}else
+if(!isFinite(c)){a="inf";e.filler=b0}else
 switch(e.conv){case"e":var
-a=c.toExponential(d),b=a.length;if(a.charAt(b-3)==g9)a=a.slice(0,b-1)+a8+a.slice(b-1);break;case"f":a=j(c,d);break;case"g":d=d?d:1;a=c.toExponential(d-1);var
-h=a.indexOf(g9),g=+a.slice(h+1);if(g<-4||c>=1e21||c.toFixed(0).length>d){var
-b=h-1;while(a.charAt(b)==a8)b--;if(a.charAt(b)==c_)b--;a=a.slice(0,b+1)+a.slice(h);b=a.length;if(a.charAt(b-3)==g9)a=a.slice(0,b-1)+a8+a.slice(b-1);break}else{var
+a=c.toExponential(d),b=a.length;if(a.charAt(b-3)==hk)a=a.slice(0,b-1)+a_+a.slice(b-1);break;case"f":a=j(c,d);break;case"g":d=d?d:1;a=c.toExponential(d-1);var
+h=a.indexOf(hk),g=+a.slice(h+1);if(g<-4||c>=1e21||c.toFixed(0).length>d){var
+b=h-1;while(a.charAt(b)==a_)b--;if(a.charAt(b)==da)b--;a=a.slice(0,b+1)+a.slice(h);b=a.length;if(a.charAt(b-3)==hk)a=a.slice(0,b-1)+a_+a.slice(b-1);break}else{var
 f=d;if(g<0){f-=g+1;a=c.toFixed(f)}else
 while(a=c.toFixed(f),a.length>d+1)f--;if(f){var
-b=a.length-1;while(a.charAt(b)==a8)b--;if(a.charAt(b)==c_)b--;a=a.slice(0,b+1)}}break}return hb(e,a)}function
-fm(d,b){if(cq(d)==l0)return s(V+b);var
-a=hi(d);if(b<0)if(a.signedconv){a.sign=-1;b=-b}else
+b=a.length-1;while(a.charAt(b)==a_)b--;if(a.charAt(b)==da)b--;a=a.slice(0,b+1)}}break}return ho(e,a)}function
+fw(d,b){if(cs(d)==mj)return t(W+b);var
+a=hv(d);if(b<0)if(a.signedconv){a.sign=-1;b=-b}else
 b>>>=0;var
-c=b.toString(a.base);if(a.prec>=0){a.filler=bY;var
-e=a.prec-c.length;if(e>0)c=dc(e,a8)+c}return hb(a,c)}var
-Am=0;function
-zY(){return Am++}function
-Ag(a){return a.toUtf16()}function
-dX(){return typeof
+c=b.toString(a.base);if(a.prec>=0){a.filler=b0;var
+e=a.prec-c.length;if(e>0)c=de(e,a_)+c}return ho(a,c)}var
+AQ=0;function
+Aq(){return AQ++}function
+AK(a){return a.toUtf16()}function
+d3(){return typeof
 Y.process!=="undefined"&&typeof
 Y.process.versions!=="undefined"&&typeof
 Y.process.versions.node!=="undefined"}function
-AA(){function
-a(a){if(a.charAt(0)===bI)return[V,a.substring(1)];return}function
+A4(){function
+a(a){if(a.charAt(0)===bL)return[W,a.substring(1)];return}function
 b(c){var
-g=/^([a-zA-Z]:|[\\/]{2}[^\\/]+[\\/]+[^\\/]+)?([\\/])?([\s\S]*?)$/,a=g.exec(c),b=a[1]||V,e=Boolean(b&&b.charAt(1)!==":");if(Boolean(a[2]||e)){var
-d=a[1]||V,f=a[2]||V;return[d,c.substring(d.length+f.length)]}return}return dX()&&Y.process&&Y.process.platform?Y.process.platform==="win32"?b:a:a}var
-ho=AA();function
-mE(a){return a.slice(-1)!==bI?a+bI:a}if(dX()&&Y.process&&Y.process.cwd)var
-dS=Y.process.cwd().replace(/\\/g,bI);else
+g=/^([a-zA-Z]:|[\\/]{2}[^\\/]+[\\/]+[^\\/]+)?([\\/])?([\s\S]*?)$/,a=g.exec(c),b=a[1]||W,e=Boolean(b&&b.charAt(1)!==":");if(Boolean(a[2]||e)){var
+d=a[1]||W,f=a[2]||W;return[d,c.substring(d.length+f.length)]}return}return d3()&&Y.process&&Y.process.platform?Y.process.platform==="win32"?b:a:a}var
+hC=A4();function
+mZ(a){return a.slice(-1)!==bL?a+bL:a}if(d3()&&Y.process&&Y.process.cwd)var
+dY=Y.process.cwd().replace(/\\/g,bL);else
 var
-dS="/static";dS=mE(dS);function
-Ah(a){a=Ag(a);if(!ho(a))a=dS+a;var
-e=ho(a),d=e[1].split(bI),b=[];for(var
+dY="/static";dY=mZ(dY);function
+AL(a){a=AK(a);if(!hC(a))a=dY+a;var
+e=hC(a),d=e[1].split(bL),b=[];for(var
 c=0;c<d.length;c++)switch(d[c]){case"..":if(b.length>1)b.pop();break;case".":break;default:b.push(d[c]);break}b.unshift(e[0]);b.orig=a;return b}function
-Au(e){for(var
-f=V,b=f,a,h,c=0,g=e.length;c<g;c++){a=e.charCodeAt(c);if(a<bw){for(var
-d=c+1;d<g&&(a=e.charCodeAt(d))<bw;d++);if(d-c>ly){b.substr(0,1);f+=b;b=V;f+=e.slice(c,d)}else
-b+=e.slice(c,d);if(d==g)break;c=d}if(a<l5){b+=String.fromCharCode(0xc0|a>>6);b+=String.fromCharCode(bw|a&c9)}else
-if(a<0xd800||a>=lG)b+=String.fromCharCode(lH|a>>12,bw|a>>6&c9,bw|a&c9);else
-if(a>=0xdbff||c+1==g||(h=e.charCodeAt(c+1))<lC||h>lG)b+="\xef\xbf\xbd";else{c++;a=(a<<10)+h-0x35fdc00;b+=String.fromCharCode(l8|a>>18,bw|a>>12&c9,bw|a>>6&c9,bw|a&c9)}if(b.length>dP){b.substr(0,1);f+=b;b=V}}return f+b}function
-zS(a){var
-b=9;if(!mL(a))b=8,a=Au(a);return new
-bK(b,a,a.length)}function
-b6(a){return zS(a)}var
-AB=["E2BIG","EACCES","EAGAIN","EBADF","EBUSY","ECHILD","EDEADLK","EDOM",lz,"EFAULT","EFBIG","EINTR","EINVAL","EIO","EISDIR","EMFILE","EMLINK","ENAMETOOLONG","ENFILE","ENODEV",g6,"ENOEXEC","ENOLCK","ENOMEM","ENOSPC","ENOSYS",gZ,l2,"ENOTTY","ENXIO","EPERM","EPIPE","ERANGE","EROFS","ESPIPE","ESRCH","EXDEV","EWOULDBLOCK","EINPROGRESS","EALREADY","ENOTSOCK","EDESTADDRREQ","EMSGSIZE","EPROTOTYPE","ENOPROTOOPT","EPROTONOSUPPORT","ESOCKTNOSUPPORT","EOPNOTSUPP","EPFNOSUPPORT","EAFNOSUPPORT","EADDRINUSE","EADDRNOTAVAIL","ENETDOWN","ENETUNREACH","ENETRESET","ECONNABORTED","ECONNRESET","ENOBUFS","EISCONN","ENOTCONN","ESHUTDOWN","ETOOMANYREFS","ETIMEDOUT","ECONNREFUSED","EHOSTDOWN","EHOSTUNREACH","ELOOP","EOVERFLOW"];function
+AY(e){for(var
+f=W,b=f,a,h,c=0,g=e.length;c<g;c++){a=e.charCodeAt(c);if(a<by){for(var
+d=c+1;d<g&&(a=e.charCodeAt(d))<by;d++);if(d-c>lT){b.substr(0,1);f+=b;b=W;f+=e.slice(c,d)}else
+b+=e.slice(c,d);if(d==g)break;c=d}if(a<mo){b+=String.fromCharCode(0xc0|a>>6);b+=String.fromCharCode(by|a&c$)}else
+if(a<0xd800||a>=l1)b+=String.fromCharCode(l2|a>>12,by|a>>6&c$,by|a&c$);else
+if(a>=0xdbff||c+1==g||(h=e.charCodeAt(c+1))<lX||h>l1)b+="\xef\xbf\xbd";else{c++;a=(a<<10)+h-0x35fdc00;b+=String.fromCharCode(mr|a>>18,by|a>>12&c$,by|a>>6&c$,by|a&c$)}if(b.length>dV){b.substr(0,1);f+=b;b=W}}return f+b}function
+Ak(a){var
+b=9;if(!m5(a))b=8,a=AY(a);return new
+bN(b,a,a.length)}function
+b8(a){return Ak(a)}var
+A5=["E2BIG","EACCES","EAGAIN","EBADF","EBUSY","ECHILD","EDEADLK","EDOM",lU,"EFAULT","EFBIG","EINTR","EINVAL","EIO","EISDIR","EMFILE","EMLINK","ENAMETOOLONG","ENFILE","ENODEV",hh,"ENOEXEC","ENOLCK","ENOMEM","ENOSPC","ENOSYS",ha,ml,"ENOTTY","ENXIO","EPERM","EPIPE","ERANGE","EROFS","ESPIPE","ESRCH","EXDEV","EWOULDBLOCK","EINPROGRESS","EALREADY","ENOTSOCK","EDESTADDRREQ","EMSGSIZE","EPROTOTYPE","ENOPROTOOPT","EPROTONOSUPPORT","ESOCKTNOSUPPORT","EOPNOTSUPP","EPFNOSUPPORT","EAFNOSUPPORT","EADDRINUSE","EADDRNOTAVAIL","ENETDOWN","ENETUNREACH","ENETRESET","ECONNABORTED","ECONNRESET","ENOBUFS","EISCONN","ENOTCONN","ESHUTDOWN","ETOOMANYREFS","ETIMEDOUT","ECONNREFUSED","EHOSTDOWN","EHOSTUNREACH","ELOOP","EOVERFLOW"];function
 cN(d,f,e,a){var
-b=AB.indexOf(d);if(b<0){if(a==null)a=-9999;b=[0,a]}var
-c=[b,b6(f||V),b6(e||V)];return c}var
-mA={};function
-cL(a){return mA[a]}function
+b=A5.indexOf(d);if(b<0){if(a==null)a=-9999;b=[0,a]}var
+c=[b,b8(f||W),b8(e||W)];return c}var
+mV={};function
+cL(a){return mV[a]}function
 cM(b,a){throw[0,b].concat(a)}function
-zR(a){return new
-bK(4,a,a.length)}function
-ae(a){hj(as.Sys_error,a)}function
-Ao(a){ae(a+fd)}function
-a3(a){return a.l}function
-mc(){}function
-aK(a){this.data=a}aK.prototype=new
-mc();aK.prototype.truncate=function(a){var
-b=this.data;this.data=aE(a|0);cG(b,0,this.data,0,a)};aK.prototype.length=function(){return a3(this.data)};aK.prototype.write=function(b,d,g,a){var
+Aj(a){return new
+bN(4,a,a.length)}function
+af(a){hw(au.Sys_error,a)}function
+AS(a){af(a+fn)}function
+a6(a){return a.l}function
+mx(){}function
+aN(a){this.data=a}aN.prototype=new
+mx();aN.prototype.truncate=function(a){var
+b=this.data;this.data=aH(a|0);cG(b,0,this.data,0,a)};aN.prototype.length=function(){return a6(this.data)};aN.prototype.write=function(b,d,g,a){var
 c=this.length();if(b+a>=c){var
-e=aE(b+a),f=this.data;this.data=e;cG(f,0,this.data,0,c)}bM(d,g,this.data,b,a);return 0};aK.prototype.read=function(c,a,d,b){var
-e=this.length();cG(this.data,c,a,d,b);return 0};aK.prototype.read_one=function(a){return mk(this.data,a)};aK.prototype.close=function(){};aK.prototype.constructor=aK;function
-aY(b,a){this.content={};this.root=b;this.lookupFun=a}aY.prototype.nm=function(a){return this.root+a};aY.prototype.create_dir_if_needed=function(d){var
-c=d.split(bI),b=V;for(var
-a=0;a<c.length-1;a++){b+=c[a]+bI;if(this.content[b])continue;this.content[b]=Symbol("directory")}};aY.prototype.slash=function(a){return/\/$/.test(a)?a:a+bI};aY.prototype.lookup=function(a){if(!this.content[a]&&this.lookupFun){var
-b=this.lookupFun(s(this.root),s(a));if(b!==0){this.create_dir_if_needed(a);this.content[a]=new
-aK(cH(b[1]))}}};aY.prototype.exists=function(a){if(a==V)return 1;var
-b=this.slash(a);if(this.content[b])return 1;this.lookup(a);return this.content[a]?1:0};aY.prototype.mkdir=function(c,e,d){var
-b=d&&cL(g3);if(this.exists(c))if(b)cM(b,cN(lz,gV,this.nm(c)));else
-ae(c+": File exists");var
-a=/^(.*)\/[^/]+/.exec(c);a=a&&a[1]||V;if(!this.exists(a))if(b)cM(b,cN(g6,gV,this.nm(a)));else
-ae(a+fd);if(!this.is_dir(a))if(b)cM(b,cN(gZ,gV,this.nm(a)));else
-ae(a+g8);this.create_dir_if_needed(this.slash(c))};aY.prototype.rmdir=function(a,f){var
-b=f&&cL(g3),c=a==V?V:this.slash(a),e=new
-RegExp(lK+c+l3);if(!this.exists(a))if(b)cM(b,cN(g6,g2,this.nm(a)));else
-ae(a+fd);if(!this.is_dir(a))if(b)cM(b,cN(gZ,g2,this.nm(a)));else
-ae(a+g8);for(var
+e=aH(b+a),f=this.data;this.data=e;cG(f,0,this.data,0,c)}bP(d,g,this.data,b,a);return 0};aN.prototype.read=function(c,a,d,b){var
+e=this.length();cG(this.data,c,a,d,b);return 0};aN.prototype.read_one=function(a){return mF(this.data,a)};aN.prototype.close=function(){};aN.prototype.constructor=aN;function
+a1(b,a){this.content={};this.root=b;this.lookupFun=a}a1.prototype.nm=function(a){return this.root+a};a1.prototype.create_dir_if_needed=function(d){var
+c=d.split(bL),b=W;for(var
+a=0;a<c.length-1;a++){b+=c[a]+bL;if(this.content[b])continue;this.content[b]=Symbol("directory")}};a1.prototype.slash=function(a){return/\/$/.test(a)?a:a+bL};a1.prototype.lookup=function(a){if(!this.content[a]&&this.lookupFun){var
+b=this.lookupFun(t(this.root),t(a));if(b!==0){this.create_dir_if_needed(a);this.content[a]=new
+aN(cH(b[1]))}}};a1.prototype.exists=function(a){if(a==W)return 1;var
+b=this.slash(a);if(this.content[b])return 1;this.lookup(a);return this.content[a]?1:0};a1.prototype.mkdir=function(c,e,d){var
+b=d&&cL(he);if(this.exists(c))if(b)cM(b,cN(lU,g8,this.nm(c)));else
+af(c+": File exists");var
+a=/^(.*)\/[^/]+/.exec(c);a=a&&a[1]||W;if(!this.exists(a))if(b)cM(b,cN(hh,g8,this.nm(a)));else
+af(a+fn);if(!this.is_dir(a))if(b)cM(b,cN(ha,g8,this.nm(a)));else
+af(a+hj);this.create_dir_if_needed(this.slash(c))};a1.prototype.rmdir=function(a,f){var
+b=f&&cL(he),c=a==W?W:this.slash(a),e=new
+RegExp(l5+c+mm);if(!this.exists(a))if(b)cM(b,cN(hh,hd,this.nm(a)));else
+af(a+fn);if(!this.is_dir(a))if(b)cM(b,cN(ha,hd,this.nm(a)));else
+af(a+hj);for(var
 d
 in
-this.content)if(d.match(e))if(b)cM(b,cN(l2,g2,this.nm(a)));else
-ae(this.nm(a)+": Directory not empty");delete
-this.content[c]};aY.prototype.readdir=function(a){var
-f=a==V?V:this.slash(a);if(!this.exists(a))ae(a+fd);if(!this.is_dir(a))ae(a+g8);var
+this.content)if(d.match(e))if(b)cM(b,cN(ml,hd,this.nm(a)));else
+af(this.nm(a)+": Directory not empty");delete
+this.content[c]};a1.prototype.readdir=function(a){var
+f=a==W?W:this.slash(a);if(!this.exists(a))af(a+fn);if(!this.is_dir(a))af(a+hj);var
 g=new
-RegExp(lK+f+l3),d={},c=[];for(var
+RegExp(l5+f+mm),d={},c=[];for(var
 e
 in
 this.content){var
-b=e.match(g);if(b&&!d[b[1]]){d[b[1]]=true;c.push(b[1])}}return c};aY.prototype.is_dir=function(a){if(a==V)return true;var
-b=this.slash(a);return this.content[b]?1:0};aY.prototype.unlink=function(a){var
+b=e.match(g);if(b&&!d[b[1]]){d[b[1]]=true;c.push(b[1])}}return c};a1.prototype.is_dir=function(a){if(a==W)return true;var
+b=this.slash(a);return this.content[b]?1:0};a1.prototype.unlink=function(a){var
 b=this.content[a]?true:false;delete
-this.content[a];return b};aY.prototype.open=function(a,b){if(b.rdonly&&b.wronly)ae(this.nm(a)+lN);if(b.text&&b.binary)ae(this.nm(a)+lY);this.lookup(a);if(this.content[a]){if(this.is_dir(a))ae(this.nm(a)+" : is a directory");if(b.create&&b.excl)ae(this.nm(a)+lM);var
+this.content[a];return b};a1.prototype.open=function(a,b){if(b.rdonly&&b.wronly)af(this.nm(a)+l8);if(b.text&&b.binary)af(this.nm(a)+mh);this.lookup(a);if(this.content[a]){if(this.is_dir(a))af(this.nm(a)+" : is a directory");if(b.create&&b.excl)af(this.nm(a)+l7);var
 c=this.content[a];if(b.truncate)c.truncate();return c}else
 if(b.create){this.create_dir_if_needed(a);this.content[a]=new
-aK(aE(0));return this.content[a]}else
-Ao(this.nm(a))};aY.prototype.register=function(c,a){var
-b;if(this.content[c])ae(this.nm(c)+lM);if(hh(a))b=new
-aK(a);if(mw(a))b=new
-aK(cH(a));else
+aN(aH(0));return this.content[a]}else
+AS(this.nm(a))};a1.prototype.register=function(c,a){var
+b;if(this.content[c])af(this.nm(c)+l7);if(hu(a))b=new
+aN(a);if(mR(a))b=new
+aN(cH(a));else
 if(a
 instanceof
 Array)b=new
-aK(zR(a));else
+aN(Aj(a));else
 if(typeof
 a==="string")b=new
-aK(ml(a));else
+aN(mG(a));else
 if(a.toString){var
-d=cH(b6(a.toString()));b=new
-aK(d)}if(b){this.create_dir_if_needed(c);this.content[c]=b}else
-ae(this.nm(c)+" : registering file with invalid content type")};aY.prototype.constructor=aY;function
-ao(a){return a3(a)}function
-dW(b,a){return b3(b,a)}function
-zM(d){var
-c=ao(d),b=new
-Array(c),a=0;for(;a<c;a++)b[a]=dW(d,a);return b}function
-zL(a){if(a.t!=4)fk(a);return a.c}function
-bL(a){this.fs=require("fs");this.fd=a}bL.prototype=new
-mc();bL.prototype.truncate=function(a){try{this.fs.ftruncateSync(this.fd,a|0)}catch(a){ae(a.toString())}};bL.prototype.length=function(){try{return this.fs.fstatSync(this.fd).size}catch(a){ae(a.toString())}};bL.prototype.write=function(f,b,c,e){var
-a=zM(b);if(!(a
+d=cH(b8(a.toString()));b=new
+aN(d)}if(b){this.create_dir_if_needed(c);this.content[c]=b}else
+af(this.nm(c)+" : registering file with invalid content type")};a1.prototype.constructor=a1;function
+ap(a){return a6(a)}function
+d2(b,a){return b5(b,a)}function
+Ae(d){var
+c=ap(d),b=new
+Array(c),a=0;for(;a<c;a++)b[a]=d2(d,a);return b}function
+Ad(a){if(a.t!=4)fu(a);return a.c}function
+bO(a){this.fs=require("fs");this.fd=a}bO.prototype=new
+mx();bO.prototype.truncate=function(a){try{this.fs.ftruncateSync(this.fd,a|0)}catch(a){af(a.toString())}};bO.prototype.length=function(){try{return this.fs.fstatSync(this.fd).size}catch(a){af(a.toString())}};bO.prototype.write=function(f,b,c,e){var
+a=Ae(b);if(!(a
 instanceof
 Y.Uint8Array))a=new(Y.Uint8Array)(a);var
-d=Y.Buffer.from(a);try{this.fs.writeSync(this.fd,d,c,e,f)}catch(a){ae(a.toString())}return 0};bL.prototype.read=function(g,d,c,f){var
-a=zL(d);if(!(a
+d=Y.Buffer.from(a);try{this.fs.writeSync(this.fd,d,c,e,f)}catch(a){af(a.toString())}return 0};bO.prototype.read=function(g,d,c,f){var
+a=Ad(d);if(!(a
 instanceof
 Y.Uint8Array))a=new(Y.Uint8Array)(a);var
-e=Y.Buffer.from(a);try{this.fs.readSync(this.fd,e,c,f,g)}catch(a){ae(a.toString())}for(var
-b=0;b<f;b++)b2(d,c+b,e[c+b]);return 0};bL.prototype.read_one=function(c){var
-b=new(Y.Uint8Array)(1),a=Y.Buffer.from(b);try{this.fs.readSync(this.fd,a,0,1,c)}catch(a){ae(a.toString())}return a[0]};bL.prototype.close=function(){try{this.fs.closeSync(this.fd)}catch(a){ae(a.toString())}};bL.prototype.constructor=bL;function
-aL(a){this.fs=require("fs");this.root=a}aL.prototype.nm=function(a){return this.root+a};aL.prototype.exists=function(a){try{return this.fs.existsSync(this.nm(a))?1:0}catch(a){return 0}};aL.prototype.mkdir=function(b,a,c){try{this.fs.mkdirSync(this.nm(b),{mode:a});return 0}catch(a){this.raise_nodejs_error(a,c)}};aL.prototype.rmdir=function(a,b){try{this.fs.rmdirSync(this.nm(a));return 0}catch(a){this.raise_nodejs_error(a,b)}};aL.prototype.readdir=function(a,b){try{return this.fs.readdirSync(this.nm(a))}catch(a){this.raise_nodejs_error(a,b)}};aL.prototype.is_dir=function(a){try{return this.fs.statSync(this.nm(a)).isDirectory()?1:0}catch(a){ae(a.toString())}};aL.prototype.unlink=function(a,c){try{var
-b=this.fs.existsSync(this.nm(a))?1:0;this.fs.unlinkSync(this.nm(a));return b}catch(a){this.raise_nodejs_error(a,c)}};aL.prototype.open=function(f,c,g){var
+e=Y.Buffer.from(a);try{this.fs.readSync(this.fd,e,c,f,g)}catch(a){af(a.toString())}for(var
+b=0;b<f;b++)b4(d,c+b,e[c+b]);return 0};bO.prototype.read_one=function(c){var
+b=new(Y.Uint8Array)(1),a=Y.Buffer.from(b);try{this.fs.readSync(this.fd,a,0,1,c)}catch(a){af(a.toString())}return a[0]};bO.prototype.close=function(){try{this.fs.closeSync(this.fd)}catch(a){af(a.toString())}};bO.prototype.constructor=bO;function
+aO(a){this.fs=require("fs");this.root=a}aO.prototype.nm=function(a){return this.root+a};aO.prototype.exists=function(a){try{return this.fs.existsSync(this.nm(a))?1:0}catch(a){return 0}};aO.prototype.mkdir=function(b,a,c){try{this.fs.mkdirSync(this.nm(b),{mode:a});return 0}catch(a){this.raise_nodejs_error(a,c)}};aO.prototype.rmdir=function(a,b){try{this.fs.rmdirSync(this.nm(a));return 0}catch(a){this.raise_nodejs_error(a,b)}};aO.prototype.readdir=function(a,b){try{return this.fs.readdirSync(this.nm(a))}catch(a){this.raise_nodejs_error(a,b)}};aO.prototype.is_dir=function(a){try{return this.fs.statSync(this.nm(a)).isDirectory()?1:0}catch(a){af(a.toString())}};aO.prototype.unlink=function(a,c){try{var
+b=this.fs.existsSync(this.nm(a))?1:0;this.fs.unlinkSync(this.nm(a));return b}catch(a){this.raise_nodejs_error(a,c)}};aO.prototype.open=function(f,c,g){var
 a=require("constants"),b=0;for(var
 e
 in
 c)switch(e){case"rdonly":b|=a.O_RDONLY;break;case"wronly":b|=a.O_WRONLY;break;case"append":b|=a.O_WRONLY|a.O_APPEND;break;case"create":b|=a.O_CREAT;break;case"truncate":b|=a.O_TRUNC;break;case"excl":b|=a.O_EXCL;break;case"binary":b|=a.O_BINARY;break;case"text":b|=a.O_TEXT;break;case"nonblock":b|=a.O_NONBLOCK;break}try{var
 d=this.fs.openSync(this.nm(f),b);return new
-bL(d)}catch(a){this.raise_nodejs_error(a,g)}};aL.prototype.rename=function(b,a,c){try{this.fs.renameSync(this.nm(b),this.nm(a))}catch(a){this.raise_nodejs_error(a,c)}};aL.prototype.stat=function(b,c){try{var
-a=this.fs.statSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aL.prototype.lstat=function(b,c){try{var
-a=this.fs.lstatSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aL.prototype.symlink=function(d,c,a,b){try{this.fs.symlinkSync(this.nm(c),this.nm(a),d?"dir":"file");return 0}catch(a){this.raise_nodejs_error(a,b)}};aL.prototype.readlink=function(b,c){try{var
-a=this.fs.readlinkSync(this.nm(b),lu);return b6(a)}catch(a){this.raise_nodejs_error(a,c)}};aL.prototype.raise_nodejs_error=function(a,d){var
-b=cL(g3);if(d&&b){var
+bO(d)}catch(a){this.raise_nodejs_error(a,g)}};aO.prototype.rename=function(b,a,c){try{this.fs.renameSync(this.nm(b),this.nm(a))}catch(a){this.raise_nodejs_error(a,c)}};aO.prototype.stat=function(b,c){try{var
+a=this.fs.statSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aO.prototype.lstat=function(b,c){try{var
+a=this.fs.lstatSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aO.prototype.symlink=function(d,c,a,b){try{this.fs.symlinkSync(this.nm(c),this.nm(a),d?"dir":"file");return 0}catch(a){this.raise_nodejs_error(a,b)}};aO.prototype.readlink=function(b,c){try{var
+a=this.fs.readlinkSync(this.nm(b),lP);return b8(a)}catch(a){this.raise_nodejs_error(a,c)}};aO.prototype.raise_nodejs_error=function(a,d){var
+b=cL(he);if(d&&b){var
 c=cN(a.code,a.syscall,a.path,a.errno);cM(b,c)}else
-ae(a.toString())};aL.prototype.stats_from_js=function(a){var
+af(a.toString())};aO.prototype.stats_from_js=function(a){var
 b;if(a.isFile())b=0;else
 if(a.isDirectory())b=1;else
 if(a.isCharacterDevice())b=2;else
 if(a.isBlockDevice())b=3;else
 if(a.isSymbolicLink())b=4;else
 if(a.isFIFO())b=5;else
-if(a.isSocket())b=6;return[0,a.dev,a.ino,b,a.mode,a.nlink,a.uid,a.gid,a.rdev,a.size,a.atimeMs,a.mtimeMs,a.ctimeMs]};aL.prototype.constructor=aL;function
-ms(b){var
-a=ho(b);if(!a)return;return a[0]+bI}var
-fo=ms(dS)||cJ("unable to compute caml_root"),dd=[];if(dX())dd.push({path:fo,device:new
-aL(fo)});else
-dd.push({path:fo,device:new
-aY(fo)});dd.push({path:lW,device:new
-aY(lW)});function
-mM(b){var
-g=Ah(b),b=g.join(bI),f=mE(b),c;for(var
-e=0;e<dd.length;e++){var
-a=dd[e];if(f.search(a.path)==0&&(!c||c.path.length<a.path.length))c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}if(!c&&dX()){var
-d=ms(b);if(d&&d.match(/^[a-zA-Z]:\/$/)){var
+if(a.isSocket())b=6;return[0,a.dev,a.ino,b,a.mode,a.nlink,a.uid,a.gid,a.rdev,a.size,a.atimeMs,a.mtimeMs,a.ctimeMs]};aO.prototype.constructor=aO;function
+mN(b){var
+a=hC(b);if(!a)return;return a[0]+bL}var
+fy=mN(dY)||cJ("unable to compute caml_root"),df=[];if(d3())df.push({path:fy,device:new
+aO(fy)});else
+df.push({path:fy,device:new
+a1(fy)});df.push({path:mf,device:new
+a1(mf)});function
+m6(b){var
+g=AL(b),b=g.join(bL),f=mZ(b),c;for(var
+e=0;e<df.length;e++){var
+a=df[e];if(f.search(a.path)==0&&(!c||c.path.length<a.path.length))c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}if(!c&&d3()){var
+d=mN(b);if(d&&d.match(/^[a-zA-Z]:\/$/)){var
 a={path:d,device:new
-aL(d)};dd.push(a);c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}}if(c)return c;ae("no device found for "+f)}function
-zV(c,b){var
-a=mM(c);if(!a.device.register)cJ("cannot register file");a.device.register(a.rest,b);return 0}function
-mK(b,a){var
-b=s(b),a=s(a);return zV(b,a)}function
-zZ(){var
+aO(d)};df.push(a);c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}}if(c)return c;af("no device found for "+f)}function
+An(c,b){var
+a=m6(c);if(!a.device.register)cJ("cannot register file");a.device.register(a.rest,b);return 0}function
+m4(b,a){var
+b=t(b),a=t(a);return An(b,a)}function
+Ar(){var
 b=Y.caml_fs_tmp;if(b)for(var
-a=0;a<b.length;a++)mK(b[a].name,b[a].content);Y.jsoo_create_file=mK;Y.caml_fs_tmp=[];return 0}function
-z1(a,c,k){if(!isFinite(a)){if(isNaN(a))return b6(g0);return b6(a>0?l_:"-infinity")}var
+a=0;a<b.length;a++)m4(b[a].name,b[a].content);Y.jsoo_create_file=m4;Y.caml_fs_tmp=[];return 0}function
+At(a,c,k){if(!isFinite(a)){if(isNaN(a))return b8(hb);return b8(a>0?mt:"-infinity")}var
 i=a==0&&1/a==-Infinity?1:a>=0?0:1;if(i)a=-a;var
 d=0;if(a==0);else
 if(a<1)while(a<1&&d>-1022){a*=2;d--}else
 while(a>=2){a/=2;d++}var
-j=d<0?V:c8,e=V;if(i)e=cE;else
+j=d<0?W:c_,e=W;if(i)e=cE;else
 switch(k){case
-43:e=c8;break;case
-32:e=bY;break;default:break}if(c>=0&&c<13){var
+43:e=c_;break;case
+32:e=b0;break;default:break}if(c>=0&&c<13){var
 g=Math.pow(2,c*4);a=Math.round(a*g)/g}var
 b=a.toString(16);if(c>=0){var
-h=b.indexOf(c_);if(h<0)b+=c_+dc(c,a8);else{var
-f=h+1+c;if(b.length<f)b+=dc(f-b.length,a8);else
-b=b.substr(0,f)}}return b6(e+lw+b+"p"+j+d.toString(10))}function
-z2(a){return(a&0x000000FF)<<24|(a&0x0000FF00)<<8|(a&0x00FF0000)>>>8|(a&0xFF000000)>>>24}function
-z4(b){var
-a=cK(b);return db([a[7],a[6],a[5],a[4],a[3],a[2],a[1],a[0]])}function
-z_(a){return+a.isZero()}function
-mu(a){return new
-Q(a&bZ,a>>24&bZ,a>>31&bJ)}function
-Ac(a){return a.toInt()}function
-z9(a){return+a.isNeg()}function
-Ab(a){return a.neg()}function
-z7(g,c){var
-a=hi(g);if(a.signedconv&&z9(c)){a.sign=-1;c=Ab(c)}var
-b=V,h=mu(a.base),f="0123456789abcdef";do{var
-e=c.udivmod(h);c=e.quotient;b=f.charAt(Ac(e.modulus))+b}while(!z_(c));if(a.prec>=0){a.filler=bY;var
-d=a.prec-b.length;if(d>0)b=dc(d,a8)+b}return hb(a,b)}function
-Aa(a,b){return a.mul(b)}function
+h=b.indexOf(da);if(h<0)b+=da+de(c,a_);else{var
+f=h+1+c;if(b.length<f)b+=de(f-b.length,a_);else
+b=b.substr(0,f)}}return b8(e+lR+b+"p"+j+d.toString(10))}function
+Au(a){return(a&0x000000FF)<<24|(a&0x0000FF00)<<8|(a&0x00FF0000)>>>8|(a&0xFF000000)>>>24}function
+Aw(b){var
+a=cK(b);return dd([a[7],a[6],a[5],a[4],a[3],a[2],a[1],a[0]])}function
+AC(a){return+a.isZero()}function
+mP(a){return new
+Q(a&b1,a>>24&b1,a>>31&bM)}function
+AG(a){return a.toInt()}function
+AB(a){return+a.isNeg()}function
+AF(a){return a.neg()}function
+Az(g,c){var
+a=hv(g);if(a.signedconv&&AB(c)){a.sign=-1;c=AF(c)}var
+b=W,h=mP(a.base),f="0123456789abcdef";do{var
+e=c.udivmod(h);c=e.quotient;b=f.charAt(AG(e.modulus))+b}while(!AC(c));if(a.prec>=0){a.filler=b0;var
+d=a.prec-b.length;if(d>0)b=de(d,a_)+b}return ho(a,b)}function
+AE(a,b){return a.mul(b)}function
 n(c){var
 b=0;for(var
 a=c.length-1;a>=0;a--){var
 d=c[a];b=[0,d,b]}return b}function
-mx(a,d){if(a<0)dR();var
+mS(a,d){if(a<0)dX();var
 a=a+1|0,b=new
 Array(a);b[0]=0;for(var
 c=1;c<a;c++)b[c]=d;return b}var
-b5=new
+b7=new
 Array();function
-Ai(c){var
-a=b5[c];if(!a.opened)ae("Cannot flush a closed channel");if(!a.buffer||a.buffer==V)return 0;if(a.fd&&as.fds[a.fd]&&as.fds[a.fd].output){var
-b=as.fds[a.fd].output;switch(b.length){case
-2:b(c,a.buffer);break;default:b(a.buffer)}}a.buffer=V;return 0}function
-mD(d,e){var
-a=b5[d],c=s(e),b=ao(c);a.file.write(a.offset,c,0,b);a.offset+=b;return 0}function
-Aw(a){var
-a=hm(a),b=Y;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stderr.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
+AM(c){var
+a=b7[c];if(!a.opened)af("Cannot flush a closed channel");if(!a.buffer||a.buffer==W)return 0;if(a.fd&&au.fds[a.fd]&&au.fds[a.fd].output){var
+b=au.fds[a.fd].output;switch(b.length){case
+2:b(c,a.buffer);break;default:b(a.buffer)}}a.buffer=W;return 0}function
+mY(d,e){var
+a=b7[d],c=t(e),b=ap(c);a.file.write(a.offset,c,0,b);a.offset+=b;return 0}function
+A0(a){var
+a=hz(a),b=Y;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stderr.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
 c=b.console;c&&c.error&&c.error(a)}}function
-Ax(a){var
-a=hm(a),b=Y;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stdout.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
+A1(a){var
+a=hz(a),b=Y;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stdout.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
 c=b.console;c&&c.log&&c.log(a)}}function
-fp(c,e,d,a){if(as.fds===undefined)as.fds=new
+fz(c,e,d,a){if(au.fds===undefined)au.fds=new
 Array();a=a?a:{};var
-b={};b.file=d;b.offset=a.append?d.length():0;b.flags=a;b.output=e;as.fds[c]=b;if(!as.fd_last_idx||c>as.fd_last_idx)as.fd_last_idx=c;return c}function
-AD(c,b,g){var
+b={};b.file=d;b.offset=a.append?d.length():0;b.flags=a;b.output=e;au.fds[c]=b;if(!au.fd_last_idx||c>au.fd_last_idx)au.fd_last_idx=c;return c}function
+A7(c,b,g){var
 a={};while(b){switch(b[1]){case
 0:a.rdonly=1;break;case
 1:a.wronly=1;break;case
@@ -681,59 +681,59 @@ a={};while(b){switch(b[1]){case
 5:a.excl=1;break;case
 6:a.binary=1;break;case
 7:a.text=1;break;case
-8:a.nonblock=1;break}b=b[2]}if(a.rdonly&&a.wronly)ae(cq(c)+lN);if(a.text&&a.binary)ae(cq(c)+lY);var
-d=mM(c),e=d.device.open(d.rest,a),f=as.fd_last_idx?as.fd_last_idx:0;return fp(f+1,mD,e,a)}fp(0,mD,new
-aK(aE(0)));fp(1,Ax,new
-aK(aE(0)));fp(2,Aw,new
-aK(aE(0)));function
-Aj(a){var
-c=as.fds[a];if(c.flags.wronly)ae(mb+a+" is writeonly");var
-d=null;if(a==0&&dX()){var
-e=require("fs");d=function(){return b6(e.readFileSync(0,lu))}}var
-b={file:c.file,offset:c.offset,fd:a,opened:true,out:false,refill:d};b5[b.fd]=b;return b.fd}function
-my(c){var
-b=as.fds[c];if(b.flags.rdonly)ae(mb+c+" is readonly");var
-a={file:b.file,offset:b.offset,fd:c,opened:true,out:true,buffer:V};b5[a.fd]=a;return a.fd}function
-Ak(){var
+8:a.nonblock=1;break}b=b[2]}if(a.rdonly&&a.wronly)af(cs(c)+l8);if(a.text&&a.binary)af(cs(c)+mh);var
+d=m6(c),e=d.device.open(d.rest,a),f=au.fd_last_idx?au.fd_last_idx:0;return fz(f+1,mY,e,a)}fz(0,mY,new
+aN(aH(0)));fz(1,A1,new
+aN(aH(0)));fz(2,A0,new
+aN(aH(0)));function
+AN(a){var
+c=au.fds[a];if(c.flags.wronly)af(mw+a+" is writeonly");var
+d=null;if(a==0&&d3()){var
+e=require("fs");d=function(){return b8(e.readFileSync(0,lP))}}var
+b={file:c.file,offset:c.offset,fd:a,opened:true,out:false,refill:d};b7[b.fd]=b;return b.fd}function
+mT(c){var
+b=au.fds[c];if(b.flags.rdonly)af(mw+c+" is readonly");var
+a={file:b.file,offset:b.offset,fd:c,opened:true,out:true,buffer:W};b7[a.fd]=a;return a.fd}function
+AO(){var
 b=0;for(var
-a=0;a<b5.length;a++)if(b5[a]&&b5[a].opened&&b5[a].out)b=[0,b5[a].fd,b];return b}function
-dV(a,b){return+(mm(a,b,false)!=0)}function
-br(b,c,a){if(a&&Y.toplevelReloc)b=Y.toplevelReloc(a);as[b+1]=c;if(a)as[a]=c}function
-Aq(a,b){mA[cq(a)]=b;return 0}function
-As(){aF(g7)}function
-a9(b,a){if(a>>>0>=ao(b))As();return dW(b,a)}function
-a4(a){return a}function
-At(){return 0x7FFFFFFF/4|0}function
-hl(a){var
+a=0;a<b7.length;a++)if(b7[a]&&b7[a].opened&&b7[a].out)b=[0,b7[a].fd,b];return b}function
+d1(a,b){return+(mH(a,b,false)!=0)}function
+br(b,c,a){if(a&&Y.toplevelReloc)b=Y.toplevelReloc(a);au[b+1]=c;if(a)au[a]=c}function
+AU(a,b){mV[cs(a)]=b;return 0}function
+AW(){aI(hi)}function
+a$(b,a){if(a>>>0>=ap(b))AW();return d2(b,a)}function
+a7(a){return a}function
+AX(){return 0x7FFFFFFF/4|0}function
+hy(a){var
 b=1;while(a&&a.joo_tramp){a=a.joo_tramp.apply(null,a.joo_args);b++}return a}function
-aN(b,a){return{joo_tramp:b,joo_args:a}}function
-mC(a){return a}function
-mF(a){if(a
+aQ(b,a){return{joo_tramp:b,joo_args:a}}function
+mX(a){return a}function
+m0(a){if(a
 instanceof
 Array)return a;if(Y.RangeError&&a
 instanceof
-Y.RangeError&&a.message&&a.message.match(/maximum call stack/i))return mC(as.Stack_overflow);if(Y.InternalError&&a
+Y.RangeError&&a.message&&a.message.match(/maximum call stack/i))return mX(au.Stack_overflow);if(Y.InternalError&&a
 instanceof
-Y.InternalError&&a.message&&a.message.match(/too much recursion/i))return mC(as.Stack_overflow);if(a
+Y.InternalError&&a.message&&a.message.match(/too much recursion/i))return mX(au.Stack_overflow);if(a
 instanceof
-Y.Error&&cL(lE))return[0,cL(lE),a];return[0,as.Failure,b6(String(a))]}function
-K(a,b){return a+b}function
-mG(a,b){return a<b?-1:a>b?1:0}function
+Y.Error&&cL(lZ))return[0,cL(lZ),a];return[0,au.Failure,b8(String(a))]}function
+M(a,b){return a+b}function
+hA(a,b){return a<b?-1:a>b?1:0}function
 w(a,b){return a===b?1:0}function
-O(a,b){return a<=b?1:0}function
-mH(b,a){return b<<BigInt(a)}function
-R(a,b){return a<b?1:0}function
-aS(a){return-a}function
-B(a,b){return a*b}function
-be(a){return BigInt(a)}function
-Av(b){Y.fairauditVerified=function(a){return cq(cI(b,[s(a)]))}}function
-hn(b,a){return b>>BigInt(a)}function
-ap(a,b){return a-b}function
-mI(a){return Number(a)}function
-mJ(a,b){return a/b}function
-Af(a){switch(a[2]){case-8:case-11:case-12:return 1;default:return 0}}function
-zX(b){var
-a=V;if(b[0]==0){a+=b[1][1];if(b.length==3&&b[2][0]==0&&Af(b[1]))var
+J(a,b){return a<=b?1:0}function
+m1(b,a){return b<<BigInt(a)}function
+T(a,b){return a<b?1:0}function
+aW(a){return-a}function
+C(a,b){return a*b}function
+aq(a){return BigInt(a)}function
+AZ(b){Y.fairauditVerified=function(a){return cs(cI(b,[t(a)]))}}function
+hB(b,a){return b>>BigInt(a)}function
+al(a,b){return a-b}function
+m2(a){return Number(a)}function
+m3(a,b){return a/b}function
+AJ(a){switch(a[2]){case-8:case-11:case-12:return 1;default:return 0}}function
+Ap(b){var
+a=W;if(b[0]==0){a+=b[1][1];if(b.length==3&&b[2][0]==0&&AJ(b[1]))var
 e=b[2],f=1;else
 var
 f=2,e=b;a+="(";for(var
@@ -742,267 +742,267 @@ c=e[d];if(typeof
 c=="number")a+=c.toString();else
 if(c
 instanceof
-bK)a+=fh+c.toString()+fh;else
+bN)a+=fr+c.toString()+fr;else
 if(typeof
-c=="string")a+=fh+c.toString()+fh;else
+c=="string")a+=fr+c.toString()+fr;else
 a+="_"}a+=")"}else
-if(b[0]==aX)a+=b[1];return a}function
-mq(a){if(a
+if(b[0]==a0)a+=b[1];return a}function
+mL(a){if(a
 instanceof
-Array&&(a[0]==0||a[0]==aX)){var
+Array&&(a[0]==0||a[0]==a0)){var
 c=cL("Printexc.handle_uncaught_exception");if(c)c(a,false);else{var
-d=zX(a),b=cL(lt);if(b)b(0);Y.console.error("Fatal error: exception "+d+"\n")}}else
+d=Ap(a),b=cL(lO);if(b)b(0);Y.console.error("Fatal error: exception "+d+"\n")}}else
 throw a}function
-Ar(){var
-a=Y;if(a.process&&a.process.on)a.process.on("uncaughtException",function(b,c){mq(b);a.process.exit(2)});else
-if(a.addEventListener)a.addEventListener("error",function(a){if(a.error)mq(a.error)})}Ar();function
+AV(){var
+a=Y;if(a.process&&a.process.on)a.process.on("uncaughtException",function(b,c){mL(b);a.process.exit(2)});else
+if(a.addEventListener)a.addEventListener("error",function(a){if(a.error)mL(a.error)})}AV();function
 A(a,b){return a.length==1?a(b):cI(a,[b])}function
-aJ(a,b,c){return a.length==2?a(b,c):cI(a,[b,c])}function
-zJ(a,b,c,d){return a.length==3?a(b,c,d):cI(a,[b,c,d])}zZ();var
-hr=[aX,s(l$),-1],ht=[aX,s(lA),-2],hq=[aX,s(gW),-3],hp=[aX,s(lR),-4],hs=[aX,s(lX),-9],at=[aX,s(l6),-11],zo=[0,[0,[0,[0,0]]]],zp=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],zq=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zp]]]]]]]]]]],zr=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zq]]]]]]]]]]],zs=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zr]]]]]]]]]]],zt=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zs]]]]]]]]]]],zu=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]]],zv=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zu]]]]]]]]]]],zw=[0,0],zx=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],zy=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zx]]]]]]]]]]],zz=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zy]]]]]]]]]]],zA=[0,[0,[0,[0,[0,0]]]]],zB=[0,[0,[0,[0,[0,0]]]]],zC=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],zD=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],dr=n([[0,48,[0,[0,[0,0,0],0],0]],[0,49,[0,[0,[0,0,0],0],1]],[0,50,[0,[0,[0,0,0],1],0]],[0,51,[0,[0,[0,0,0],1],1]],[0,52,[0,[0,[0,0,1],0],0]],[0,53,[0,[0,[0,0,1],0],1]],[0,54,[0,[0,[0,0,1],1],0]],[0,55,[0,[0,[0,0,1],1],1]],[0,56,[0,[0,[0,1,0],0],0]],[0,57,[0,[0,[0,1,0],0],1]],[0,97,[0,[0,[0,1,0],1],0]],[0,98,[0,[0,[0,1,0],1],1]],[0,99,[0,[0,[0,1,1],0],0]],[0,o,[0,[0,[0,1,1],0],1]],[0,a,[0,[0,[0,1,1],1],0]],[0,y,[0,[0,[0,1,1],1],1]],[0,65,[0,[0,[0,1,0],1],0]],[0,66,[0,[0,[0,1,0],1],1]],[0,67,[0,[0,[0,1,1],0],0]],[0,68,[0,[0,[0,1,1],0],1]],[0,69,[0,[0,[0,1,1],1],0]],[0,70,[0,[0,[0,1,1],1],1]]]),fL=[0,[0,[0,0,0],0],0],zE=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],zF=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zE]]]]]]]]]]],zG=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zF]]]]]]]]]]],zH=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zG]]]]]]]]]]],zI=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zH]]]]]]]]]]];br(11,[aX,s(ls),-12],ls);br(10,at,l6);br(9,[aX,s(lP),-10],lP);br(8,hs,lX);br(7,[aX,s(lJ),-8],lJ);br(6,[aX,s(lU),-7],lU);br(5,[aX,s(l1),-6],l1);br(4,[aX,s(lD),-5],lD);br(3,hp,lR);br(2,hq,gW);br(1,ht,lA);br(0,hr,l$);var
-mO=s(lS),mP=s("false"),mS=s("\\\\"),mT=s("\\'"),mU=s("\\b"),mV=s("\\t"),mW=s("\\n"),mX=s("\\r"),mR=s("Char.chr"),m0=s("String.blit / Bytes.blit_string"),mZ=s("Bytes.blit"),mY=s("String.sub / Bytes.sub"),m2=s(V),m1=s("String.concat"),m3=s("Array.blit"),m6=s("Buffer.add: cannot grow buffer"),m5=[0,s(lZ),93,2],m4=[0,s(lZ),94,2],nd=s("%c"),ne=s("%s"),nf=s(lr),ng=s(lI),nh=s(lQ),ni=s(lv),nj=s("%f"),nk=s("%B"),nl=s("%{"),nm=s("%}"),nn=s("%("),no=s("%)"),np=s("%a"),nq=s("%t"),nr=s("%?"),ns=s("%r"),nt=s("%_r"),nu=[0,s(aD),850,23],nF=[0,s(aD),814,21],nx=[0,s(aD),815,21],nG=[0,s(aD),818,21],ny=[0,s(aD),819,21],nH=[0,s(aD),822,19],nz=[0,s(aD),823,19],nI=[0,s(aD),826,22],nA=[0,s(aD),827,22],nJ=[0,s(aD),831,30],nB=[0,s(aD),832,30],nD=[0,s(aD),836,26],nv=[0,s(aD),837,26],nE=[0,s(aD),846,28],nw=[0,s(aD),847,28],nC=[0,s(aD),851,23],oM=s(lO),oK=[0,s(aD),1558,4],oL=s("Printf: bad conversion %["),oN=[0,s(aD),1626,39],oO=[0,s(aD),1649,31],oP=[0,s(aD),1650,31],oQ=s("Printf: bad conversion %_"),oR=s("@{"),oS=s("@["),oI=s(g0),oG=s("neg_infinity"),oH=s(l_),oF=s(c_),oA=[0,C],oo=s("%+nd"),op=s("% nd"),or=s("%+ni"),os=s("% ni"),ot=s("%nx"),ou=s("%#nx"),ov=s("%nX"),ow=s("%#nX"),ox=s("%no"),oy=s("%#no"),on=s("%nd"),oq=s(lQ),oz=s("%nu"),ob=s("%+ld"),oc=s("% ld"),oe=s("%+li"),of=s("% li"),og=s("%lx"),oh=s("%#lx"),oi=s("%lX"),oj=s("%#lX"),ok=s("%lo"),ol=s("%#lo"),oa=s("%ld"),od=s(lI),om=s("%lu"),n0=s("%+Ld"),n1=s("% Ld"),n3=s("%+Li"),n4=s("% Li"),n5=s("%Lx"),n6=s("%#Lx"),n7=s("%LX"),n8=s("%#LX"),n9=s("%Lo"),n_=s("%#Lo"),nZ=s("%Ld"),n2=s(lv),n$=s("%Lu"),nN=s("%+d"),nO=s("% d"),nQ=s("%+i"),nR=s("% i"),nS=s("%x"),nT=s("%#x"),nU=s("%X"),nV=s("%#X"),nW=s("%o"),nX=s("%#o"),nM=s(l0),nP=s(lr),nY=s(lO),m7=s("@]"),m8=s("@}"),m9=s("@?"),m_=s("@\n"),m$=s("@."),na=s("@@"),nb=s("@%"),nc=s("@"),nK=s("CamlinternalFormat.Type_mismatch"),oW=dU(8,0,0),oX=[0,1779033703,-1150833019,1013904242,-1521486534,1359893119,-1694144372,528734635,1541459225],oY=[0,[5,6,[0,2,8],0,0],s("%08lx")],oZ=s(V),oT=[0,1116352408,1899447441,-1245643825,-373957723,961987163,1508970993,-1841331548,-1424204075,-670586216,310598401,607225278,1426881987,1925078388,-2132889090,-1680079193,-1046744716,-459576895,-272742522,264347078,604807628,770255983,1249150122,1555081692,1996064986,-1740746414,-1473132947,-1341970488,-1084653625,-958395405,-710438585,113926993,338241895,666307205,773529912,1294757372,1396182291,1695183700,1986661051,-2117940946,-1838011259,-1564481375,-1474664885,-1035236496,-949202525,-778901479,-694614492,-200395387,275423344,430227734,506948616,659060556,883997877,958139571,1322822218,1537002063,1747873779,1955562222,2024104815,-2067236844,-1933114872,-1866530822,-1538233109,-1090935817,-965641998],o3=[0,0],o4=[0,0],pC=[0,f,[0,l,[0,j,[0,j,0]]]],pD=[0,b,[0,h,[0,l,[0,a,0]]]],pE=[0,y,[0,97,[0,j,[0,c,[0,a,0]]]]],pR=n([d,c,32,f,e,b,32,e,f,a,32,e,y,32,b,m,e,c,a,32,b,m,97,b,32,b,m,a,h,a,32,97,h,a]),p1=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zo]]]]]]]]]]],qv=[0,1],qw=[0,2],qF=[0,0,0],uJ=[0,[7,0],0],vm=[0,[7,0],0],vs=[0,0],wS=[0,0,0],xq=[0,0,0],xs=[0,[7,0],0],xr=n([c,l,98,an,a,99,b,46,o,a,99,j,97,h,a,o,46,98,L,95,99,e,f,b,a,ag,b]),yb=n([m,97,c,32,97,32,j,97,c,b,32,j,d,f,a,32,b,m,97,b,32,o,e,a,c,32,f,e,b,32,a,f,o]),za=n([97,32,99,j,97,d,p,32,j,d,c,b,c,32,97,c,c,l,p,v,b,d,e,f,c,32,b,m,97,b,32,d,b,32,o,e,a,c,32,f,e,b,32,h,a,c,b,32,e,f]),zb=n([b,m,a,32,b,97,98,j,a,32,d,c,32,f,e,b,32,97,c,32,b,m,a,32,y,e,h,p,97,b,32,o,a,p,97,f,o,c]),y_=[0,v,[0,e,[0,j,[0,d,[0,99,[0,L,0]]]]]],y$=n([y,97,d,h,97,l,o,d,b,45,99,a,h,b,d,y,d,99,97,b,a,47,49]),yT=[7,0],yS=[0,0,0],y6=[0,0,0],y7=n([b,m,a,32,97,c,c,l,p,v,b,d,e,f,c,32,e,y,32,b,m,a,32,99,j,97,d,p,c]),y5=[7,0],y3=[0,0,0],y4=n([c,l,98,an,a,99,b,46,c,v,a,j,j,d,f,C,c]),yU=[0,c,[0,l,[0,98,[0,an,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],yV=n([b,m,a,32,b,97,98,j,a,32,y,d,j,a]),yW=n([c,l,98,an,a,99,b,46,99,e,j,l,p,f,c]),yX=n([c,l,98,an,a,99,b,46,v,e,v,l,j,97,b,d,e,f]),yY=n([c,l,98,an,a,99,b,46,aA,d,f,o]),yZ=n([c,l,98,an,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),y0=n([c,l,98,an,a,99,b,46,b,97,98,j,a,46,c,m,97,50,53,54]),y1=n([b,m,a,32,b,97,98,j,a,32,C,d,z,a,c,32,o,h,97,D,c,32,y,e,h,32,c,e,p,a,32,h,e,D,c,32,e,y,32,b,m,a,32,v,e,j,d,99,L,32,e,f,j,L]),y2=n([b,m,a,32,h,e,D,c,32,e,y,32,b,m,a,32,v,e,j,d,99,L,32,97,h,a,32,f,e,b,32,d,f,32,e,h,o,a,h]),yR=n([b,m,a,32,b,97,98,j,a,32,j,97,99,aA,c,32,97,32,h,e,D,32,e,y,32,b,m,a,32,v,e,j,d,99,L,32,y,e,h,32,D,m,97,b,32,b,m,a,32,y,d,j,b,a,h,c,32,99,97,f,32,h,a,j,a,97,c,a]),y8=n([b,m,a,32,b,97,98,j,a,32,d,c,32,a,p,v,b,L]),y9=[0,0],yQ=[0,[7,0],0],yJ=[0,[7,0],0],yK=[0,[0,[7,0],0]],yt=[7,0],ys=[0,0,0],yI=[7,0],yu=[0,0,0],yv=n([b,m,a,32,l,b,d,j,d,b,L,32,d,c,32,d,f,32,c,l,98,an,a,99,b,46,99,j,97,c,c]),yG=[0,0,0],yH=n([c,l,98,an,a,99,b,46,c,v,a,j,j,d,f,C,c]),yw=[0,c,[0,l,[0,98,[0,an,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],yx=n([b,m,a,32,b,97,98,j,a,32,y,d,j,a]),yy=n([c,l,98,an,a,99,b,46,99,e,j,l,p,f,c]),yz=n([c,l,98,an,a,99,b,46,v,e,v,l,j,97,b,d,e,f]),yA=n([c,l,98,an,a,99,b,46,aA,d,f,o]),yB=n([c,l,98,an,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),yC=n([c,l,98,an,a,99,b,46,b,97,98,j,a,46,c,m,97,50,53,54]),yD=n([m,97,c,32,l,b,d,j,d,b,d,a,c,32,98,a,j,e,D,32,48,44,32,e,y,32,D,m,d,99,m,32,o,d,y,y,a,h,a,f,99,a,c,32,m,97,z,a,32,b,e,32,98,a,32,c,b,97,b,a,o]),yE=n([m,97,c,32,d,f,b,a,h,z,97,j,c,44,32,D,m,d,99,m,32,97,h,a,32,f,e,b,32,y,e,h,32,v,h,e,98,97,98,d,j,d,b,d,a,c]),yF=n([m,97,c,32,d,f,b,a,h,z,97,j,c,44,32,D,m,d,99,m,32,o,e,32,f,e,b,32,C,e,32,D,d,b,m,32,97,32,99,j,97,c,c,32,e,y,32,l,b,d,j,d,b,d,a,c]),yL=[0,0],yM=[0,0],yN=[0,0],yO=n([b,m,a,32,b,97,98,j,a,32,d,c,32,a,p,v,b,L]),yP=[0,0],yo=[0,0,0],ym=[0,0,0],yn=[0,0,0],yp=[0,0,0],yq=[0,0,0],yr=[0,0,0],yk=[0,0],yi=[0,0,0],yh=[0,p,[0,a,[0,b,[0,h,[0,d,[0,99,[0,c,[0,46,0]]]]]]]],yf=n([c,l,98,an,a,99,b,46,l,b,d,j,d,b,L,46]),yg=n([98,l,h,o,a,f,32,p,l,c,b,32,98,a,32,b,h,l,a,32,D,m,a,h,a,32,d,b,32,d,c,32,c,b,97,b,a,o]),ye=[0,0],yd=n([b,m,a,32,b,97,98,j,a,32,d,c,32,f,e,b,32,b,m,a,32,99,97,f,e,f,d,99,97,j,32,b,a,ag,b,32,e,y,32,d,b,c,32,z,97,j,l,a,c]),yc=n([d,c,32,f,e,b,32,74,83,79,78,32,97,c,32,b,m,a,32,y,e,h,p,97,b,32,m,97,c,32,d,b]),x8=n([32,40,o,a,99,j,97,h,a,o,41]),x9=n([44,32,97,f,o,32,y,e,h,32,b,m,a,32,c,97,p,a,32,o,a,99,d,c,d,e,f,32,97,f,o,32,99,e,f,b,a,ag,b,32,b,m,a,32,l,b,d,j,d,b,d,a,c,32,e,y,32,b,D,e,32,C,h,e,l,v,c,32,o,d,y,y,a,h,32,98,L,32,97,b,32,p,e,c,b,32]),x_=[0,32,[0,97,[0,f,[0,o,[0,32,0]]]]],x$=n([a,z,a,h,L,32,l,b,d,j,d,b,L,32,d,c,32,98,a,b,D,a,a,f,32]),x6=n([32,98,a,m,d,f,o,32,b,m,a,32,y,d,j,b,a,h,32,40,o,a,99,j,97,h,a,o,41]),x7=n([a,z,a,h,L,32,99,e,p,v,97,h,a,o,32,C,h,e,l,v,39,c,32,a,ag,v,a,99,b,a,o,32,l,b,d,j,d,b,L,32,d,c,32,97,b,32,j,a,97,c,b,32]),xX=[0,[7,0],0],xS=[0,1],x2=[0,0],xT=[0,[0,0,0]],xU=[0,[0,0,0]],xV=[0,[0,0,0]],x0=[0,[0,0,0]],xW=n([j,e,99,97,j,95,h,97,b,d,e,95,c,l,v,h,a,p,l,p]),xY=[0,[0,0,0]],xZ=[0,[0,0,0]],x1=[0,[0,0,0]],xQ=n([p,l,c,b,32,98,a,32,97,f,32,e,98,an,a,99,b,32,e,h,32,f,l,j,j]),xP=[0,[0,0]],xR=n([p,l,c,b,32,98,a,32,97,f,32,e,98,an,a,99,b,32,e,h,32,f,l,j,j]),xO=[0,[7,0],0],xE=[0,y,[0,j,[0,e,[0,e,[0,h,0]]]]],xF=[0,84,[0,51,0]],xG=[0,84,[0,49,0]],xH=[0,84,[0,49,[0,45,[0,v,[0,97,[0,v,[0,a,[0,h,0]]]]]]]],xI=[0,84,[0,52,0]],xJ=[0,84,[0,50,0]],xK=[7,0],xL=[0,84,[0,49,[0,50,0]]],xM=[0,84,[0,51,0]],xN=[0,84,[0,56,0]],xB=n([p,l,c,b,32,m,97,z,a,32,p,l,j,b,d,v,j,d,a,h,c]),xt=[0,0,0],xu=n([c,l,98,an,a,99,b,46,o,a,99,j,97,h,a,o,46,C,j,e,98,97,j,95,b,97,l]),xp=n([c,l,98,an,a,99,b,46,o,a,99,j,97,h,a,o,46]),xj=n([c,l,98,an,a,99,b,46,v,h,d,z,97,99,L,46]),xk=n([46,97,b,b,h,d,98,l,b,a,c]),xl=n([46,a,ag,v,95,a,v,c,d,j,e,f]),xm=[0,[7,0],0],xn=[0,[7,0],0],xo=[0,[7,1],0],w_=[0,[0,0]],w9=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zt]]]]]]]]]]],w6=n([j,d,c,b,c,32,97,32,99,e,f,b,a,ag,b,32,b,D,d,99,a]),w7=n([p,l,c,b,32,f,e,b,32,98,a,32,a,p,v,b,L]),w5=n([m,97,c,32,97,32,o,h,d,y,b,32,e,y,32,p,e,h,a,32,b,m,97,f,32,49]),w8=[0,0],w4=n([p,l,c,b,32,m,97,z,a,32,C,97,p,p,97,44,32,p,32,e,h,32,b,97,l]),w3=[0,0],w2=n([o,e,a,c,32,f,e,b,32,j,d,c,b,32,a,z,a,h,L,32,b,h,l,a,32,99,a,j,j,44,32,e,h,32,c,e,p,a,32,b,m,97,b,32,97,h,a,32,f,e,b,32,f,a,a,o,a,o]),w1=n([d,c,32,f,e,b,32,b,m,a,32,f,a,ag,b,32,b,h,l,a,32,99,a,j,j]),wY=[0,1],wZ=n([m,97,c,32,o,h,97,D,c,32,b,m,97,b,32,o,e,32,f,e,b,32,y,d,b,32,d,b,c,32,D,a,d,C,m,b,c]),wW=n([m,97,c,32,D,a,d,C,m,b,c,32,b,m,97,b,32,o,e,32,f,e,b,32,c,l,p,32,b,e,32,49]),wX=n([d,c,32,e,l,b,32,e,y,32,h,97,f,C,a]),w0=[0,0],wU=n([p,l,c,b,32,m,97,z,a,32,h,a,j,a,97,c,a,c,32,y,h,e,p,32,50,32,b,e,32,49,48,48,48,48]),wT=n([m,97,c,32,y,a,D,a,h,32,b,m,97,f,32,b,D,e,32,b,h,l,a,32,C,h,e,l,v,c]),wR=n([p,l,c,b,32,m,97,z,a,32,y,97,99,b,e,h,c,32,b,m,97,b,32,99,e,z,a,h,32,b,m,a,32,99,e,j,l,p,f,c,32,b,e,C,a,b,m,a,h]),wN=n([m,97,c,32,v,h,e,98,97,98,d,j,d,b,d,a,c,32,b,m,97,b,32,o,e,32,f,e,b,32,c,l,p,32,b,e,32,49]),wO=n([p,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),wP=n([p,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),wQ=n([p,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),wL=n([v,h,e,98,97,98,d,j,d,b,d,a,c]),wx=[0,0,0],ww=[0,46,0],wy=[0,0,0],wz=[0,0,0],wn=n([D,m,97,b,a,z,a,h,32,99,e,l,j,o,32,m,97,z,a,32,98,a,a,f,32,o,h,97,D,f,32,m,97,c,32,97,32,l,b,d,j,d,b,L,32,98,a,b,D,a,a,f,32,48,32,97,f,o,32]),wa=n([p,l,c,b,32,m,97,z,a,32,97,32,99,e,f,y,d,o,a,f,99,a,32,98,a,b,D,a,a,f,32,48,32,97,f,o,32,49]),wb=[0,m,[0,97,[0,c,[0,32,[0,j,[0,d,[0,p,[0,d,[0,b,[0,c,0]]]]]]]]]],wc=[0,98,[0,e,[0,ag,0]]],wd=[0,a,[0,97,[0,99,[0,m,0]]]],we=[0,b,[0,e,[0,C,[0,a,[0,b,[0,m,[0,a,[0,h,0]]]]]]]],v4=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),v5=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,z,a]),v6=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),v7=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),v8=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vZ=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),v0=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,z,a]),v1=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),v2=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),v3=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vU=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vV=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,z,a]),vW=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vX=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vY=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vP=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vQ=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,z,a]),vR=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vS=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vT=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vK=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vL=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,z,a]),vM=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vN=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vO=n([p,l,c,b,32,m,97,z,a,32,51,32,a,f,b,h,d,a,c]),vJ=[0,0],vn=[0,0,0],vo=[0,[7,0],0],vp=[0,[7,0],0],vq=[0,f,[0,e,[0,f,[0,a,0]]]],vr=[0,[0,0]],u_=[0,58,[0,32,0]],u$=[0,44,[0,32,[0,j,[0,d,[0,p,[0,d,[0,b,[0,32,0]]]]]]]],va=[0,32,0],vb=[0,58,[0,32,0]],vc=[0,b,[0,97,[0,h,[0,C,[0,a,[0,b,[0,c,0]]]]]]],vd=[0,b,[0,m,[0,d,[0,c,[0,32,[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]]]]]]],ve=[0,0,0],vh=[0,[7,0],0],vi=[0,[7,0],0],vj=[0,[7,0],0],vk=[0,[7,0],0],vf=n([m,97,c,32,97,32,aA,a,L,32,b,m,97,b,32,C,e,a,c,32,D,d,b,m,32,e,b,m,a,h,32,b,97,h,C,a,b,c]),vg=n([b,m,a,32,j,d,p,d,b,32,e,y,32,97,32,h,97,b,d,e,32,p,l,c,b,32,98,a,32,97,b,32,j,a,97,c,b,32,49]),vl=[0,o,[0,d,[0,y,[0,y,[0,a,[0,h,[0,a,[0,f,[0,99,[0,a,0]]]]]]]]]],u6=[0,[7,0],0],u7=[0,[7,0],0],u8=[0,[7,0],0],u9=[0,[7,0],0],u5=n([v,e,v,l,j,97,b,d,e,f,32,97,b,32,99,e,f,y,d,o,a,f,99,a,32]),uI=[7,0],uH=[7,0],uC=[0,32,[0,98,[0,L,[0,32,0]]]],uD=[0,32,0],uE=[0,32,0],uF=[0,58,[0,32,0]],uG=[0,99,[0,j,[0,97,[0,d,[0,p,[0,c,0]]]]]],uB=[0,0],uv=n([C,j,e,98,97,j,95,h,97,b,d,e,95,c,l,v,h,a,p,l,p]),uw=n([j,e,99,97,j,95,h,97,b,d,e,95,c,l,v,h,a,p,l,p]),ux=[0,0,3],uy=n([o,a,p,e,C,h,97,v,m,d,99,95,v,97,h,d,b,L]),uz=[0,1,2],uA=n([a,b0,l,97,j,d,cF,a,o,95,e,o,o,c]),t4=[1,1],t5=n([a,b0,l,97,j,d,cF,a,o,95,e,o,o,c,95,b,h,l,a,95,j,97,98,a,j,95,e,z,a,h,97,j,j]),t6=[0,1],t7=n([a,b0,l,97,j,95,e,v,v,e,h,b,l,f,d,b,L,95,e,z,a,h,97,j,j]),t8=[1,0],t9=n([a,b0,l,97,j,d,cF,a,o,95,e,o,o,c,95,b,h,l,a,95,j,97,98,a,j]),t_=[0,0],t$=n([a,b0,l,97,j,95,e,v,v,e,h,b,l,f,d,b,L]),tQ=[0,0],tR=[0,1],tS=[0,0],tT=n([m,97,c,32,e,b,m,a,h,32,aA,a,L,c,32,b,m,97,f,32,d,b,32,p,97,L,32,m,97,z,a]),ts=n([p,l,c,b,32,m,97,z,a,32,b,D,a,j,z,a,32,o,a,99,d,p,97,j,c]),tq=[0,48,0],tp=[0,0],tn=[0,0,1,0,1,0,0],to=[0,0,0,0,1,0,0],tg=n([p,l,c,b,32,m,97,z,a,32,50,32,a,f,b,h,d,a,c]),th=n([p,l,c,b,32,m,97,z,a,32,50,32,a,f,b,h,d,a,c]),ti=n([p,l,c,b,32,m,97,z,a,32,50,32,a,f,b,h,d,a,c]),te=[0,93,0],tf=[0,91,0],ss=[0,[0,0]],sq=[0,0],so=n([v,97,d,h,c,32,p,l,c,b,32,d,f,99,h,a,97,c,a]),sp=[0,0],sm=n([f,l,p,98,a,h,c,32,p,l,c,b,32,d,f,99,h,a,97,c,a]),si=n([p,l,c,b,32,98,a,32,v,e,c,d,b,d,z,a]),sh=n([p,l,c,b,32,m,97,z,a,32,50,32,a,f,b,h,d,a,c]),sj=n([p,l,c,b,32,m,97,z,a,32,50,32,a,f,b,h,d,a,c]),sk=n([p,l,c,b,32,m,97,z,a,32,50,32,a,f,b,h,d,a,c]),sb=[0,0],sc=n([y,a,97,b,l,h,a,c,32,o,d,y,y,a,h,32,98,a,b,D,a,a,f,32,C,h,e,l,v,c,44,32,98,l,b,32,b,m,a,32,99,j,97,c,c,32,d,c,32,98,j,d,f,o]),sd=n([y,a,97,b,l,h,a,c,32,p,l,c,b,32,m,97,z,a,32,e,f,a,32,j,d,c,b,32,y,e,h,32,a,97,99,m,32,99,a,j,j,32,97,f,o,32,o,a,99,d,c,d,e,f]),sf=[0,0],se=n([97,32,99,e,f,c,b,h,97,d,f,b,32,f,97,p,a,c,32,D,m,97,b,32,b,m,a,32,b,97,98,j,a,32,o,e,a,c,32,f,e,b,32,m,97,z,a]),r7=n([b,m,a,32,p,a,b,h,d,99,32,p,l,c,b,32,m,97,z,a,32,97,32,h,e,D,32,y,e,h,32,a,97,99,m,32,C,h,e,l,v]),r8=n([97,32,98,j,d,f,o,32,99,j,97,c,c,32,m,97,c,32,f,e,32,76,d,v,c,99,m,d,b,cF,32,99,e,f,c,b,97,f,b]),r9=n([b,97,l,32,p,l,c,b,32,98,a,32,97,b,32,p,e,c,b,32,C,97,p,p,97]),r_=n([C,97,p,p,97,32,p,l,c,b,32,98,a,32,v,e,c,d,b,d,z,a,32,97,f,o,32,97,b,32,j,a,97,c,b,32,p]),r$=[0,97,[0,j,[0,j,0]]],sa=[0,v,[0,97,[0,d,[0,h,0]]]],r3=n([p,l,c,b,32,m,97,z,a,32,50,32,a,f,b,h,d,a,c]),r4=n([f,97,p,a,c,32,97,32,o,a,99,d,c,d,e,f,32,b,m,97,b,32,b,m,a,32,b,97,98,j,a,32,o,e,a,c,32,f,e,b,32,m,97,z,a]),r5=n([p,l,c,b,32,m,97,z,a,32,50,32,a,f,b,h,d,a,c]),r6=n([p,l,c,b,32,m,97,z,a,32,50,32,a,f,b,h,d,a,c]),r2=n([m,97,c,32,97,32,j,e,D,a,h,32,a,f,o,32,97,98,e,z,a,32,b,m,a,32,l,v,v,a,h,32,a,f,o]),rW=n([f,97,p,a,c,32,97,32,C,h,e,l,v,44,32,98,l,b,32,b,m,a,32,99,j,97,c,c,32,d,c,32,98,j,d,f,o]),rV=n([p,l,c,b,32,m,97,z,a,32,52,32,a,f,b,h,d,a,c]),rX=n([p,l,c,b,32,m,97,z,a,32,52,32,a,f,b,h,d,a,c]),rY=n([p,l,c,b,32,m,97,z,a,32,52,32,a,f,b,h,d,a,c]),rZ=n([p,l,c,b,32,m,97,z,a,32,52,32,a,f,b,h,d,a,c]),r0=n([p,l,c,b,32,m,97,z,a,32,52,32,a,f,b,h,d,a,c]),rU=n([d,c,32,f,e,b,32,97,32,p,a,b,h,d,99]),rs=n([v,e,c,d,b,d,z,a,32,o,a,99,d,c,d,e,f,c,32,97,h,a,32,f,e,b,32,d,f,32,b,m,a,32,e,h,o,a,h,32,e,y,32,b,m,a,32,o,a,99,d,c,d,e,f,c]),rt=[0,0],rq=n([m,97,c,32,f,e,32,o,a,99,d,c,d,e,f,c,32,e,y,32,l,f,aA,f,e,D,f,32,C,h,e,l,v]),rr=n([m,97,c,32,97,32,99,a,j,j,32,97,y,b,a,h,32,b,m,a,32,o,a,99,d,c,d,e,f,c,32,e,y,32,l,f,aA,f,e,D,f,32,C,h,e,l,v]),ro=[0,0],rp=[0,0],re=[0,0],rg=[0,1],rh=n([o,a,99,d,c,d,e,f,c,32,e,y,32,l,f,aA,f,e,D,f,32,C,h,e,l,v,32,o,e,32,f,e,b,32,C,e,32,D,d,b,m,32,b,m,97,b]),ri=n([p,l,c,b,32,98,a,32,b,h,l,a,32,D,m,a,h,a,32,d,b,32,d,c,32,c,b,97,b,a,o]),rf=n([p,l,c,b,32,98,a,32,b,h,l,a,32,D,m,a,h,a,32,d,b,32,d,c,32,c,b,97,b,a,o]),rj=[0,0],rk=[0,0],rl=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zv]]]]]]]]]]],rm=[0,0],rn=n([y,97,d,h,97,l,o,d,b,45,b,97,98,j,a,47,49]),q_=n([e,f,j,L,32,99,e,l,f,b,c,32,m,97,z,a,32,b,h,l,a,32,j,97,98,a,j,c]),q$=[0,a,[0,b0,[0,l,[0,97,[0,j,0]]]]],ra=[0,D,[0,a,[0,d,[0,C,[0,m,[0,b,[0,c,0]]]]]]],rb=[0,99,[0,e,[0,l,[0,f,[0,b,[0,c,0]]]]]],rc=n([v,h,e,98,97,98,d,j,d,b,d,a,c]),rd=[0,99,[0,e,[0,l,[0,f,[0,b,[0,c,0]]]]]],q7=n([f,97,p,a,c,32,97,32,99,e,j,l,p,f,32,b,D,d,99,a]),q8=n([p,l,c,b,32,f,97,p,a,32,97,b,32,j,a,97,c,b,32,e,f,a,32,99,e,j,l,p,f,32,e,y,32,C,h,e,l,v,c]),q9=[0,0],qJ=[0,0],qK=[0,0],qL=[0,0],qG=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zw]]]]]]]]]]],qD=[0,0],qC=[0,1],qB=[0,0],qE=[0,0],qA=[0,0],qx=[0,1],qy=[0,1],qz=[0,2],qm=[0,1],qn=[0,3],qo=[0,2],qp=[0,0],qj=[0,[0,0],[0,[0,1],[0,[1,0],[0,[1,1],0]]]],qk=[0,0,[0,1,[0,2,[0,3,[0,4,[0,5,[0,6,[0,7,0]]]]]]]],qg=[0,0,0],p_=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zz]]]]]]]]]]],p9=[0,0],p8=n([p,l,c,b,32,98,a,32,97,32,h,97,b,d,e,f,97,j,44,32,97,32,c,b,h,d,f,C]),p6=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,z,a]),p5=n([p,l,c,b,32,98,a,32,97,32,h,97,b,d,e,f,97,j,32,d,f,32,j,e,D,a,c,b,32,b,a,h,p,c]),p4=n([p,l,c,b,32,98,a,32,97,32,h,97,b,d,e,f,97,j,44,32,97,32,c,b,h,d,f,C]),p2=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zA]]]]]]]]]]],p3=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zB]]]]]]]]]]],pY=n([p,l,c,b,32,98,a,32,m,a,ag,97,o,a,99,d,p,97,j,32,o,d,C,d,b,c]),pW=n([j,d,c,b,c,32,c,e,p,a,b,m,d,f,C,32,b,D,d,99,a]),pX=n([p,l,c,b,32,f,e,b,32,98,a,32,a,p,v,b,L]),pU=n([j,d,c,b,c,32,c,e,p,a,b,m,d,f,C,32,b,D,d,99,a]),pV=n([p,l,c,b,32,f,e,b,32,98,a,32,a,p,v,b,L]),pT=[0,44,[0,44,0]],pS=[0,44,[0,46,0]],pQ=n([p,l,c,b,32,98,a,32,b,h,l,a,32,e,h,32,y,97,j,c,a]),pP=n([d,c,32,e,l,b,32,e,y,32,h,97,f,C,a]),pO=n([p,l,c,b,32,98,a,32,97,f,32,d,f,b,a,C,a,h]),pN=n([m,e,j,o,c,32,97,32,j,e,f,a,32,c,l,h,h,e,C,97,b,a]),pM=n([p,l,c,b,32,98,a,32,97,32,c,b,h,d,f,C]),pL=n([m,97,c,32,97,f,e,b,m,a,h,32,j,a,f,C,b,m]),pK=n([j,97,99,aA,c,32,97,32,aA,a,L]),pI=n([m,97,c,32,97,f,32,l,f,aA,f,e,D,f,32,aA,a,L]),pJ=n([j,97,99,aA,c,32,97,32,aA,a,L]),pH=n([p,l,c,b,32,98,a,32,97,32,j,d,c,b]),pG=n([p,l,c,b,32,98,a,32,97,f,32,e,98,an,a,99,b]),pF=[0,0],pA=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zC]]]]]]]]]]],pu=[0,[0,1,1],1],pv=[0,1,1],pw=[0,[0,[0,1,1],0],1],px=[0,1,0],py=[0,[0,[0,1,1],0],1],po=[0,92,[0,92,0]],pp=[0,92,[0,98,0]],pq=[0,92,[0,y,0]],pr=[0,92,[0,f,0]],ps=[0,92,[0,h,0]],pt=[0,92,[0,b,0]],pn=[0,0],pk=[6,[4,0]],pl=[0,0],pa=[3,0,0,0],pb=[0,0],pc=[0,1],pd=[1,0,1],pe=[0,l,[0,j,[0,j,0]]],pf=[0,1],pg=[0,h,[0,l,[0,a,0]]],ph=[0,0],pi=[0,97,[0,j,[0,c,[0,a,0]]]],pj=[6,[3,0]],o$=[0,0],o7=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zD]]]]]]]]]]],o1=[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]],o8=[0,[0,92,92],[0,[0,47,47],[0,[0,98,8],[0,[0,y,12],[0,[0,f,10],[0,[0,h,13],[0,[0,b,9],0]]]]]]],p0=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zI]]]]]]]]]]],p7=[0,d,[0,f,[0,y,0]]],qH=[0,48,0],qI=[0,d,[0,f,[0,y,0]]],qM=[0,aA,[0,d,[0,f,[0,o,0]]]],qN=[0,99,[0,e,[0,j,[0,l,[0,p,[0,f,[0,c,0]]]]]]],qO=[0,v,[0,e,[0,v,[0,l,[0,j,[0,97,[0,b,[0,d,[0,e,[0,f,0]]]]]]]]]],qP=[0,o,[0,a,[0,99,[0,d,[0,c,[0,d,[0,e,[0,f,0]]]]]]]],qQ=[0,C,[0,h,[0,e,[0,l,[0,v,0]]]]],qR=[0,99,[0,e,[0,f,[0,b,[0,a,[0,ag,[0,b,0]]]]]]],qS=[0,b,[0,h,[0,l,[0,b,[0,m,0]]]]],qT=[0,y,[0,e,[0,h,[0,p,[0,97,[0,b,0]]]]]],qU=[0,o,[0,a,[0,99,[0,d,[0,c,[0,d,[0,e,[0,f,[0,c,0]]]]]]]]],qV=[0,C,[0,h,[0,e,[0,l,[0,v,[0,c,0]]]]]],qW=[0,99,[0,e,[0,f,[0,b,[0,a,[0,ag,[0,b,[0,c,0]]]]]]]],qX=[0,l,[0,b,[0,d,[0,j,[0,d,[0,b,[0,L,0]]]]]]],qY=[0,c,[0,97,[0,j,[0,b,0]]]],qZ=[0,v,[0,h,[0,e,[0,y,[0,d,[0,j,[0,a,[0,c,0]]]]]]]],q0=[0,l,[0,f,[0,aA,[0,f,[0,e,[0,D,[0,f,0]]]]]]],q1=[0,b,[0,h,[0,l,[0,b,[0,m,[0,c,0]]]]]],q2=[0,D,[0,a,[0,d,[0,C,[0,m,[0,b,[0,c,0]]]]]]],q3=[0,p,[0,97,[0,c,[0,c,0]]]],q4=[0,j,[0,e,[0,99,[0,97,[0,j,0]]]]],q5=[0,C,[0,j,[0,e,[0,98,[0,97,[0,j,0]]]]]],ru=n([48,49,50,51,52,53,54,55,56,57,46,43,45,a]),rx=[0,b0,[0,l,[0,97,[0,f,[0,b,[0,d,[0,b,[0,L,0]]]]]]]],ry=[0,C,[0,97,[0,p,[0,p,[0,97,0]]]]],rz=[0,p,0],rA=[0,b,[0,97,[0,l,0]]],rB=[0,b,[0,97,[0,l,[0,95,[0,e,[0,f,0]]]]]],rC=[0,98,[0,j,[0,d,[0,f,[0,o,0]]]]],rD=[0,j,[0,d,[0,v,[0,c,[0,99,[0,m,[0,d,[0,b,[0,cF,0]]]]]]]]],rE=[0,p,[0,a,[0,b,[0,h,[0,d,[0,99,0]]]]]],rF=[0,e,[0,h,[0,o,[0,a,[0,h,0]]]]],rG=[0,h,[0,e,[0,D,[0,c,0]]]],rH=[0,y,[0,97,[0,p,[0,d,[0,j,[0,L,0]]]]]],rI=[0,b,[0,a,[0,h,[0,p,[0,c,0]]]]],rJ=[0,98,[0,e,[0,l,[0,f,[0,o,0]]]]],rK=[0,f,[0,97,[0,p,[0,a,[0,c,0]]]]],rL=[0,j,[0,e,[0,D,[0,a,[0,h,0]]]]],rM=[0,l,[0,v,[0,v,[0,a,[0,h,0]]]]],rN=[0,y,[0,a,[0,97,[0,b,[0,l,[0,h,[0,a,[0,c,0]]]]]]]],rO=n([99,e,a,y,y,d,99,d,a,f,b,c]),rP=[0,v,[0,97,[0,d,[0,h,[0,c,0]]]]],rQ=[0,b,[0,m,[0,a,[0,b,[0,97,0]]]]],rR=[0,m,[0,d,[0,C,[0,m,[0,a,[0,h,0]]]]]],rS=n([p,l,j,b,d,v,j,d,a,h,c]),sw=[0,c,[0,l,[0,98,[0,an,[0,a,[0,99,[0,b,0]]]]]]],sx=[0,p,[0,a,[0,b,[0,h,[0,d,[0,99,[0,c,0]]]]]]],sy=n([f,e,b,95,99,e,p,v,97,h,a,o]),sz=[0,99,[0,j,[0,97,[0,d,[0,p,[0,c,0]]]]]],sA=[0,b,[0,97,[0,h,[0,C,[0,a,[0,b,[0,c,0]]]]]]],sB=[0,z,[0,a,[0,h,[0,o,[0,d,[0,99,[0,b,0]]]]]]],sC=[0,z,[0,a,[0,h,[0,c,[0,d,[0,e,[0,f,[0,c,0]]]]]]]],sD=[0,d,[0,f,[0,b,[0,a,[0,h,[0,z,[0,97,[0,j,[0,c,0]]]]]]]]],sE=[0,99,[0,m,[0,97,[0,f,[0,C,[0,a,[0,o,0]]]]]]],sF=[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]],sG=[0,c,[0,m,[0,97,[0,50,[0,53,[0,54,0]]]]]],sH=[0,99,[0,a,[0,j,[0,j,[0,c,0]]]]],sI=[0,m,[0,a,[0,97,[0,o,[0,a,[0,h,0]]]]]],sJ=[0,99,[0,j,[0,97,[0,c,[0,c,0]]]]],sK=[0,v,[0,e,[0,c,[0,d,[0,b,[0,d,[0,z,[0,a,0]]]]]]]],sL=[0,v,[0,h,[0,d,[0,z,[0,97,[0,99,[0,L,0]]]]]]],sM=[0,o,[0,a,[0,99,[0,j,[0,97,[0,h,[0,a,[0,o,0]]]]]]]],sN=n([v,h,a,v,97,h,97,b,d,e,f]),sO=[0,c,[0,v,[0,a,[0,j,[0,j,[0,d,[0,f,[0,C,[0,c,0]]]]]]]]],sP=[0,l,[0,f,[0,o,[0,a,[0,99,[0,d,[0,o,[0,a,[0,o,0]]]]]]]]],sQ=n([l,f,aA,f,e,D,f,95,c,m,97,h,a,c]),sR=[0,p,[0,97,[0,ag,[0,95,[0,o,[0,h,[0,d,[0,y,[0,b,0]]]]]]]]],sS=[0,a,[0,z,[0,97,[0,j,[0,l,[0,97,[0,b,[0,d,[0,e,[0,f,0]]]]]]]]]],sT=n([o,a,v,a,f,o,c,95,e,f,95,C,h,e,l,v]),sU=[0,98,[0,l,[0,h,[0,o,[0,a,[0,f,0]]]]]],sV=[0,h,[0,97,[0,b,[0,d,[0,e,0]]]]],sW=[0,j,[0,e,[0,C,0]]],sX=[0,z,[0,97,[0,j,[0,l,[0,a,0]]]]],sY=[0,D,[0,d,[0,b,[0,f,[0,a,[0,c,[0,c,0]]]]]]],sZ=n([a,ag,v,a,99,b,97,b,d,e,f,c]),s0=n([v,h,e,98,97,98,d,j,d,b,d,a,c]),s1=[0,h,[0,97,[0,b,[0,a,0]]]],s2=[0,h,[0,97,[0,b,[0,a,[0,c,0]]]]],s4=[0,h,[0,a,[0,97,[0,c,[0,e,[0,f,0]]]]]],s5=[0,h,[0,a,[0,j,[0,97,[0,b,[0,d,[0,e,[0,f,0]]]]]]]],s6=[0,c,[0,99,[0,e,[0,v,[0,a,0]]]]],s7=[0,98,[0,L,0]],s8=n([97,c,c,l,p,v,b,d,e,f,c]),s9=[0,a,[0,z,[0,d,[0,o,[0,a,[0,f,[0,99,[0,a,0]]]]]]]],s_=[0,c,[0,l,[0,v,[0,h,[0,a,[0,p,[0,l,[0,p,0]]]]]]]],s$=[0,j,[0,d,[0,p,[0,d,[0,b,0]]]]],ta=[0,l,[0,f,[0,d,[0,b,0]]]],tb=[0,an,[0,l,[0,o,[0,C,[0,a,[0,o,0]]]]]],tc=[0,a,[0,c,[0,b,[0,d,[0,p,[0,97,[0,f,[0,o,0]]]]]]]],td=[0,b,[0,d,[0,v,[0,c,0]]]],tj=n([y,97,j,c,a,95,v,e,c,d,b,d,z,a,95,h,97,b,a]),tl=n([b,h,l,a,95,v,e,c,d,b,d,z,a,95,h,97,b,a]),tu=n([f,e,32,o,a,99,d,c,d,e,f,c,32,D,d,b,m,32,97,f,e,b,m,a,h,32,b,h,l,a,32,j,97,98,a,j]),tx=n([f,e,32,o,a,99,d,c,d,e,f,c,32,D,d,b,m,32,b,m,a,32,v,e,c,d,b,d,z,a,32,b,h,l,a,32,j,97,98,a,j]),tA=n([97,32,C,h,e,l,v,32,d,c,32,p,d,c,c,d,f,C,32,d,f,32,97,32,99,e,f,b,a,ag,b,32,97,f,o,32,f,e,32,v,e,v,l,j,97,b,d,e,f,32,D,97,c,32,C,d,z,a,f]),tD=n([f,e,32,v,e,v,l,j,97,b,d,e,f]),tF=n([y,a,D,a,h,32,b,m,97,f,32,b,D,e,32,C,h,e,l,v,c]),tH=n([f,e,32,o,a,99,d,c,d,e,f,c,32,h,a,99,e,h,o,a,o]),tJ=n([y,97,j,c,a,95,v,e,c,d,b,d,z,a,95,h,97,b,a,95,e,z,a,h,97,j,j]),tL=n([y,97,j,c,a,95,v,e,c,d,b,d,z,a,95,h,97,b,a]),tN=n([b,h,l,a,95,v,e,c,d,b,d,z,a,95,h,97,b,a,95,e,z,a,h,97,j,j]),tP=n([b,h,l,a,95,v,e,c,d,b,d,z,a,95,h,97,b,a]),tU=n([C,j,e,98,97,j,95,c,l,v,h,a,p,l,p]),tW=n([j,e,99,97,j,95,c,l,v,h,a,p,l,p]),tY=n([a,b0,l,97,j,d,cF,a,o,95,e,o,o,c]),t0=n([o,a,p,e,C,h,97,v,m,d,99,95,v,97,h,d,b,L]),t1=n([C,j,e,98,97,j,95,o,d,y,y,a,h,a,f,99,a]),t3=n([j,e,99,97,j,95,o,d,y,y,a,h,a,f,99,a]),ub=n([a,b0,l,97,j,d,cF,a,o,95,e,o,o,c]),ud=n([o,a,p,e,C,h,97,v,m,d,99,95,v,97,h,d,b,L]),uf=n([C,j,e,98,97,j,95,h,97,b,d,e]),uh=n([j,e,99,97,j,95,h,97,b,d,e]),uj=[0,61,0],uk=[0,60,[0,61,0]],ul=[0,b,[0,m,[0,d,[0,c,[0,32,[0,j,[0,97,[0,D,0]]]]]]]],um=n([a,z,a,h,L,32,l,b,d,j,d,b,L,32,e,y,32,b,m,a,32,99,j,97,c,c]),uo=n([a,f,l,p,a,h,97,b,d,e,f]),up=[0,j,[0,v,[0,45,[0,o,[0,l,[0,97,[0,j,0]]]]]]],uq=[0,84,[0,53,0]],ur=[0,84,[0,54,0]],us=[0,84,[0,55,0]],ut=n([j,e,99,97,j,95,h,97,b,d,e]),uu=n([C,j,e,98,97,j,95,h,97,b,d,e]),uK=[0,99,[0,m,[0,97,[0,f,[0,C,[0,a,[0,o,0]]]]]]],uM=[0,3],uN=[0,o,[0,a,[0,v,[0,a,[0,f,[0,o,[0,c,0]]]]]]],uP=[0,2],uQ=n([d,f,99,e,f,99,j,l,c,d,z,a]),uS=[0,1],uT=[0,a,[0,ag,[0,99,[0,a,[0,a,[0,o,[0,c,0]]]]]]],uV=[0,0],uW=[0,D,[0,d,[0,b,[0,m,[0,d,[0,f,0]]]]]],uX=n([44,32,D,m,97,b,a,z,a,h,32,b,m,a,32,l,f,o,a,99,d,o,a,o,32,p,a,97,f,b]),uZ=n([44,32,D,d,b,m,d,f,32,b,m,a,32,o,a,99,j,97,h,a,o,32,o,h,d,y,b]),u1=n([44,32,D,d,b,m,32,b,m,a,32,o,a,99,j,97,h,a,o,32,m,d,o,o,a,f,32,99,e,f,b,a,ag,b]),u3=n([44,32,D,m,e,a,z,a,h,32,b,m,a,32,l,f,aA,f,e,D,f,32,97,h,a]),vu=[0,99,[0,e,[0,f,[0,y,[0,d,[0,o,[0,a,[0,f,[0,99,[0,a,0]]]]]]]]]],vv=[0,a,[0,f,[0,o,[0,c,0]]]],vw=[0,h,[0,a,[0,C,[0,d,[0,e,[0,f,0]]]]]],vx=n([d,f,o,a,v,a,f,o,a,f,b]),vy=[0,p,[0,a,[0,b,[0,m,[0,e,[0,o,0]]]]]],vz=[0,j,[0,d,[0,p,[0,d,[0,b,[0,c,0]]]]]],vA=[0,j,[0,a,[0,z,[0,a,[0,j,[0,c,0]]]]]],vB=[0,l,[0,v,[0,v,[0,a,[0,h,0]]]]],vC=[0,j,[0,e,[0,D,[0,a,[0,h,0]]]]],vD=[0,v,[0,97,[0,d,[0,h,0]]]],vE=[0,d,[0,f,[0,b,[0,a,[0,h,[0,z,[0,97,[0,j,0]]]]]]]],vF=[0,l,[0,f,[0,d,[0,b,[0,c,0]]]]],vH=[0,n([m,e,a,y,y,o,d,f,C,45,aA,j]),[0,n([a,p,v,d,h,d,99,97,j,45,98,a,h,f,c,b,a,d,f]),[0,n([d,f,b,a,h,c,a,99,b,d,e,f]),0]]],v_=n([v,e,v,l,j,97,b,d,e,f,32,97,b,32,99,e,f,y,d,o,a,f,99,a,32]),v$=n([v,e,v,l,j,97,b,d,e,f,44,32,e,f,a,45,c,d,o,a,o,32,97,b,32,99,e,f,y,d,o,a,f,99,a,32]),wf=[0,98,[0,d,[0,f,[0,e,[0,p,[0,d,[0,97,[0,j,0]]]]]]]],wh=[0,62,[0,61,0]],wj=n([b,m,a,32,o,h,97,D,c,32,D,d,b,m,d,f,32,97,32,99,a,j,j,32,97,h,a,32,d,f,o,a,v,a,f,o,a,f,b,44,32,a,97,99,m,32,D,d,b,m,32,b,m,a,32,j,97,D,32,e,y,32,b,m,a,32,99,a,j,j,44,32,97,f,o,32,m,e,D,32,p,97,f,L,32,b,m,a,h,a,32,97,h,a,32,o,e,a,c,32,f,e,b,32,o,a,v,a,f,o,32,e,f,32,m,e,D,32,b,m,a,L,32,99,97,p,a,32,e,l,b]),wl=n([b,m,a,32,99,e,f,b,a,ag,b,c,32,e,y,32,a,97,99,m,32,C,h,e,l,v,32,D,a,h,a,32,o,h,97,D,f,32,y,h,e,p,32,d,b,c,32,v,e,v,l,j,97,b,d,e,f,44,32,f,e,b,32,c,a,b,32,98,L,32,o,a,c,d,C,f]),wo=n([D,m,97,b,a,z,a,h,32,99,e,l,j,o,32,m,97,z,a,32,98,a,a,f,32,o,h,97,D,f,32,d,f,32,97,32,99,a,j,j,32,m,97,c,32,97,32,l,b,d,j,d,b,L,32,98,a,b,D,a,a,f,32,48,32,97,f,o,32,b,m,a,32,C,h,a,97,b,a,c,b,32,b,m,97,b,32,97,32,o,a,99,d,c,d,e,f,32,m,97,c,32,b,m,a,h,a]),wq=n([l,b,d,j,d,b,L,44,32,p,a,b,m,e,o,32,97,f,o,32,99,e,f,y,d,o,a,f,99,a,32,D,a,h,a,32,99,m,e,c,a,f,32,D,d,b,m,e,l,b,32,j,e,e,aA,d,f,C,32,97,b,32,b,m,a,32,o,h,97,D,c]),ws=n([b,m,a,32,o,h,97,D,c,32,e,y,32,o,d,y,y,a,h,a,f,b,32,99,a,j,j,c,32,97,h,a,32,d,f,o,a,v,a,f,o,a,f,b,32,e,y,32,a,97,99,m,32,e,b,m,a,h]),wu=n([97,32,c,97,p,v,j,d,f,C,32,l,f,d,b,32,99,97,f,32,m,97,z,a,32,f,e,32,p,e,h,a,32,b,m,97,f,32,e,f,a,32,h,e,D,32,d,f,32,97,32,99,a,j,j,44,32,97,c,32,d,c,32,b,m,a,32,99,97,c,a,32,m,a,h,a]),wA=[0,y,[0,d,[0,j,[0,b,[0,a,[0,h,[0,c,0]]]]]]],wB=[0,d,[0,f,[0,v,[0,l,[0,b,[0,c,0]]]]]],wC=[0,e,[0,l,[0,b,[0,v,[0,l,[0,b,[0,c,0]]]]]]],wD=[0,h,[0,a,[0,j,[0,a,[0,97,[0,c,[0,a,[0,c,0]]]]]]]],wE=[0,o,[0,h,[0,97,[0,D,[0,c,0]]]]],wF=n([b,h,l,a,95,99,e,f,b,a,ag,b]),wG=[0,b,[0,h,[0,l,[0,a,[0,95,[0,C,[0,h,[0,e,[0,l,[0,v,0]]]]]]]]]],wH=[0,C,[0,j,[0,e,[0,98,[0,97,[0,j,[0,95,[0,b,[0,97,[0,l,0]]]]]]]]]],wI=[0,98,[0,L,[0,95,[0,99,[0,e,[0,f,[0,b,[0,a,[0,ag,[0,b,0]]]]]]]]]],wJ=[0,v,[0,e,[0,j,[0,d,[0,99,[0,L,0]]]]]],xa=n([a,ag,v,95,a,v,c,d,j,e,f]),xb=[0,97,[0,b,[0,b,[0,h,[0,d,[0,98,[0,l,[0,b,[0,a,[0,c,0]]]]]]]]]],xc=n([p,l,j,b,d,v,j,d,a,h,c]),xd=[0,h,[0,97,[0,D,[0,95,[0,h,[0,97,[0,b,[0,d,[0,e,0]]]]]]]]],xf=n([99,e,p,v,e,c,d,b,d,e,f]),xh=[0,97,[0,b,[0,b,[0,97,[0,d,[0,f,[0,a,[0,o,0]]]]]]]],xi=[0,l,[0,f,[0,y,[0,d,[0,j,[0,b,[0,a,[0,h,[0,a,[0,o,0]]]]]]]]]],xv=n([97,f,L,32,v,e,j,d,99,L,32,98,a,m,d,f,o,32,b,m,d,c,32,y,d,j,b,a,h]),xw=n([32,b,m,97,b,32,aA,a,a,v,c,32,b,m,a,32,o,a,99,j,97,h,a,o,32,y,j,e,e,h]),xx=n([44,32,97,f,L,32,l,b,d,j,d,b,L,32,e,y,32,b,m,a,32,o,a,99,j,97,h,a,o,32,h,97,f,C,a]),xy=n([b,m,d,c,32,v,e,j,d,99,L,32,97,f,o,32,99,e,f,b,a,ag,b,32,y,d,j,b,a,h,44,32,97,f,L,32,C,h,e,l,v,32,y,d,j,b,a,h,32,97,b,32,p,e,c,b,32,b,m,d,c,32,a,v,c,d,j,e,f,32,b,m,97,b,32,h,a,j,a,97,c,a,c,32,b,m,a,32,c,97,p,a,32,z,97,j,l,a,c]),xA=n([b,m,d,c,32,v,e,j,d,99,L,32,97,f,o,32,C,h,e,l,v,32,y,d,j,b,a,h,44,32,97,f,L,32,99,e,f,b,a,ag,b,32,y,d,j,b,a,h,32,b,m,97,b,32,h,a,j,a,97,c,a,c,32,b,m,a,c,a,32,99,e,f,b,a,ag,b,c]),xC=[0,84,[0,49,[0,51,0]]],xD=n([84,53,45,o,a,99,d,c,d,e,f]),x3=n([b,m,a,32,y,d,j,b,a,h,39,c,32,o,h,97,D,c,32,y,e,h,32,C,h,e,l,v,32,97,f,o,32,99,e,f,b,a,ag,b,32,97,h,a,32,d,f,o,a,v,a,f,o,a,f,b,32,e,y,32,a,97,99,m,32,e,b,m,a,h,32,97,f,o,32,e,y,32,a,z,a,h,L,b,m,d,f,C,32,a,j,c,a,44,32,y,h,a,c,m,32,y,e,h,32,a,97,99,m,32,o,a,99,d,c,d,e,f,44,32,97,f,o,32,b,m,a,32,o,a,99,d,c,d,e,f,32,o,a,v,a,f,o,c,32,e,f,32,C,h,e,l,v,32,97,f,o,32,99,e,f,b,a,ag,b,32,e,f,j,L,32,b,m,h,e,l,C,m,32,D,m,97,b,32,b,m,a,32,y,d,j,b,a,h,c,32,h,a,j,a,97,c,a]),x4=n([b,m,a,32,99,e,f,b,a,ag,b,c,32,e,y,32,a,97,99,m,32,C,h,e,l,v,32,97,h,a,32,o,d,c,b,h,d,98,l,b,a,o,32,97,c,32,d,f,32,b,m,a,32,c,b,97,b,a,o,32,v,e,v,l,j,97,b,d,e,f]),zl=s(": "),zj=[0,[0,s("nothing was judged: the certificate needs more memory than there is"),0],3],zk=[0,[0,s("nothing was judged: the certificate does not embed its table; give it with --table"),0],3],zm=s("malformed: "),zf=s(lS),zg=s("FALSE"),zh=s("not covered"),zd=[0,[11,s("\\x"),[4,6,[0,2,2],0,0]],s("\\x%02x")],ze=s(V),zn=s("\n");function
-aq(a){if(typeof
+aM(a,b,c){return a.length==2?a(b,c):cI(a,[b,c])}function
+Ab(a,b,c,d){return a.length==3?a(b,c,d):cI(a,[b,c,d])}Ar();var
+hF=[a0,t(mu),-1],hH=[a0,t(lV),-2],hE=[a0,t(g9),-3],hD=[a0,t(ma),-4],hG=[a0,t(mg),-9],av=[a0,t(mp),-11],zS=[0,[0,[0,[0,0]]]],zT=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],zU=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zT]]]]]]]]]]],zV=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zU]]]]]]]]]]],zW=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zV]]]]]]]]]]],zX=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zW]]]]]]]]]]],zY=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]]],zZ=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zY]]]]]]]]]]],z0=[0,0],z1=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],z2=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z1]]]]]]]]]]],z3=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z2]]]]]]]]]]],z4=[0,[0,[0,[0,[0,0]]]]],z5=[0,[0,[0,[0,[0,0]]]]],z6=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],z7=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],du=n([[0,48,[0,[0,[0,0,0],0],0]],[0,49,[0,[0,[0,0,0],0],1]],[0,50,[0,[0,[0,0,0],1],0]],[0,51,[0,[0,[0,0,0],1],1]],[0,52,[0,[0,[0,0,1],0],0]],[0,53,[0,[0,[0,0,1],0],1]],[0,54,[0,[0,[0,0,1],1],0]],[0,55,[0,[0,[0,0,1],1],1]],[0,56,[0,[0,[0,1,0],0],0]],[0,57,[0,[0,[0,1,0],0],1]],[0,97,[0,[0,[0,1,0],1],0]],[0,98,[0,[0,[0,1,0],1],1]],[0,99,[0,[0,[0,1,1],0],0]],[0,o,[0,[0,[0,1,1],0],1]],[0,a,[0,[0,[0,1,1],1],0]],[0,y,[0,[0,[0,1,1],1],1]],[0,65,[0,[0,[0,1,0],1],0]],[0,66,[0,[0,[0,1,0],1],1]],[0,67,[0,[0,[0,1,1],0],0]],[0,68,[0,[0,[0,1,1],0],1]],[0,69,[0,[0,[0,1,1],1],0]],[0,70,[0,[0,[0,1,1],1],1]]]),fV=[0,[0,[0,0,0],0],0],z8=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],z9=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z8]]]]]]]]]]],z_=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z9]]]]]]]]]]],z$=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z_]]]]]]]]]]],Aa=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z$]]]]]]]]]]];br(11,[a0,t(lN),-12],lN);br(10,av,mp);br(9,[a0,t(l_),-10],l_);br(8,hG,mg);br(7,[a0,t(l4),-8],l4);br(6,[a0,t(md),-7],md);br(5,[a0,t(mk),-6],mk);br(4,[a0,t(lY),-5],lY);br(3,hD,ma);br(2,hE,g9);br(1,hH,lV);br(0,hF,mu);var
+m8=t(mb),m9=t("false"),na=t("\\\\"),nb=t("\\'"),nc=t("\\b"),nd=t("\\t"),ne=t("\\n"),nf=t("\\r"),m$=t("Char.chr"),ni=t("String.blit / Bytes.blit_string"),nh=t("Bytes.blit"),ng=t("String.sub / Bytes.sub"),nk=t(W),nj=t("String.concat"),nl=t("Array.blit"),no=t("Buffer.add: cannot grow buffer"),nn=[0,t(mi),93,2],nm=[0,t(mi),94,2],nx=t("%c"),ny=t("%s"),nz=t(lM),nA=t(l3),nB=t(l$),nC=t(lQ),nD=t("%f"),nE=t("%B"),nF=t("%{"),nG=t("%}"),nH=t("%("),nI=t("%)"),nJ=t("%a"),nK=t("%t"),nL=t("%?"),nM=t("%r"),nN=t("%_r"),nO=[0,t(aG),850,23],nZ=[0,t(aG),814,21],nR=[0,t(aG),815,21],n0=[0,t(aG),818,21],nS=[0,t(aG),819,21],n1=[0,t(aG),822,19],nT=[0,t(aG),823,19],n2=[0,t(aG),826,22],nU=[0,t(aG),827,22],n3=[0,t(aG),831,30],nV=[0,t(aG),832,30],nX=[0,t(aG),836,26],nP=[0,t(aG),837,26],nY=[0,t(aG),846,28],nQ=[0,t(aG),847,28],nW=[0,t(aG),851,23],o6=t(l9),o4=[0,t(aG),1558,4],o5=t("Printf: bad conversion %["),o7=[0,t(aG),1626,39],o8=[0,t(aG),1649,31],o9=[0,t(aG),1650,31],o_=t("Printf: bad conversion %_"),o$=t("@{"),pa=t("@["),o2=t(hb),o0=t("neg_infinity"),o1=t(mt),oZ=t(da),oU=[0,D],oI=t("%+nd"),oJ=t("% nd"),oL=t("%+ni"),oM=t("% ni"),oN=t("%nx"),oO=t("%#nx"),oP=t("%nX"),oQ=t("%#nX"),oR=t("%no"),oS=t("%#no"),oH=t("%nd"),oK=t(l$),oT=t("%nu"),ov=t("%+ld"),ow=t("% ld"),oy=t("%+li"),oz=t("% li"),oA=t("%lx"),oB=t("%#lx"),oC=t("%lX"),oD=t("%#lX"),oE=t("%lo"),oF=t("%#lo"),ou=t("%ld"),ox=t(l3),oG=t("%lu"),oi=t("%+Ld"),oj=t("% Ld"),ol=t("%+Li"),om=t("% Li"),on=t("%Lx"),oo=t("%#Lx"),op=t("%LX"),oq=t("%#LX"),or=t("%Lo"),os=t("%#Lo"),oh=t("%Ld"),ok=t(lQ),ot=t("%Lu"),n7=t("%+d"),n8=t("% d"),n_=t("%+i"),n$=t("% i"),oa=t("%x"),ob=t("%#x"),oc=t("%X"),od=t("%#X"),oe=t("%o"),of=t("%#o"),n6=t(mj),n9=t(lM),og=t(l9),np=t("@]"),nq=t("@}"),nr=t("@?"),ns=t("@\n"),nt=t("@."),nu=t("@@"),nv=t("@%"),nw=t("@"),n4=t("CamlinternalFormat.Type_mismatch"),pe=d0(8,0,0),pf=[0,1779033703,-1150833019,1013904242,-1521486534,1359893119,-1694144372,528734635,1541459225],pg=[0,[5,6,[0,2,8],0,0],t("%08lx")],ph=t(W),pb=[0,1116352408,1899447441,-1245643825,-373957723,961987163,1508970993,-1841331548,-1424204075,-670586216,310598401,607225278,1426881987,1925078388,-2132889090,-1680079193,-1046744716,-459576895,-272742522,264347078,604807628,770255983,1249150122,1555081692,1996064986,-1740746414,-1473132947,-1341970488,-1084653625,-958395405,-710438585,113926993,338241895,666307205,773529912,1294757372,1396182291,1695183700,1986661051,-2117940946,-1838011259,-1564481375,-1474664885,-1035236496,-949202525,-778901479,-694614492,-200395387,275423344,430227734,506948616,659060556,883997877,958139571,1322822218,1537002063,1747873779,1955562222,2024104815,-2067236844,-1933114872,-1866530822,-1538233109,-1090935817,-965641998],pl=[0,0],pm=[0,0],pW=[0,g,[0,l,[0,j,[0,j,0]]]],pX=[0,b,[0,i,[0,l,[0,a,0]]]],pY=[0,y,[0,97,[0,j,[0,c,[0,a,0]]]]],p$=n([e,c,32,g,f,b,32,f,g,a,32,f,y,32,b,m,f,c,a,32,b,m,97,b,32,b,m,a,i,a,32,97,i,a]),qj=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zS]]]]]]]]]]],qP=[0,1],qQ=[0,2],qZ=[0,0,0],vb=[0,[7,0],0],vP=[0,[7,0],0],vV=[0,0],xk=[0,0,0],xU=[0,0,0],xW=[0,[7,0],0],xV=n([c,l,98,ao,a,99,b,46,o,a,99,j,97,i,a,o,46,98,L,95,99,f,g,b,a,$,b]),yF=n([m,97,c,32,97,32,j,97,c,b,32,j,e,g,a,32,b,m,97,b,32,o,f,a,c,32,g,f,b,32,a,g,o]),zE=n([97,32,99,j,97,e,q,32,j,e,c,b,c,32,97,c,c,l,q,v,b,e,f,g,c,32,b,m,97,b,32,e,b,32,o,f,a,c,32,g,f,b,32,i,a,c,b,32,f,g]),zF=n([b,m,a,32,b,97,98,j,a,32,e,c,32,g,f,b,32,97,c,32,b,m,a,32,y,f,i,q,97,b,32,o,a,q,97,g,o,c]),zC=[0,v,[0,f,[0,j,[0,e,[0,99,[0,L,0]]]]]],zD=n([y,97,e,i,97,l,o,e,b,45,99,a,i,b,e,y,e,99,97,b,a,47,49]),zl=[7,0],zk=[0,0,0],zy=[0,0,0],zz=n([b,m,a,32,97,c,c,l,q,v,b,e,f,g,c,32,f,y,32,b,m,a,32,99,j,97,e,q,c]),zx=[7,0],zv=[0,0,0],zw=n([c,l,98,ao,a,99,b,46,c,v,a,j,j,e,g,D,c]),zm=[0,c,[0,l,[0,98,[0,ao,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],zn=n([b,m,a,32,b,97,98,j,a,32,y,e,j,a]),zo=n([c,l,98,ao,a,99,b,46,99,f,j,l,q,g,c]),zp=n([c,l,98,ao,a,99,b,46,v,f,v,l,j,97,b,e,f,g]),zq=n([c,l,98,ao,a,99,b,46,aC,e,g,o]),zr=n([c,l,98,ao,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),zs=n([c,l,98,ao,a,99,b,46,b,97,98,j,a,46,c,m,97,50,53,54]),zt=n([b,m,a,32,b,97,98,j,a,32,D,e,B,a,c,32,o,i,97,E,c,32,y,f,i,32,c,f,q,a,32,i,f,E,c,32,f,y,32,b,m,a,32,v,f,j,e,99,L,32,f,g,j,L]),zu=n([b,m,a,32,i,f,E,c,32,f,y,32,b,m,a,32,v,f,j,e,99,L,32,97,i,a,32,g,f,b,32,e,g,32,f,i,o,a,i]),zj=n([b,m,a,32,b,97,98,j,a,32,j,97,99,aC,c,32,97,32,i,f,E,32,f,y,32,b,m,a,32,v,f,j,e,99,L,32,y,f,i,32,E,m,97,b,32,b,m,a,32,y,e,j,b,a,i,c,32,99,97,g,32,i,a,j,a,97,c,a]),zA=n([b,m,a,32,b,97,98,j,a,32,e,c,32,a,q,v,b,L]),zB=[0,0],zi=[0,[7,0],0],zb=[0,[7,0],0],zc=[0,[0,[7,0],0]],yX=[7,0],yW=[0,0,0],za=[7,0],yY=[0,0,0],yZ=n([b,m,a,32,l,b,e,j,e,b,L,32,e,c,32,e,g,32,c,l,98,ao,a,99,b,46,99,j,97,c,c]),y_=[0,0,0],y$=n([c,l,98,ao,a,99,b,46,c,v,a,j,j,e,g,D,c]),y0=[0,c,[0,l,[0,98,[0,ao,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],y1=n([b,m,a,32,b,97,98,j,a,32,y,e,j,a]),y2=n([c,l,98,ao,a,99,b,46,99,f,j,l,q,g,c]),y3=n([c,l,98,ao,a,99,b,46,v,f,v,l,j,97,b,e,f,g]),y4=n([c,l,98,ao,a,99,b,46,aC,e,g,o]),y5=n([c,l,98,ao,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),y6=n([c,l,98,ao,a,99,b,46,b,97,98,j,a,46,c,m,97,50,53,54]),y7=n([m,97,c,32,l,b,e,j,e,b,e,a,c,32,98,a,j,f,E,32,48,44,32,f,y,32,E,m,e,99,m,32,o,e,y,y,a,i,a,g,99,a,c,32,m,97,B,a,32,b,f,32,98,a,32,c,b,97,b,a,o]),y8=n([m,97,c,32,e,g,b,a,i,B,97,j,c,44,32,E,m,e,99,m,32,97,i,a,32,g,f,b,32,y,f,i,32,v,i,f,98,97,98,e,j,e,b,e,a,c]),y9=n([m,97,c,32,e,g,b,a,i,B,97,j,c,44,32,E,m,e,99,m,32,o,f,32,g,f,b,32,D,f,32,E,e,b,m,32,97,32,99,j,97,c,c,32,f,y,32,l,b,e,j,e,b,e,a,c]),zd=[0,0],ze=[0,0],zf=[0,0],zg=n([b,m,a,32,b,97,98,j,a,32,e,c,32,a,q,v,b,L]),zh=[0,0],yS=[0,0,0],yQ=[0,0,0],yR=[0,0,0],yT=[0,0,0],yU=[0,0,0],yV=[0,0,0],yO=[0,0],yM=[0,0,0],yL=[0,q,[0,a,[0,b,[0,i,[0,e,[0,99,[0,c,[0,46,0]]]]]]]],yJ=n([c,l,98,ao,a,99,b,46,l,b,e,j,e,b,L,46]),yK=n([98,l,i,o,a,g,32,q,l,c,b,32,98,a,32,b,i,l,a,32,E,m,a,i,a,32,e,b,32,e,c,32,c,b,97,b,a,o]),yI=[0,0],yH=n([b,m,a,32,b,97,98,j,a,32,e,c,32,g,f,b,32,b,m,a,32,99,97,g,f,g,e,99,97,j,32,b,a,$,b,32,f,y,32,e,b,c,32,B,97,j,l,a,c]),yG=n([e,c,32,g,f,b,32,74,83,79,78,32,97,c,32,b,m,a,32,y,f,i,q,97,b,32,m,97,c,32,e,b]),yA=n([32,40,o,a,99,j,97,i,a,o,41]),yB=n([44,32,97,g,o,32,y,f,i,32,b,m,a,32,c,97,q,a,32,o,a,99,e,c,e,f,g,32,97,g,o,32,99,f,g,b,a,$,b,32,b,m,a,32,l,b,e,j,e,b,e,a,c,32,f,y,32,b,E,f,32,D,i,f,l,v,c,32,o,e,y,y,a,i,32,98,L,32,97,b,32,q,f,c,b,32]),yC=[0,32,[0,97,[0,g,[0,o,[0,32,0]]]]],yD=n([a,B,a,i,L,32,l,b,e,j,e,b,L,32,e,c,32,98,a,b,E,a,a,g,32]),yy=n([32,98,a,m,e,g,o,32,b,m,a,32,y,e,j,b,a,i,32,40,o,a,99,j,97,i,a,o,41]),yz=n([a,B,a,i,L,32,99,f,q,v,97,i,a,o,32,D,i,f,l,v,39,c,32,a,$,v,a,99,b,a,o,32,l,b,e,j,e,b,L,32,e,c,32,97,b,32,j,a,97,c,b,32]),yp=[0,[7,0],0],yk=[0,1],yu=[0,0],yl=[0,[0,0,0]],ym=[0,[0,0,0]],yn=[0,[0,0,0]],ys=[0,[0,0,0]],yo=n([j,f,99,97,j,95,i,97,b,e,f,95,c,l,v,i,a,q,l,q]),yq=[0,[0,0,0]],yr=[0,[0,0,0]],yt=[0,[0,0,0]],yi=n([q,l,c,b,32,98,a,32,97,g,32,f,98,ao,a,99,b,32,f,i,32,g,l,j,j]),yh=[0,[0,0]],yj=n([q,l,c,b,32,98,a,32,97,g,32,f,98,ao,a,99,b,32,f,i,32,g,l,j,j]),yg=[0,[7,0],0],x8=[0,y,[0,j,[0,f,[0,f,[0,i,0]]]]],x9=[0,84,[0,51,0]],x_=[0,84,[0,49,0]],x$=[0,84,[0,49,[0,45,[0,v,[0,97,[0,v,[0,a,[0,i,0]]]]]]]],ya=[0,84,[0,52,0]],yb=[0,84,[0,50,0]],yc=[7,0],yd=[0,84,[0,49,[0,50,0]]],ye=[0,84,[0,51,0]],yf=[0,84,[0,56,0]],x5=n([q,l,c,b,32,m,97,B,a,32,q,l,j,b,e,v,j,e,a,i,c]),xX=[0,0,0],xY=n([c,l,98,ao,a,99,b,46,o,a,99,j,97,i,a,o,46,D,j,f,98,97,j,95,b,97,l]),xT=n([c,l,98,ao,a,99,b,46,o,a,99,j,97,i,a,o,46]),xN=n([c,l,98,ao,a,99,b,46,v,i,e,B,97,99,L,46]),xO=n([46,97,b,b,i,e,98,l,b,a,c]),xP=n([46,a,$,v,95,a,v,c,e,j,f,g]),xQ=[0,[7,0],0],xR=[0,[7,0],0],xS=[0,[7,1],0],xC=[0,[0,0]],xB=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zX]]]]]]]]]]],xy=n([j,e,c,b,c,32,97,32,99,f,g,b,a,$,b,32,b,E,e,99,a]),xz=n([q,l,c,b,32,g,f,b,32,98,a,32,a,q,v,b,L]),xx=n([m,97,c,32,97,32,o,i,e,y,b,32,f,y,32,q,f,i,a,32,b,m,97,g,32,49]),xA=[0,0],xw=n([q,l,c,b,32,m,97,B,a,32,D,97,q,q,97,44,32,q,32,f,i,32,b,97,l]),xv=[0,0],xu=n([o,f,a,c,32,g,f,b,32,j,e,c,b,32,a,B,a,i,L,32,b,i,l,a,32,99,a,j,j,44,32,f,i,32,c,f,q,a,32,b,m,97,b,32,97,i,a,32,g,f,b,32,g,a,a,o,a,o]),xt=n([e,c,32,g,f,b,32,b,m,a,32,g,a,$,b,32,b,i,l,a,32,99,a,j,j]),xq=[0,1],xr=n([m,97,c,32,o,i,97,E,c,32,b,m,97,b,32,o,f,32,g,f,b,32,y,e,b,32,e,b,c,32,E,a,e,D,m,b,c]),xo=n([m,97,c,32,E,a,e,D,m,b,c,32,b,m,97,b,32,o,f,32,g,f,b,32,c,l,q,32,b,f,32,49]),xp=n([e,c,32,f,l,b,32,f,y,32,i,97,g,D,a]),xs=[0,0],xm=n([q,l,c,b,32,m,97,B,a,32,i,a,j,a,97,c,a,c,32,y,i,f,q,32,50,32,b,f,32,49,48,48,48,48]),xl=n([m,97,c,32,y,a,E,a,i,32,b,m,97,g,32,b,E,f,32,b,i,l,a,32,D,i,f,l,v,c]),xj=n([q,l,c,b,32,m,97,B,a,32,y,97,99,b,f,i,c,32,b,m,97,b,32,99,f,B,a,i,32,b,m,a,32,99,f,j,l,q,g,c,32,b,f,D,a,b,m,a,i]),xf=n([m,97,c,32,v,i,f,98,97,98,e,j,e,b,e,a,c,32,b,m,97,b,32,o,f,32,g,f,b,32,c,l,q,32,b,f,32,49]),xg=n([q,l,c,b,32,j,e,c,b,32,j,97,98,a,j,c]),xh=n([q,l,c,b,32,j,e,c,b,32,j,97,98,a,j,c]),xi=n([q,l,c,b,32,j,e,c,b,32,j,97,98,a,j,c]),xd=n([v,i,f,98,97,98,e,j,e,b,e,a,c]),w1=[0,0,0],w0=[0,46,0],w2=[0,0,0],w3=[0,0,0],wR=n([E,m,97,b,a,B,a,i,32,99,f,l,j,o,32,m,97,B,a,32,98,a,a,g,32,o,i,97,E,g,32,m,97,c,32,97,32,l,b,e,j,e,b,L,32,98,a,b,E,a,a,g,32,48,32,97,g,o,32]),wL=n([D,j,f,98,97,j,95,m,e,o,o,a,g,95,99,f,g,b,a,$,b]),wM=n([j,f,99,97,j,95,m,e,o,o,a,g,95,99,f,g,b,a,$,b]),wK=n([j,f,99,97,j,95,m,e,o,o,a,g,95,99,f,g,b,a,$,b]),wD=n([q,l,c,b,32,m,97,B,a,32,97,32,99,f,g,y,e,o,a,g,99,a,32,98,a,b,E,a,a,g,32,48,32,97,g,o,32,49]),wE=[0,m,[0,97,[0,c,[0,32,[0,j,[0,e,[0,q,[0,e,[0,b,[0,c,0]]]]]]]]]],wF=[0,98,[0,f,[0,$,0]]],wG=[0,a,[0,97,[0,99,[0,m,0]]]],wH=[0,b,[0,f,[0,D,[0,a,[0,b,[0,m,[0,a,[0,i,0]]]]]]]],wv=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),ww=n([q,l,c,b,32,g,f,b,32,98,a,32,g,a,D,97,b,e,B,a]),wx=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wy=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wz=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wq=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wr=n([q,l,c,b,32,g,f,b,32,98,a,32,g,a,D,97,b,e,B,a]),ws=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wt=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wu=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wl=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wm=n([q,l,c,b,32,g,f,b,32,98,a,32,g,a,D,97,b,e,B,a]),wn=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wo=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wp=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wg=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wh=n([q,l,c,b,32,g,f,b,32,98,a,32,g,a,D,97,b,e,B,a]),wi=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wj=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wk=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wb=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wc=n([q,l,c,b,32,g,f,b,32,98,a,32,g,a,D,97,b,e,B,a]),wd=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),we=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wf=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wa=[0,0],vQ=[0,0,0],vR=[0,[7,0],0],vS=[0,[7,0],0],vT=[0,g,[0,f,[0,g,[0,a,0]]]],vU=[0,[0,0]],vB=[0,58,[0,32,0]],vC=[0,44,[0,32,[0,j,[0,e,[0,q,[0,e,[0,b,[0,32,0]]]]]]]],vD=[0,32,0],vE=[0,58,[0,32,0]],vF=[0,b,[0,97,[0,i,[0,D,[0,a,[0,b,[0,c,0]]]]]]],vG=[0,b,[0,m,[0,e,[0,c,[0,32,[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]]]]]]],vH=[0,0,0],vK=[0,[7,0],0],vL=[0,[7,0],0],vM=[0,[7,0],0],vN=[0,[7,0],0],vI=n([m,97,c,32,97,32,aC,a,L,32,b,m,97,b,32,D,f,a,c,32,E,e,b,m,32,f,b,m,a,i,32,b,97,i,D,a,b,c]),vJ=n([b,m,a,32,j,e,q,e,b,32,f,y,32,97,32,i,97,b,e,f,32,q,l,c,b,32,98,a,32,97,b,32,j,a,97,c,b,32,49]),vO=[0,o,[0,e,[0,y,[0,y,[0,a,[0,i,[0,a,[0,g,[0,99,[0,a,0]]]]]]]]]],vx=[0,[7,0],0],vy=[0,[7,0],0],vz=[0,[7,0],0],vA=[0,[7,0],0],vw=n([v,f,v,l,j,97,b,e,f,g,32,97,b,32,99,f,g,y,e,o,a,g,99,a,32]),va=[7,0],u$=[7,0],u6=[0,32,[0,98,[0,L,[0,32,0]]]],u7=[0,32,0],u8=[0,32,0],u9=[0,58,[0,32,0]],u_=[0,99,[0,j,[0,97,[0,e,[0,q,[0,c,0]]]]]],u5=[0,0],u4=n([q,l,c,b,32,m,97,B,a,32,97,g,32,a,g,b,i,L]),u2=n([m,97,c,32,b,f,f,32,q,97,g,L,32,a,g,b,i,e,a,c]),uU=n([D,j,f,98,97,j,95,i,97,b,e,f,95,c,l,v,i,a,q,l,q]),uV=n([j,f,99,97,j,95,i,97,b,e,f,95,c,l,v,i,a,q,l,q]),uW=[0,0,3],uX=n([o,a,q,f,D,i,97,v,m,e,99,95,v,97,i,e,b,L]),uY=[0,1,2],uZ=n([a,b2,l,97,j,e,cF,a,o,95,f,o,o,c]),u0=n([D,j,f,98,97,j,95,m,e,o,o,a,g,95,99,f,g,b,a,$,b]),u1=n([j,f,99,97,j,95,m,e,o,o,a,g,95,99,f,g,b,a,$,b]),up=[1,1],uq=n([a,b2,l,97,j,e,cF,a,o,95,f,o,o,c,95,b,i,l,a,95,j,97,98,a,j,95,f,B,a,i,97,j,j]),ur=[0,1],us=n([a,b2,l,97,j,95,f,v,v,f,i,b,l,g,e,b,L,95,f,B,a,i,97,j,j]),ut=[1,0],uu=n([a,b2,l,97,j,e,cF,a,o,95,f,o,o,c,95,b,i,l,a,95,j,97,98,a,j]),uv=[0,0],uw=n([a,b2,l,97,j,95,f,v,v,f,i,b,l,g,e,b,L]),ub=[0,0],uc=[0,1],ud=[0,0],ue=n([m,97,c,32,f,b,m,a,i,32,aC,a,L,c,32,b,m,97,g,32,e,b,32,q,97,L,32,m,97,B,a]),tP=n([q,l,c,b,32,m,97,B,a,32,b,E,a,j,B,a,32,o,a,99,e,q,97,j,c]),tN=[0,48,0],tM=[0,0],tK=[0,0,1,0,1,0,0],tL=[0,0,0,0,1,0,0],tD=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,e,a,c]),tE=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,e,a,c]),tF=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,e,a,c]),tB=[0,93,0],tC=[0,91,0],sM=[0,[0,0]],sK=[0,0],sI=n([v,97,e,i,c,32,q,l,c,b,32,e,g,99,i,a,97,c,a]),sJ=[0,0],sG=n([g,l,q,98,a,i,c,32,q,l,c,b,32,e,g,99,i,a,97,c,a]),sC=n([q,l,c,b,32,98,a,32,v,f,c,e,b,e,B,a]),sB=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,e,a,c]),sD=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,e,a,c]),sE=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,e,a,c]),sv=[0,0],sw=n([y,a,97,b,l,i,a,c,32,o,e,y,y,a,i,32,98,a,b,E,a,a,g,32,D,i,f,l,v,c,44,32,98,l,b,32,b,m,a,32,99,j,97,c,c,32,e,c,32,98,j,e,g,o]),sx=n([y,a,97,b,l,i,a,c,32,q,l,c,b,32,m,97,B,a,32,f,g,a,32,j,e,c,b,32,y,f,i,32,a,97,99,m,32,99,a,j,j,32,97,g,o,32,o,a,99,e,c,e,f,g]),sz=[0,0],sy=n([97,32,99,f,g,c,b,i,97,e,g,b,32,g,97,q,a,c,32,E,m,97,b,32,b,m,a,32,b,97,98,j,a,32,o,f,a,c,32,g,f,b,32,m,97,B,a]),sp=n([b,m,a,32,q,a,b,i,e,99,32,q,l,c,b,32,m,97,B,a,32,97,32,i,f,E,32,y,f,i,32,a,97,99,m,32,D,i,f,l,v]),sq=n([97,32,98,j,e,g,o,32,99,j,97,c,c,32,m,97,c,32,g,f,32,76,e,v,c,99,m,e,b,cF,32,99,f,g,c,b,97,g,b]),sr=n([b,97,l,32,q,l,c,b,32,98,a,32,97,b,32,q,f,c,b,32,D,97,q,q,97]),ss=n([D,97,q,q,97,32,q,l,c,b,32,98,a,32,v,f,c,e,b,e,B,a,32,97,g,o,32,97,b,32,j,a,97,c,b,32,q]),st=[0,97,[0,j,[0,j,0]]],su=[0,v,[0,97,[0,e,[0,i,0]]]],sl=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,e,a,c]),sm=n([g,97,q,a,c,32,97,32,o,a,99,e,c,e,f,g,32,b,m,97,b,32,b,m,a,32,b,97,98,j,a,32,o,f,a,c,32,g,f,b,32,m,97,B,a]),sn=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,e,a,c]),so=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,e,a,c]),sk=n([m,97,c,32,97,32,j,f,E,a,i,32,a,g,o,32,97,98,f,B,a,32,b,m,a,32,l,v,v,a,i,32,a,g,o]),se=n([g,97,q,a,c,32,97,32,D,i,f,l,v,44,32,98,l,b,32,b,m,a,32,99,j,97,c,c,32,e,c,32,98,j,e,g,o]),sd=n([q,l,c,b,32,m,97,B,a,32,52,32,a,g,b,i,e,a,c]),sf=n([q,l,c,b,32,m,97,B,a,32,52,32,a,g,b,i,e,a,c]),sg=n([q,l,c,b,32,m,97,B,a,32,52,32,a,g,b,i,e,a,c]),sh=n([q,l,c,b,32,m,97,B,a,32,52,32,a,g,b,i,e,a,c]),si=n([q,l,c,b,32,m,97,B,a,32,52,32,a,g,b,i,e,a,c]),sc=n([e,c,32,g,f,b,32,97,32,q,a,b,i,e,99]),rM=n([v,f,c,e,b,e,B,a,32,o,a,99,e,c,e,f,g,c,32,97,i,a,32,g,f,b,32,e,g,32,b,m,a,32,f,i,o,a,i,32,f,y,32,b,m,a,32,o,a,99,e,c,e,f,g,c]),rN=[0,0],rK=n([m,97,c,32,g,f,32,o,a,99,e,c,e,f,g,c,32,f,y,32,l,g,aC,g,f,E,g,32,D,i,f,l,v]),rL=n([m,97,c,32,97,32,99,a,j,j,32,97,y,b,a,i,32,b,m,a,32,o,a,99,e,c,e,f,g,c,32,f,y,32,l,g,aC,g,f,E,g,32,D,i,f,l,v]),rI=[0,0],rJ=[0,0],ry=[0,0],rA=[0,1],rB=n([o,a,99,e,c,e,f,g,c,32,f,y,32,l,g,aC,g,f,E,g,32,D,i,f,l,v,32,o,f,32,g,f,b,32,D,f,32,E,e,b,m,32,b,m,97,b]),rC=n([q,l,c,b,32,98,a,32,b,i,l,a,32,E,m,a,i,a,32,e,b,32,e,c,32,c,b,97,b,a,o]),rz=n([q,l,c,b,32,98,a,32,b,i,l,a,32,E,m,a,i,a,32,e,b,32,e,c,32,c,b,97,b,a,o]),rD=[0,0],rE=[0,0],rF=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zZ]]]]]]]]]]],rG=[0,0],rH=n([y,97,e,i,97,l,o,e,b,45,b,97,98,j,a,47,49]),rs=n([f,g,j,L,32,99,f,l,g,b,c,32,m,97,B,a,32,b,i,l,a,32,j,97,98,a,j,c]),rt=[0,a,[0,b2,[0,l,[0,97,[0,j,0]]]]],ru=[0,E,[0,a,[0,e,[0,D,[0,m,[0,b,[0,c,0]]]]]]],rv=[0,99,[0,f,[0,l,[0,g,[0,b,[0,c,0]]]]]],rw=n([v,i,f,98,97,98,e,j,e,b,e,a,c]),rx=[0,99,[0,f,[0,l,[0,g,[0,b,[0,c,0]]]]]],rp=n([g,97,q,a,c,32,97,32,99,f,j,l,q,g,32,b,E,e,99,a]),rq=n([q,l,c,b,32,g,97,q,a,32,97,b,32,j,a,97,c,b,32,f,g,a,32,99,f,j,l,q,g,32,f,y,32,D,i,f,l,v,c]),rr=[0,0],q3=[0,0],q4=[0,0],q5=[0,0],q0=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z0]]]]]]]]]]],qX=[0,0],qW=[0,1],qV=[0,0],qY=[0,0],qU=[0,0],qR=[0,1],qS=[0,1],qT=[0,2],qG=[0,1],qH=[0,3],qI=[0,2],qJ=[0,0],qD=[0,[0,0],[0,[0,1],[0,[1,0],[0,[1,1],0]]]],qE=[0,0,[0,1,[0,2,[0,3,[0,4,[0,5,[0,6,[0,7,0]]]]]]]],qA=[0,0,0],qs=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z3]]]]]]]]]]],qr=[0,0],qq=n([q,l,c,b,32,98,a,32,97,32,i,97,b,e,f,g,97,j,44,32,97,32,c,b,i,e,g,D]),qo=n([q,l,c,b,32,g,f,b,32,98,a,32,g,a,D,97,b,e,B,a]),qn=n([q,l,c,b,32,98,a,32,97,32,i,97,b,e,f,g,97,j,32,e,g,32,j,f,E,a,c,b,32,b,a,i,q,c]),qm=n([q,l,c,b,32,98,a,32,97,32,i,97,b,e,f,g,97,j,44,32,97,32,c,b,i,e,g,D]),qk=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z4]]]]]]]]]]],ql=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z5]]]]]]]]]]],qg=n([q,l,c,b,32,98,a,32,m,a,$,97,o,a,99,e,q,97,j,32,o,e,D,e,b,c]),qe=n([j,e,c,b,c,32,c,f,q,a,b,m,e,g,D,32,b,E,e,99,a]),qf=n([q,l,c,b,32,g,f,b,32,98,a,32,a,q,v,b,L]),qc=n([j,e,c,b,c,32,c,f,q,a,b,m,e,g,D,32,b,E,e,99,a]),qd=n([q,l,c,b,32,g,f,b,32,98,a,32,a,q,v,b,L]),qb=[0,44,[0,44,0]],qa=[0,44,[0,46,0]],p_=n([q,l,c,b,32,98,a,32,b,i,l,a,32,f,i,32,y,97,j,c,a]),p9=n([e,c,32,f,l,b,32,f,y,32,i,97,g,D,a]),p8=n([q,l,c,b,32,98,a,32,97,g,32,e,g,b,a,D,a,i]),p7=n([m,f,j,o,c,32,97,32,j,f,g,a,32,c,l,i,i,f,D,97,b,a]),p6=n([q,l,c,b,32,98,a,32,97,32,c,b,i,e,g,D]),p5=n([m,97,c,32,97,g,f,b,m,a,i,32,j,a,g,D,b,m]),p4=n([j,97,99,aC,c,32,97,32,aC,a,L]),p2=n([m,97,c,32,97,g,32,l,g,aC,g,f,E,g,32,aC,a,L]),p3=n([j,97,99,aC,c,32,97,32,aC,a,L]),p1=n([q,l,c,b,32,98,a,32,97,32,j,e,c,b]),p0=n([q,l,c,b,32,98,a,32,97,g,32,f,98,ao,a,99,b]),pZ=[0,0],pU=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z6]]]]]]]]]]],pO=[0,[0,1,1],1],pP=[0,1,1],pQ=[0,[0,[0,1,1],0],1],pR=[0,1,0],pS=[0,[0,[0,1,1],0],1],pI=[0,92,[0,92,0]],pJ=[0,92,[0,98,0]],pK=[0,92,[0,y,0]],pL=[0,92,[0,g,0]],pM=[0,92,[0,i,0]],pN=[0,92,[0,b,0]],pH=[0,0],pE=[6,[4,0]],pF=[0,0],pu=[3,0,0,0],pv=[0,0],pw=[0,1],px=[1,0,1],py=[0,l,[0,j,[0,j,0]]],pz=[0,1],pA=[0,i,[0,l,[0,a,0]]],pB=[0,0],pC=[0,97,[0,j,[0,c,[0,a,0]]]],pD=[6,[3,0]],pt=[0,0],pp=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z7]]]]]]]]]]],pj=[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]],pq=[0,[0,92,92],[0,[0,47,47],[0,[0,98,8],[0,[0,y,12],[0,[0,g,10],[0,[0,i,13],[0,[0,b,9],0]]]]]]],qi=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Aa]]]]]]]]]]],qp=[0,e,[0,g,[0,y,0]]],q1=[0,48,0],q2=[0,e,[0,g,[0,y,0]]],q6=[0,aC,[0,e,[0,g,[0,o,0]]]],q7=[0,99,[0,f,[0,j,[0,l,[0,q,[0,g,[0,c,0]]]]]]],q8=[0,v,[0,f,[0,v,[0,l,[0,j,[0,97,[0,b,[0,e,[0,f,[0,g,0]]]]]]]]]],q9=[0,o,[0,a,[0,99,[0,e,[0,c,[0,e,[0,f,[0,g,0]]]]]]]],q_=[0,D,[0,i,[0,f,[0,l,[0,v,0]]]]],q$=[0,99,[0,f,[0,g,[0,b,[0,a,[0,$,[0,b,0]]]]]]],ra=[0,b,[0,i,[0,l,[0,b,[0,m,0]]]]],rb=[0,y,[0,f,[0,i,[0,q,[0,97,[0,b,0]]]]]],rc=[0,o,[0,a,[0,99,[0,e,[0,c,[0,e,[0,f,[0,g,[0,c,0]]]]]]]]],rd=[0,D,[0,i,[0,f,[0,l,[0,v,[0,c,0]]]]]],re=[0,99,[0,f,[0,g,[0,b,[0,a,[0,$,[0,b,[0,c,0]]]]]]]],rf=[0,l,[0,b,[0,e,[0,j,[0,e,[0,b,[0,L,0]]]]]]],rg=[0,c,[0,97,[0,j,[0,b,0]]]],rh=[0,v,[0,i,[0,f,[0,y,[0,e,[0,j,[0,a,[0,c,0]]]]]]]],ri=[0,l,[0,g,[0,aC,[0,g,[0,f,[0,E,[0,g,0]]]]]]],rj=[0,b,[0,i,[0,l,[0,b,[0,m,[0,c,0]]]]]],rk=[0,E,[0,a,[0,e,[0,D,[0,m,[0,b,[0,c,0]]]]]]],rl=[0,q,[0,97,[0,c,[0,c,0]]]],rm=[0,j,[0,f,[0,99,[0,97,[0,j,0]]]]],rn=[0,D,[0,j,[0,f,[0,98,[0,97,[0,j,0]]]]]],rO=n([48,49,50,51,52,53,54,55,56,57,46,43,45,a]),rR=[0,b2,[0,l,[0,97,[0,g,[0,b,[0,e,[0,b,[0,L,0]]]]]]]],rS=[0,D,[0,97,[0,q,[0,q,[0,97,0]]]]],rT=[0,q,0],rU=[0,b,[0,97,[0,l,0]]],rV=[0,b,[0,97,[0,l,[0,95,[0,f,[0,g,0]]]]]],rW=[0,98,[0,j,[0,e,[0,g,[0,o,0]]]]],rX=[0,j,[0,e,[0,v,[0,c,[0,99,[0,m,[0,e,[0,b,[0,cF,0]]]]]]]]],rY=[0,q,[0,a,[0,b,[0,i,[0,e,[0,99,0]]]]]],rZ=[0,f,[0,i,[0,o,[0,a,[0,i,0]]]]],r0=[0,i,[0,f,[0,E,[0,c,0]]]],r1=[0,y,[0,97,[0,q,[0,e,[0,j,[0,L,0]]]]]],r2=[0,b,[0,a,[0,i,[0,q,[0,c,0]]]]],r3=[0,98,[0,f,[0,l,[0,g,[0,o,0]]]]],r4=[0,g,[0,97,[0,q,[0,a,[0,c,0]]]]],r5=[0,j,[0,f,[0,E,[0,a,[0,i,0]]]]],r6=[0,l,[0,v,[0,v,[0,a,[0,i,0]]]]],r7=[0,y,[0,a,[0,97,[0,b,[0,l,[0,i,[0,a,[0,c,0]]]]]]]],r8=n([99,f,a,y,y,e,99,e,a,g,b,c]),r9=[0,v,[0,97,[0,e,[0,i,[0,c,0]]]]],r_=[0,b,[0,m,[0,a,[0,b,[0,97,0]]]]],r$=[0,m,[0,e,[0,D,[0,m,[0,a,[0,i,0]]]]]],sa=n([q,l,j,b,e,v,j,e,a,i,c]),sQ=[0,c,[0,l,[0,98,[0,ao,[0,a,[0,99,[0,b,0]]]]]]],sR=[0,q,[0,a,[0,b,[0,i,[0,e,[0,99,[0,c,0]]]]]]],sS=n([g,f,b,95,99,f,q,v,97,i,a,o]),sT=[0,99,[0,j,[0,97,[0,e,[0,q,[0,c,0]]]]]],sU=[0,b,[0,97,[0,i,[0,D,[0,a,[0,b,[0,c,0]]]]]]],sV=[0,B,[0,a,[0,i,[0,o,[0,e,[0,99,[0,b,0]]]]]]],sW=[0,B,[0,a,[0,i,[0,c,[0,e,[0,f,[0,g,[0,c,0]]]]]]]],sX=[0,e,[0,g,[0,b,[0,a,[0,i,[0,B,[0,97,[0,j,[0,c,0]]]]]]]]],sY=[0,99,[0,m,[0,97,[0,g,[0,D,[0,a,[0,o,0]]]]]]],sZ=[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]],s0=[0,c,[0,m,[0,97,[0,50,[0,53,[0,54,0]]]]]],s1=[0,99,[0,a,[0,j,[0,j,[0,c,0]]]]],s2=[0,m,[0,a,[0,97,[0,o,[0,a,[0,i,0]]]]]],s3=[0,99,[0,j,[0,97,[0,c,[0,c,0]]]]],s4=[0,v,[0,f,[0,c,[0,e,[0,b,[0,e,[0,B,[0,a,0]]]]]]]],s5=[0,v,[0,i,[0,e,[0,B,[0,97,[0,99,[0,L,0]]]]]]],s6=[0,o,[0,a,[0,99,[0,j,[0,97,[0,i,[0,a,[0,o,0]]]]]]]],s7=n([v,i,a,v,97,i,97,b,e,f,g]),s8=[0,c,[0,v,[0,a,[0,j,[0,j,[0,e,[0,g,[0,D,[0,c,0]]]]]]]]],s9=[0,l,[0,g,[0,o,[0,a,[0,99,[0,e,[0,o,[0,a,[0,o,0]]]]]]]]],s_=n([l,g,aC,g,f,E,g,95,c,m,97,i,a,c]),s$=[0,q,[0,97,[0,$,[0,95,[0,o,[0,i,[0,e,[0,y,[0,b,0]]]]]]]]],ta=[0,a,[0,B,[0,97,[0,j,[0,l,[0,97,[0,b,[0,e,[0,f,[0,g,0]]]]]]]]]],tb=n([o,a,v,a,g,o,c,95,f,g,95,D,i,f,l,v]),tc=[0,98,[0,l,[0,i,[0,o,[0,a,[0,g,0]]]]]],td=[0,i,[0,97,[0,b,[0,e,[0,f,0]]]]],te=[0,j,[0,f,[0,D,0]]],tf=[0,B,[0,97,[0,j,[0,l,[0,a,0]]]]],tg=[0,E,[0,e,[0,b,[0,g,[0,a,[0,c,[0,c,0]]]]]]],th=n([a,$,v,a,99,b,97,b,e,f,g,c]),ti=n([v,i,f,98,97,98,e,j,e,b,e,a,c]),tj=[0,i,[0,97,[0,b,[0,a,0]]]],tk=[0,i,[0,97,[0,b,[0,a,[0,c,0]]]]],tm=[0,i,[0,a,[0,97,[0,c,[0,f,[0,g,0]]]]]],tn=[0,i,[0,a,[0,j,[0,97,[0,b,[0,e,[0,f,[0,g,0]]]]]]]],to=[0,c,[0,99,[0,f,[0,v,[0,a,0]]]]],tp=[0,98,[0,L,0]],tq=n([97,c,c,l,q,v,b,e,f,g,c]),tr=[0,a,[0,B,[0,e,[0,o,[0,a,[0,g,[0,99,[0,a,0]]]]]]]],ts=[0,c,[0,l,[0,v,[0,i,[0,a,[0,q,[0,l,[0,q,0]]]]]]]],tt=[0,j,[0,e,[0,q,[0,e,[0,b,0]]]]],tu=[0,l,[0,g,[0,e,[0,b,0]]]],tv=[0,ao,[0,l,[0,o,[0,D,[0,a,[0,o,0]]]]]],tw=[0,a,[0,c,[0,b,[0,e,[0,q,[0,97,[0,g,[0,o,0]]]]]]]],tx=[0,b,[0,e,[0,v,[0,c,0]]]],ty=[0,y,[0,i,[0,f,[0,g,[0,b,[0,e,[0,a,[0,i,0]]]]]]]],tz=[0,b,[0,f,0]],tA=[0,98,[0,97,[0,j,[0,97,[0,g,[0,99,[0,a,[0,o,0]]]]]]]],tG=n([y,97,j,c,a,95,v,f,c,e,b,e,B,a,95,i,97,b,a]),tI=n([b,i,l,a,95,v,f,c,e,b,e,B,a,95,i,97,b,a]),tR=n([g,f,32,o,a,99,e,c,e,f,g,c,32,E,e,b,m,32,97,g,f,b,m,a,i,32,b,i,l,a,32,j,97,98,a,j]),tU=n([g,f,32,o,a,99,e,c,e,f,g,c,32,E,e,b,m,32,b,m,a,32,v,f,c,e,b,e,B,a,32,b,i,l,a,32,j,97,98,a,j]),tX=n([97,32,D,i,f,l,v,32,e,c,32,q,e,c,c,e,g,D,32,e,g,32,97,32,99,f,g,b,a,$,b,32,97,g,o,32,g,f,32,v,f,v,l,j,97,b,e,f,g,32,E,97,c,32,D,e,B,a,g]),t0=n([g,f,32,v,f,v,l,j,97,b,e,f,g]),t2=n([y,a,E,a,i,32,b,m,97,g,32,b,E,f,32,D,i,f,l,v,c]),t4=n([g,f,32,o,a,99,e,c,e,f,g,c,32,i,a,99,f,i,o,a,o]),t6=n([y,97,j,c,a,95,v,f,c,e,b,e,B,a,95,i,97,b,a,95,f,B,a,i,97,j,j]),t8=n([y,97,j,c,a,95,v,f,c,e,b,e,B,a,95,i,97,b,a]),t_=n([b,i,l,a,95,v,f,c,e,b,e,B,a,95,i,97,b,a,95,f,B,a,i,97,j,j]),ua=n([b,i,l,a,95,v,f,c,e,b,e,B,a,95,i,97,b,a]),uf=n([D,j,f,98,97,j,95,c,l,v,i,a,q,l,q]),uh=n([j,f,99,97,j,95,c,l,v,i,a,q,l,q]),uj=n([a,b2,l,97,j,e,cF,a,o,95,f,o,o,c]),ul=n([o,a,q,f,D,i,97,v,m,e,99,95,v,97,i,e,b,L]),um=n([D,j,f,98,97,j,95,o,e,y,y,a,i,a,g,99,a]),uo=n([j,f,99,97,j,95,o,e,y,y,a,i,a,g,99,a]),uy=n([a,b2,l,97,j,e,cF,a,o,95,f,o,o,c]),uA=n([o,a,q,f,D,i,97,v,m,e,99,95,v,97,i,e,b,L]),uC=n([D,j,f,98,97,j,95,i,97,b,e,f]),uE=n([j,f,99,97,j,95,i,97,b,e,f]),uG=[0,61,0],uH=[0,60,[0,61,0]],uI=[0,62,[0,61,0]],uJ=[0,b,[0,m,[0,e,[0,c,[0,32,[0,j,[0,97,[0,E,0]]]]]]]],uK=n([a,B,a,i,L,32,l,b,e,j,e,b,L,32,f,y,32,b,m,a,32,99,j,97,c,c]),uM=n([a,g,l,q,a,i,97,b,e,f,g]),uN=[0,j,[0,v,[0,45,[0,o,[0,l,[0,97,[0,j,0]]]]]]],uO=[0,84,[0,53,0]],uP=[0,84,[0,54,0]],uQ=[0,84,[0,55,0]],uR=[0,84,[0,49,[0,52,0]]],uS=n([j,f,99,97,j,95,i,97,b,e,f]),uT=n([D,j,f,98,97,j,95,i,97,b,e,f]),vc=[0,99,[0,m,[0,97,[0,g,[0,D,[0,a,[0,o,0]]]]]]],ve=[0,3],vf=[0,o,[0,a,[0,v,[0,a,[0,g,[0,o,[0,c,0]]]]]]],vh=[0,2],vi=n([e,g,99,f,g,99,j,l,c,e,B,a]),vk=[0,1],vl=[0,a,[0,$,[0,99,[0,a,[0,a,[0,o,[0,c,0]]]]]]],vn=[0,0],vo=[0,E,[0,e,[0,b,[0,m,[0,e,[0,g,0]]]]]],vp=n([44,32,E,m,97,b,a,B,a,i,32,b,m,a,32,l,g,o,a,99,e,o,a,o,32,q,a,97,g,b]),vr=n([44,32,E,e,b,m,e,g,32,b,m,a,32,o,a,99,j,97,i,a,o,32,o,i,e,y,b]),vt=n([44,32,E,e,b,m,32,b,m,a,32,o,a,99,j,97,i,a,o,32,m,e,o,o,a,g,32,99,f,g,b,a,$,b]),vv=n([44,32,E,m,f,a,B,a,i,32,b,m,a,32,l,g,aC,g,f,E,g,32,97,i,a]),vX=[0,99,[0,f,[0,g,[0,y,[0,e,[0,o,[0,a,[0,g,[0,99,[0,a,0]]]]]]]]]],vY=[0,a,[0,g,[0,o,[0,c,0]]]],vZ=[0,i,[0,a,[0,D,[0,e,[0,f,[0,g,0]]]]]],v0=n([e,g,o,a,v,a,g,o,a,g,b]),v1=[0,q,[0,a,[0,b,[0,m,[0,f,[0,o,0]]]]]],v2=[0,j,[0,e,[0,q,[0,e,[0,b,[0,c,0]]]]]],v3=[0,j,[0,a,[0,B,[0,a,[0,j,[0,c,0]]]]]],v4=[0,l,[0,v,[0,v,[0,a,[0,i,0]]]]],v5=[0,j,[0,f,[0,E,[0,a,[0,i,0]]]]],v6=[0,v,[0,97,[0,e,[0,i,0]]]],v7=[0,e,[0,g,[0,b,[0,a,[0,i,[0,B,[0,97,[0,j,0]]]]]]]],v8=[0,l,[0,g,[0,e,[0,b,[0,c,0]]]]],v_=[0,n([m,f,a,y,y,o,e,g,D,45,aC,j]),[0,n([a,q,v,e,i,e,99,97,j,45,98,a,i,g,c,b,a,e,g]),[0,n([e,g,b,a,i,c,a,99,b,e,f,g]),0]]],wB=n([v,f,v,l,j,97,b,e,f,g,32,97,b,32,99,f,g,y,e,o,a,g,99,a,32]),wC=n([v,f,v,l,j,97,b,e,f,g,44,32,f,g,a,45,c,e,o,a,o,32,97,b,32,99,f,g,y,e,o,a,g,99,a,32]),wI=[0,98,[0,e,[0,g,[0,f,[0,q,[0,e,[0,97,[0,j,0]]]]]]]],wN=n([b,m,a,32,o,i,97,E,c,32,E,e,b,m,e,g,32,97,32,99,a,j,j,32,97,i,a,32,e,g,o,a,v,a,g,o,a,g,b,44,32,a,97,99,m,32,E,e,b,m,32,b,m,a,32,j,97,E,32,f,y,32,b,m,a,32,99,a,j,j,44,32,97,g,o,32,m,f,E,32,q,97,g,L,32,b,m,a,i,a,32,97,i,a,32,o,f,a,c,32,g,f,b,32,o,a,v,a,g,o,32,f,g,32,m,f,E,32,b,m,a,L,32,99,97,q,a,32,f,l,b]),wP=n([b,m,a,32,99,f,g,b,a,$,b,c,32,f,y,32,a,97,99,m,32,D,i,f,l,v,32,E,a,i,a,32,o,i,97,E,g,32,y,i,f,q,32,e,b,c,32,v,f,v,l,j,97,b,e,f,g,44,32,g,f,b,32,c,a,b,32,98,L,32,o,a,c,e,D,g]),wS=n([E,m,97,b,a,B,a,i,32,99,f,l,j,o,32,m,97,B,a,32,98,a,a,g,32,o,i,97,E,g,32,e,g,32,97,32,99,a,j,j,32,m,97,c,32,97,32,l,b,e,j,e,b,L,32,98,a,b,E,a,a,g,32,48,32,97,g,o,32,b,m,a,32,D,i,a,97,b,a,c,b,32,b,m,97,b,32,97,32,o,a,99,e,c,e,f,g,32,m,97,c,32,b,m,a,i,a]),wU=n([l,b,e,j,e,b,L,44,32,q,a,b,m,f,o,32,97,g,o,32,99,f,g,y,e,o,a,g,99,a,32,E,a,i,a,32,99,m,f,c,a,g,32,E,e,b,m,f,l,b,32,j,f,f,aC,e,g,D,32,97,b,32,b,m,a,32,o,i,97,E,c]),wW=n([b,m,a,32,o,i,97,E,c,32,f,y,32,o,e,y,y,a,i,a,g,b,32,99,a,j,j,c,32,97,i,a,32,e,g,o,a,v,a,g,o,a,g,b,32,f,y,32,a,97,99,m,32,f,b,m,a,i]),wY=n([97,32,c,97,q,v,j,e,g,D,32,l,g,e,b,32,99,97,g,32,m,97,B,a,32,g,f,32,q,f,i,a,32,b,m,97,g,32,f,g,a,32,i,f,E,32,e,g,32,97,32,99,a,j,j,44,32,97,c,32,e,c,32,b,m,a,32,99,97,c,a,32,m,a,i,a]),w4=[0,y,[0,e,[0,j,[0,b,[0,a,[0,i,[0,c,0]]]]]]],w5=[0,e,[0,g,[0,v,[0,l,[0,b,[0,c,0]]]]]],w6=[0,f,[0,l,[0,b,[0,v,[0,l,[0,b,[0,c,0]]]]]]],w7=[0,i,[0,a,[0,j,[0,a,[0,97,[0,c,[0,a,[0,c,0]]]]]]]],w8=[0,o,[0,i,[0,97,[0,E,[0,c,0]]]]],w9=n([b,i,l,a,95,99,f,g,b,a,$,b]),w_=[0,b,[0,i,[0,l,[0,a,[0,95,[0,D,[0,i,[0,f,[0,l,[0,v,0]]]]]]]]]],w$=[0,D,[0,j,[0,f,[0,98,[0,97,[0,j,[0,95,[0,b,[0,97,[0,l,0]]]]]]]]]],xa=[0,98,[0,L,[0,95,[0,99,[0,f,[0,g,[0,b,[0,a,[0,$,[0,b,0]]]]]]]]]],xb=[0,v,[0,f,[0,j,[0,e,[0,99,[0,L,0]]]]]],xE=n([a,$,v,95,a,v,c,e,j,f,g]),xF=[0,97,[0,b,[0,b,[0,i,[0,e,[0,98,[0,l,[0,b,[0,a,[0,c,0]]]]]]]]]],xG=n([q,l,j,b,e,v,j,e,a,i,c]),xH=[0,i,[0,97,[0,E,[0,95,[0,i,[0,97,[0,b,[0,e,[0,f,0]]]]]]]]],xJ=n([99,f,q,v,f,c,e,b,e,f,g]),xL=[0,97,[0,b,[0,b,[0,97,[0,e,[0,g,[0,a,[0,o,0]]]]]]]],xM=[0,l,[0,g,[0,y,[0,e,[0,j,[0,b,[0,a,[0,i,[0,a,[0,o,0]]]]]]]]]],xZ=n([97,g,L,32,v,f,j,e,99,L,32,98,a,m,e,g,o,32,b,m,e,c,32,y,e,j,b,a,i]),x0=n([32,b,m,97,b,32,aC,a,a,v,c,32,b,m,a,32,o,a,99,j,97,i,a,o,32,y,j,f,f,i]),x1=n([44,32,97,g,L,32,l,b,e,j,e,b,L,32,f,y,32,b,m,a,32,o,a,99,j,97,i,a,o,32,i,97,g,D,a]),x2=n([b,m,e,c,32,v,f,j,e,99,L,32,97,g,o,32,99,f,g,b,a,$,b,32,y,e,j,b,a,i,44,32,97,g,L,32,D,i,f,l,v,32,y,e,j,b,a,i,32,97,b,32,q,f,c,b,32,b,m,e,c,32,a,v,c,e,j,f,g,32,b,m,97,b,32,i,a,j,a,97,c,a,c,32,b,m,a,32,c,97,q,a,32,B,97,j,l,a,c]),x4=n([b,m,e,c,32,v,f,j,e,99,L,32,97,g,o,32,D,i,f,l,v,32,y,e,j,b,a,i,44,32,97,g,L,32,99,f,g,b,a,$,b,32,y,e,j,b,a,i,32,b,m,97,b,32,i,a,j,a,97,c,a,c,32,b,m,a,c,a,32,99,f,g,b,a,$,b,c]),x6=[0,84,[0,49,[0,51,0]]],x7=n([84,53,45,o,a,99,e,c,e,f,g]),yv=n([b,m,a,32,y,e,j,b,a,i,39,c,32,o,i,97,E,c,32,y,f,i,32,D,i,f,l,v,32,97,g,o,32,99,f,g,b,a,$,b,32,97,i,a,32,e,g,o,a,v,a,g,o,a,g,b,32,f,y,32,a,97,99,m,32,f,b,m,a,i,32,97,g,o,32,f,y,32,a,B,a,i,L,b,m,e,g,D,32,a,j,c,a,44,32,y,i,a,c,m,32,y,f,i,32,a,97,99,m,32,o,a,99,e,c,e,f,g,44,32,97,g,o,32,b,m,a,32,o,a,99,e,c,e,f,g,32,o,a,v,a,g,o,c,32,f,g,32,D,i,f,l,v,32,97,g,o,32,99,f,g,b,a,$,b,32,f,g,j,L,32,b,m,i,f,l,D,m,32,E,m,97,b,32,b,m,a,32,y,e,j,b,a,i,c,32,i,a,j,a,97,c,a]),yw=n([b,m,a,32,99,f,g,b,a,$,b,c,32,f,y,32,a,97,99,m,32,D,i,f,l,v,32,97,i,a,32,o,e,c,b,i,e,98,l,b,a,o,32,97,c,32,e,g,32,b,m,a,32,c,b,97,b,a,o,32,v,f,v,l,j,97,b,e,f,g]),zP=t(": "),zN=[0,[0,t("nothing was judged: the certificate needs more memory than there is"),0],3],zO=[0,[0,t("nothing was judged: the certificate does not embed its table; give it with --table"),0],3],zQ=t("malformed: "),zJ=t(mb),zK=t("FALSE"),zL=t("not covered"),zH=[0,[11,t("\\x"),[4,6,[0,2,2],0,0]],t("\\x%02x")],zI=t(W),zR=t("\n");function
+ar(a){if(typeof
 a==="number")return 0;else
 switch(a[0]){case
-0:return[0,aq(a[1])];case
-1:return[1,aq(a[1])];case
-2:return[2,aq(a[1])];case
-3:return[3,aq(a[1])];case
-4:return[4,aq(a[1])];case
-5:return[5,aq(a[1])];case
-6:return[6,aq(a[1])];case
-7:return[7,aq(a[1])];case
+0:return[0,ar(a[1])];case
+1:return[1,ar(a[1])];case
+2:return[2,ar(a[1])];case
+3:return[3,ar(a[1])];case
+4:return[4,ar(a[1])];case
+5:return[5,ar(a[1])];case
+6:return[6,ar(a[1])];case
+7:return[7,ar(a[1])];case
 8:var
-c=a[1];return[8,c,aq(a[2])];case
+c=a[1];return[8,c,ar(a[2])];case
 9:var
-b=a[1];return[9,b,b,aq(a[3])];case
-10:return[10,aq(a[1])];case
-11:return[11,aq(a[1])];case
-12:return[12,aq(a[1])];case
-13:return[13,aq(a[1])];default:return[14,aq(a[1])]}}function
-aW(a,b){if(typeof
+b=a[1];return[9,b,b,ar(a[3])];case
+10:return[10,ar(a[1])];case
+11:return[11,ar(a[1])];case
+12:return[12,ar(a[1])];case
+13:return[13,ar(a[1])];default:return[14,ar(a[1])]}}function
+aY(a,b){if(typeof
 a==="number")return b;else
 switch(a[0]){case
-0:return[0,aW(a[1],b)];case
-1:return[1,aW(a[1],b)];case
-2:return[2,aW(a[1],b)];case
-3:return[3,aW(a[1],b)];case
-4:return[4,aW(a[1],b)];case
-5:return[5,aW(a[1],b)];case
-6:return[6,aW(a[1],b)];case
-7:return[7,aW(a[1],b)];case
+0:return[0,aY(a[1],b)];case
+1:return[1,aY(a[1],b)];case
+2:return[2,aY(a[1],b)];case
+3:return[3,aY(a[1],b)];case
+4:return[4,aY(a[1],b)];case
+5:return[5,aY(a[1],b)];case
+6:return[6,aY(a[1],b)];case
+7:return[7,aY(a[1],b)];case
 8:var
-c=a[1];return[8,c,aW(a[2],b)];case
+c=a[1];return[8,c,aY(a[2],b)];case
 9:var
-d=a[2],e=a[1];return[9,e,d,aW(a[3],b)];case
-10:return[10,aW(a[1],b)];case
-11:return[11,aW(a[1],b)];case
-12:return[12,aW(a[1],b)];case
-13:return[13,aW(a[1],b)];default:return[14,aW(a[1],b)]}}function
-aj(a,b){if(typeof
+d=a[2],e=a[1];return[9,e,d,aY(a[3],b)];case
+10:return[10,aY(a[1],b)];case
+11:return[11,aY(a[1],b)];case
+12:return[12,aY(a[1],b)];case
+13:return[13,aY(a[1],b)];default:return[14,aY(a[1],b)]}}function
+ak(a,b){if(typeof
 a==="number")return b;else
 switch(a[0]){case
-0:return[0,aj(a[1],b)];case
-1:return[1,aj(a[1],b)];case
+0:return[0,ak(a[1],b)];case
+1:return[1,ak(a[1],b)];case
 2:var
-c=a[1];return[2,c,aj(a[2],b)];case
+c=a[1];return[2,c,ak(a[2],b)];case
 3:var
-d=a[1];return[3,d,aj(a[2],b)];case
+d=a[1];return[3,d,ak(a[2],b)];case
 4:var
-e=a[3],f=a[2],g=a[1];return[4,g,f,e,aj(a[4],b)];case
+e=a[3],f=a[2],g=a[1];return[4,g,f,e,ak(a[4],b)];case
 5:var
-h=a[3],i=a[2],j=a[1];return[5,j,i,h,aj(a[4],b)];case
+h=a[3],i=a[2],j=a[1];return[5,j,i,h,ak(a[4],b)];case
 6:var
-k=a[3],l=a[2],m=a[1];return[6,m,l,k,aj(a[4],b)];case
+k=a[3],l=a[2],m=a[1];return[6,m,l,k,ak(a[4],b)];case
 7:var
-n=a[3],o=a[2],p=a[1];return[7,p,o,n,aj(a[4],b)];case
+n=a[3],o=a[2],p=a[1];return[7,p,o,n,ak(a[4],b)];case
 8:var
-q=a[3],r=a[2],s=a[1];return[8,s,r,q,aj(a[4],b)];case
+q=a[3],r=a[2],s=a[1];return[8,s,r,q,ak(a[4],b)];case
 9:var
-t=a[1];return[9,t,aj(a[2],b)];case
-10:return[10,aj(a[1],b)];case
+t=a[1];return[9,t,ak(a[2],b)];case
+10:return[10,ak(a[1],b)];case
 11:var
-u=a[1];return[11,u,aj(a[2],b)];case
+u=a[1];return[11,u,ak(a[2],b)];case
 12:var
-v=a[1];return[12,v,aj(a[2],b)];case
+v=a[1];return[12,v,ak(a[2],b)];case
 13:var
-w=a[2],x=a[1];return[13,x,w,aj(a[3],b)];case
+w=a[2],x=a[1];return[13,x,w,ak(a[3],b)];case
 14:var
-y=a[2],z=a[1];return[14,z,y,aj(a[3],b)];case
-15:return[15,aj(a[1],b)];case
-16:return[16,aj(a[1],b)];case
+y=a[2],z=a[1];return[14,z,y,ak(a[3],b)];case
+15:return[15,ak(a[1],b)];case
+16:return[16,ak(a[1],b)];case
 17:var
-A=a[1];return[17,A,aj(a[2],b)];case
+A=a[1];return[17,A,ak(a[2],b)];case
 18:var
-B=a[1];return[18,B,aj(a[2],b)];case
-19:return[19,aj(a[1],b)];case
+B=a[1];return[18,B,ak(a[2],b)];case
+19:return[19,ak(a[1],b)];case
 20:var
-C=a[2],D=a[1];return[20,D,C,aj(a[3],b)];case
+C=a[2],D=a[1];return[20,D,C,ak(a[3],b)];case
 21:var
-E=a[1];return[21,E,aj(a[2],b)];case
-22:return[22,aj(a[1],b)];case
+E=a[1];return[21,E,ak(a[2],b)];case
+22:return[22,ak(a[1],b)];case
 23:var
-F=a[1];return[23,F,aj(a[2],b)];default:var
-G=a[2],H=a[1];return[24,H,G,aj(a[3],b)]}}function
-cr(a){throw[0,hp,a]}function
-fq(a){return 0<=a?a:-a|0}function
-de(d,c){var
-a=ao(d),e=ao(c),b=aE(a+e|0);bM(d,0,b,0,a);bM(c,0,b,a,e);return a4(b)}function
-mN(a){return a?mO:mP}Aj(0);my(1);my(2);function
-hu(b){function
+F=a[1];return[23,F,ak(a[2],b)];default:var
+G=a[2],H=a[1];return[24,H,G,ak(a[3],b)]}}function
+ct(a){throw[0,hD,a]}function
+fA(a){return 0<=a?a:-a|0}function
+dg(d,c){var
+a=ap(d),e=ap(c),b=aH(a+e|0);bP(d,0,b,0,a);bP(c,0,b,a,e);return a7(b)}function
+m7(a){return a?m8:m9}AN(0);mT(1);mT(2);function
+hI(b){function
 a(b){var
 a=b;for(;;){if(a){var
-c=a[2],d=a[1];try{Ai(d)}catch(a){a=mF(a);if(a[1]!==ht)throw a;var
+c=a[2],d=a[1];try{AM(d)}catch(a){a=m0(a);if(a[1]!==hH)throw a;var
 e=a}var
-a=c;continue}return 0}}return a(Ak(0))}Aq(s(lt),hu);function
-mQ(b,a){return a?[0,A(b,a[1])]:0}function
-fr(a){if(0<=a&&!(gX<a))return a;return cr(mR)}var
-df=(4*At(0)|0)-1|0;function
-fs(d){var
+a=c;continue}return 0}}return a(AO(0))}AU(t(lO),hI);function
+m_(b,a){return a?[0,A(b,a[1])]:0}function
+fB(a){if(0<=a&&!(g_<a))return a;return ct(m$)}var
+dh=(4*AX(0)|0)-1|0;function
+fC(d){var
 a=d,b=0;for(;;){if(a){var
 c=[0,a[1],b],a=a[2],b=c;continue}return b}}function
-hv(d,c){var
+hJ(d,c){var
 b=0,a=c;for(;;){if(a){var
 e=a[2],b=[0,A(d,a[1]),b],a=e;continue}return b}}function
-b7(a,c){var
-b=aE(a);zW(b,0,a,c);return b}function
-hw(d,b,a){var
-f=0;if(0<=b&&0<=a&&!((a3(d)-a|0)<b)){var
-c=aE(a);cG(d,b,c,0,a);var
+b9(a,c){var
+b=aH(a);Ao(b,0,a,c);return b}function
+hK(d,b,a){var
+f=0;if(0<=b&&0<=a&&!((a6(d)-a|0)<b)){var
+c=aH(a);cG(d,b,c,0,a);var
 e=c;f=1}if(!f)var
-e=cr(mY);return a4(e)}function
-hx(e,c,d,b,a){if(0<=a&&0<=c&&!((a3(e)-a|0)<c)&&0<=b&&!((a3(d)-a|0)<b))return cG(e,c,d,b,a);return cr(mZ)}function
-bN(e,c,d,b,a){if(0<=a&&0<=c&&!((ao(e)-a|0)<c)&&0<=b&&!((a3(d)-a|0)<b))return bM(e,c,d,b,a);return cr(m0)}function
-hy(b,a){return a4(b7(b,a))}function
-ft(k,g){if(g){var
-h=ao(k),c=0,b=g,p=0;for(;;){if(b){var
+e=ct(ng);return a7(e)}function
+hL(e,c,d,b,a){if(0<=a&&0<=c&&!((a6(e)-a|0)<c)&&0<=b&&!((a6(d)-a|0)<b))return cG(e,c,d,b,a);return ct(nh)}function
+bQ(e,c,d,b,a){if(0<=a&&0<=c&&!((ap(e)-a|0)<c)&&0<=b&&!((a6(d)-a|0)<b))return bP(e,c,d,b,a);return ct(ni)}function
+hM(b,a){return a7(b9(b,a))}function
+fD(k,g){if(g){var
+h=ap(k),c=0,b=g,p=0;for(;;){if(b){var
 i=b[1];if(b[2]){var
-j=(ao(i)+h|0)+c|0,m=b[2],n=c<=j?j:cr(m1),c=n,b=m;continue}var
-l=ao(i)+c|0}else
+j=(ap(i)+h|0)+c|0,m=b[2],n=c<=j?j:ct(nj),c=n,b=m;continue}var
+l=ap(i)+c|0}else
 var
 l=c;var
-f=aE(l),e=p,d=g;for(;;){if(d){var
+f=aH(l),e=p,d=g;for(;;){if(d){var
 a=d[1];if(d[2]){var
-o=d[2];bM(a,0,f,e,ao(a));bM(k,0,f,e+ao(a)|0,h);var
-e=(e+ao(a)|0)+h|0,d=o;continue}bM(a,0,f,e,ao(a))}return a4(f)}}}return m2}function
-hz(a,c){var
-d=a[2],b=[0,a[3]];for(;;){if(b[1]<(d+c|0)){b[1]=2*b[1]|0;continue}if(df<b[1]){if(!((d+c|0)<=df))throw[0,hq,m6];b[1]=df}var
-e=aE(b[1]);hx(a[1],0,e,0,a[2]);a[1]=e;a[3]=b[1];if((a[2]+c|0)<=a[3]){if((d+c|0)<=a[3])return 0;throw[0,at,m4]}throw[0,at,m5]}}function
-dg(a,c){var
-b=ao(c),d=a[2]+b|0;if(a[3]<d)hz(a,b);bM(c,0,a[1],a[2],b);a[2]=d;return 0}function
-fu(a){return 5===a[2]?12:-6}function
-hA(a){return[0,0,aE(a)]}function
-hB(a,h){var
-b=a3(a[2]),c=a[1]+h|0,d=b<c?1:0;if(d){var
-e=b*2|0,i=c<=e?e:c,f=aE(i);hx(a[2],0,f,0,b);a[2]=f;var
+o=d[2];bP(a,0,f,e,ap(a));bP(k,0,f,e+ap(a)|0,h);var
+e=(e+ap(a)|0)+h|0,d=o;continue}bP(a,0,f,e,ap(a))}return a7(f)}}}return nk}function
+hN(a,c){var
+d=a[2],b=[0,a[3]];for(;;){if(b[1]<(d+c|0)){b[1]=2*b[1]|0;continue}if(dh<b[1]){if(!((d+c|0)<=dh))throw[0,hE,no];b[1]=dh}var
+e=aH(b[1]);hL(a[1],0,e,0,a[2]);a[1]=e;a[3]=b[1];if((a[2]+c|0)<=a[3]){if((d+c|0)<=a[3])return 0;throw[0,av,nm]}throw[0,av,nn]}}function
+di(a,c){var
+b=ap(c),d=a[2]+b|0;if(a[3]<d)hN(a,b);bP(c,0,a[1],a[2],b);a[2]=d;return 0}function
+fE(a){return 5===a[2]?12:-6}function
+hO(a){return[0,0,aH(a)]}function
+hP(a,h){var
+b=a6(a[2]),c=a[1]+h|0,d=b<c?1:0;if(d){var
+e=b*2|0,i=c<=e?e:c,f=aH(i);hL(a[2],0,f,0,b);a[2]=f;var
 g=0}else
 var
 g=d;return g}function
-cO(a,b){hB(a,1);b2(a[2],a[1],b);a[1]=a[1]+1|0;return 0}function
-aO(a,c){var
-b=ao(c);hB(a,b);bN(c,0,a[2],a[1],b);a[1]=a[1]+b|0;return 0}function
-hC(a){return hw(a[2],0,a[1])}function
-fv(b,c){var
+cO(a,b){hP(a,1);b4(a[2],a[1],b);a[1]=a[1]+1|0;return 0}function
+aR(a,c){var
+b=ap(c);hP(a,b);bQ(c,0,a[2],a[1],b);a[1]=a[1]+b|0;return 0}function
+hQ(a){return hK(a[2],0,a[1])}function
+fF(b,c){var
 a=c;for(;;)if(typeof
 a==="number")return 0;else
 switch(a[0]){case
 0:var
-d=a[1];aO(b,nd);var
+d=a[1];aR(b,nx);var
 a=d;continue;case
 1:var
-e=a[1];aO(b,ne);var
+e=a[1];aR(b,ny);var
 a=e;continue;case
 2:var
-f=a[1];aO(b,nf);var
+f=a[1];aR(b,nz);var
 a=f;continue;case
 3:var
-g=a[1];aO(b,ng);var
+g=a[1];aR(b,nA);var
 a=g;continue;case
 4:var
-h=a[1];aO(b,nh);var
+h=a[1];aR(b,nB);var
 a=h;continue;case
 5:var
-i=a[1];aO(b,ni);var
+i=a[1];aR(b,nC);var
 a=i;continue;case
 6:var
-j=a[1];aO(b,nj);var
+j=a[1];aR(b,nD);var
 a=j;continue;case
 7:var
-k=a[1];aO(b,nk);var
+k=a[1];aR(b,nE);var
 a=k;continue;case
 8:var
-l=a[2],m=a[1];aO(b,nl);fv(b,m);aO(b,nm);var
+l=a[2],m=a[1];aR(b,nF);fF(b,m);aR(b,nG);var
 a=l;continue;case
 9:var
-n=a[3],o=a[1];aO(b,nn);fv(b,o);aO(b,no);var
+n=a[3],o=a[1];aR(b,nH);fF(b,o);aR(b,nI);var
 a=n;continue;case
 10:var
-p=a[1];aO(b,np);var
+p=a[1];aR(b,nJ);var
 a=p;continue;case
 11:var
-q=a[1];aO(b,nq);var
+q=a[1];aR(b,nK);var
 a=q;continue;case
 12:var
-r=a[1];aO(b,nr);var
+r=a[1];aR(b,nL);var
 a=r;continue;case
 13:var
-s=a[1];aO(b,ns);var
+s=a[1];aR(b,nM);var
 a=s;continue;default:var
-t=a[1];aO(b,nt);var
+t=a[1];aR(b,nN);var
 a=t;continue}}function
-ax(a){if(typeof
+aA(a){if(typeof
 a==="number")return 0;else
 switch(a[0]){case
-0:return[0,ax(a[1])];case
-1:return[1,ax(a[1])];case
-2:return[2,ax(a[1])];case
-3:return[3,ax(a[1])];case
-4:return[4,ax(a[1])];case
-5:return[5,ax(a[1])];case
-6:return[6,ax(a[1])];case
-7:return[7,ax(a[1])];case
+0:return[0,aA(a[1])];case
+1:return[1,aA(a[1])];case
+2:return[2,aA(a[1])];case
+3:return[3,aA(a[1])];case
+4:return[4,aA(a[1])];case
+5:return[5,aA(a[1])];case
+6:return[6,aA(a[1])];case
+7:return[7,aA(a[1])];case
 8:var
-b=a[1];return[8,b,ax(a[2])];case
+b=a[1];return[8,b,aA(a[2])];case
 9:var
-c=a[2],d=a[1];return[9,c,d,ax(a[3])];case
-10:return[10,ax(a[1])];case
-11:return[11,ax(a[1])];case
-12:return[12,ax(a[1])];case
-13:return[13,ax(a[1])];default:return[14,ax(a[1])]}}function
-aP(a){if(typeof
+c=a[2],d=a[1];return[9,c,d,aA(a[3])];case
+10:return[10,aA(a[1])];case
+11:return[11,aA(a[1])];case
+12:return[12,aA(a[1])];case
+13:return[13,aA(a[1])];default:return[14,aA(a[1])]}}function
+aS(a){if(typeof
 a==="number"){var
 r=function(a){return 0},s=function(a){return 0},t=function(a){return 0};return[0,function(a){return 0},t,s,r]}else
 switch(a[0]){case
 0:var
-b=aP(a[1]),u=b[4],v=b[3],w=b[2],x=b[1],y=function(a){A(w,0);return 0};return[0,function(a){A(x,0);return 0},y,v,u];case
+b=aS(a[1]),u=b[4],v=b[3],w=b[2],x=b[1],y=function(a){A(w,0);return 0};return[0,function(a){A(x,0);return 0},y,v,u];case
 1:var
-c=aP(a[1]),z=c[4],B=c[3],C=c[2],D=c[1],E=function(a){A(C,0);return 0};return[0,function(a){A(D,0);return 0},E,B,z];case
+c=aS(a[1]),z=c[4],B=c[3],C=c[2],D=c[1],E=function(a){A(C,0);return 0};return[0,function(a){A(D,0);return 0},E,B,z];case
 2:var
-d=aP(a[1]),F=d[4],G=d[3],H=d[2],I=d[1],J=function(a){A(H,0);return 0};return[0,function(a){A(I,0);return 0},J,G,F];case
+d=aS(a[1]),F=d[4],G=d[3],H=d[2],I=d[1],J=function(a){A(H,0);return 0};return[0,function(a){A(I,0);return 0},J,G,F];case
 3:var
-e=aP(a[1]),K=e[4],L=e[3],M=e[2],N=e[1],O=function(a){A(M,0);return 0};return[0,function(a){A(N,0);return 0},O,L,K];case
+e=aS(a[1]),K=e[4],L=e[3],M=e[2],N=e[1],O=function(a){A(M,0);return 0};return[0,function(a){A(N,0);return 0},O,L,K];case
 4:var
-f=aP(a[1]),P=f[4],Q=f[3],R=f[2],S=f[1],T=function(a){A(R,0);return 0};return[0,function(a){A(S,0);return 0},T,Q,P];case
+f=aS(a[1]),P=f[4],Q=f[3],R=f[2],S=f[1],T=function(a){A(R,0);return 0};return[0,function(a){A(S,0);return 0},T,Q,P];case
 5:var
-g=aP(a[1]),U=g[4],V=g[3],W=g[2],X=g[1],Y=function(a){A(W,0);return 0};return[0,function(a){A(X,0);return 0},Y,V,U];case
+g=aS(a[1]),U=g[4],V=g[3],W=g[2],X=g[1],Y=function(a){A(W,0);return 0};return[0,function(a){A(X,0);return 0},Y,V,U];case
 6:var
-h=aP(a[1]),Z=h[4],_=h[3],$=h[2],aa=h[1],ab=function(a){A($,0);return 0};return[0,function(a){A(aa,0);return 0},ab,_,Z];case
+h=aS(a[1]),Z=h[4],_=h[3],$=h[2],aa=h[1],ab=function(a){A($,0);return 0};return[0,function(a){A(aa,0);return 0},ab,_,Z];case
 7:var
-i=aP(a[1]),ac=i[4],ad=i[3],ae=i[2],af=i[1],ag=function(a){A(ae,0);return 0};return[0,function(a){A(af,0);return 0},ag,ad,ac];case
+i=aS(a[1]),ac=i[4],ad=i[3],ae=i[2],af=i[1],ag=function(a){A(ae,0);return 0};return[0,function(a){A(af,0);return 0},ag,ad,ac];case
 8:var
-j=aP(a[2]),ah=j[4],ai=j[3],aj=j[2],ak=j[1],al=function(a){A(aj,0);return 0};return[0,function(a){A(ak,0);return 0},al,ai,ah];case
+j=aS(a[2]),ah=j[4],ai=j[3],aj=j[2],ak=j[1],al=function(a){A(aj,0);return 0};return[0,function(a){A(ak,0);return 0},al,ai,ah];case
 9:var
-am=a[2],an=a[1],k=aP(a[3]),ao=k[4],ap=k[3],aq=k[2],ar=k[1],l=aP(aB(ax(an),am)),as=l[4],at=l[3],au=l[2],av=l[1],aw=function(a){A(as,0);A(ao,0);return 0},ay=function(a){A(ap,0);A(at,0);return 0},az=function(a){A(au,0);A(aq,0);return 0};return[0,function(a){A(ar,0);A(av,0);return 0},az,ay,aw];case
+am=a[2],an=a[1],k=aS(a[3]),ao=k[4],ap=k[3],aq=k[2],ar=k[1],l=aS(aD(aA(an),am)),as=l[4],at=l[3],au=l[2],av=l[1],aw=function(a){A(as,0);A(ao,0);return 0},ax=function(a){A(ap,0);A(at,0);return 0},ay=function(a){A(au,0);A(aq,0);return 0};return[0,function(a){A(ar,0);A(av,0);return 0},ay,ax,aw];case
 10:var
-m=aP(a[1]),aA=m[4],aC=m[3],aD=m[2],aE=m[1],aF=function(a){A(aD,0);return 0};return[0,function(a){A(aE,0);return 0},aF,aC,aA];case
+m=aS(a[1]),az=m[4],aB=m[3],aC=m[2],aE=m[1],aF=function(a){A(aC,0);return 0};return[0,function(a){A(aE,0);return 0},aF,aB,az];case
 11:var
-n=aP(a[1]),aG=n[4],aH=n[3],aI=n[2],aJ=n[1],aK=function(a){A(aI,0);return 0};return[0,function(a){A(aJ,0);return 0},aK,aH,aG];case
+n=aS(a[1]),aG=n[4],aH=n[3],aI=n[2],aJ=n[1],aK=function(a){A(aI,0);return 0};return[0,function(a){A(aJ,0);return 0},aK,aH,aG];case
 12:var
-o=aP(a[1]),aL=o[4],aM=o[3],aN=o[2],aO=o[1],aQ=function(a){A(aN,0);return 0};return[0,function(a){A(aO,0);return 0},aQ,aM,aL];case
+o=aS(a[1]),aL=o[4],aM=o[3],aN=o[2],aO=o[1],aP=function(a){A(aN,0);return 0};return[0,function(a){A(aO,0);return 0},aP,aM,aL];case
 13:var
-p=aP(a[1]),aR=p[4],aS=p[3],aT=p[2],aU=p[1],aV=function(a){A(aR,0);return 0},aW=function(a){A(aS,0);return 0},aX=function(a){A(aT,0);return 0};return[0,function(a){A(aU,0);return 0},aX,aW,aV];default:var
-q=aP(a[1]),aY=q[4],aZ=q[3],a0=q[2],a1=q[1],a2=function(a){A(aY,0);return 0},a3=function(a){A(aZ,0);return 0},a4=function(a){A(a0,0);return 0};return[0,function(a){A(a1,0);return 0},a4,a3,a2]}}function
-aB(c,b){var
+p=aS(a[1]),aQ=p[4],aR=p[3],aT=p[2],aU=p[1],aV=function(a){A(aQ,0);return 0},aW=function(a){A(aR,0);return 0},aX=function(a){A(aT,0);return 0};return[0,function(a){A(aU,0);return 0},aX,aW,aV];default:var
+q=aS(a[1]),aY=q[4],aZ=q[3],a0=q[2],a1=q[1],a2=function(a){A(aY,0);return 0},a3=function(a){A(aZ,0);return 0},a4=function(a){A(a0,0);return 0};return[0,function(a){A(a1,0);return 0},a4,a3,a2]}}function
+aD(c,b){var
 a=0;if(typeof
 c==="number")if(typeof
 b==="number")return 0;else
@@ -1013,12 +1013,12 @@ switch(b[0]){case
 13:a=3;break;case
 14:a=4;break;case
 8:a=5;break;case
-9:a=6;break;default:throw[0,at,nu]}else
+9:a=6;break;default:throw[0,av,nO]}else
 switch(c[0]){case
 0:var
 d=0,s=c[1];if(typeof
 b!=="number")switch(b[0]){case
-0:return[0,aB(s,b[1])];case
+0:return[0,aD(s,b[1])];case
 8:a=5;d=1;break;case
 9:a=6;d=1;break;case
 10:d=1;break;case
@@ -1029,7 +1029,7 @@ b!=="number")switch(b[0]){case
 1:var
 e=0,t=c[1];if(typeof
 b!=="number")switch(b[0]){case
-1:return[1,aB(t,b[1])];case
+1:return[1,aD(t,b[1])];case
 8:a=5;e=1;break;case
 9:a=6;e=1;break;case
 10:e=1;break;case
@@ -1041,7 +1041,7 @@ b!=="number")switch(b[0]){case
 f=0,u=c[1];if(typeof
 b==="number")f=1;else
 switch(b[0]){case
-2:return[2,aB(u,b[1])];case
+2:return[2,aD(u,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1053,7 +1053,7 @@ switch(b[0]){case
 g=0,v=c[1];if(typeof
 b==="number")g=1;else
 switch(b[0]){case
-3:return[3,aB(v,b[1])];case
+3:return[3,aD(v,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1065,7 +1065,7 @@ switch(b[0]){case
 h=0,w=c[1];if(typeof
 b==="number")h=1;else
 switch(b[0]){case
-4:return[4,aB(w,b[1])];case
+4:return[4,aD(w,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1077,7 +1077,7 @@ switch(b[0]){case
 i=0,x=c[1];if(typeof
 b==="number")i=1;else
 switch(b[0]){case
-5:return[5,aB(x,b[1])];case
+5:return[5,aD(x,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1089,7 +1089,7 @@ switch(b[0]){case
 j=0,y=c[1];if(typeof
 b==="number")j=1;else
 switch(b[0]){case
-6:return[6,aB(y,b[1])];case
+6:return[6,aD(y,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1101,7 +1101,7 @@ switch(b[0]){case
 k=0,z=c[1];if(typeof
 b==="number")k=1;else
 switch(b[0]){case
-7:return[7,aB(z,b[1])];case
+7:return[7,aD(z,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1114,40 +1114,40 @@ l=0,B=c[2],C=c[1];if(typeof
 b==="number")l=1;else
 switch(b[0]){case
 8:var
-D=b[1],E=aB(B,b[2]);return[8,aB(C,D),E];case
+D=b[1],E=aD(B,b[2]);return[8,aD(C,D),E];case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:a=4;break;default:l=1}if(l)throw[0,at,nD];break;case
+14:a=4;break;default:l=1}if(l)throw[0,av,nX];break;case
 9:var
 m=0,F=c[3],G=c[2],H=c[1];if(typeof
 b==="number")m=1;else
 switch(b[0]){case
 8:a=5;break;case
 9:var
-I=b[3],J=b[2],K=b[1],r=aP(aB(ax(G),K)),L=r[4];A(r[2],0);A(L,0);return[9,H,J,aB(F,I)];case
+I=b[3],J=b[2],K=b[1],r=aS(aD(aA(G),K)),L=r[4];A(r[2],0);A(L,0);return[9,H,J,aD(F,I)];case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:a=4;break;default:m=1}if(m)throw[0,at,nE];break;case
+14:a=4;break;default:m=1}if(m)throw[0,av,nY];break;case
 10:var
 M=c[1];if(typeof
-b!=="number"&&10===b[0])return[10,aB(M,b[1])];throw[0,at,nF];case
+b!=="number"&&10===b[0])return[10,aD(M,b[1])];throw[0,av,nZ];case
 11:var
 n=0,N=c[1];if(typeof
 b==="number")n=1;else
 switch(b[0]){case
 10:break;case
-11:return[11,aB(N,b[1])];default:n=1}if(n)throw[0,at,nG];break;case
+11:return[11,aD(N,b[1])];default:n=1}if(n)throw[0,av,n0];break;case
 12:var
 o=0,O=c[1];if(typeof
 b==="number")o=1;else
 switch(b[0]){case
 10:break;case
 11:a=1;break;case
-12:return[12,aB(O,b[1])];default:o=1}if(o)throw[0,at,nH];break;case
+12:return[12,aD(O,b[1])];default:o=1}if(o)throw[0,av,n1];break;case
 13:var
 p=0,P=c[1];if(typeof
 b==="number")p=1;else
@@ -1155,7 +1155,7 @@ switch(b[0]){case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
-13:return[13,aB(P,b[1])];default:p=1}if(p)throw[0,at,nI];break;default:var
+13:return[13,aD(P,b[1])];default:p=1}if(p)throw[0,av,n2];break;default:var
 q=0,Q=c[1];if(typeof
 b==="number")q=1;else
 switch(b[0]){case
@@ -1163,243 +1163,243 @@ switch(b[0]){case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:return[14,aB(Q,b[1])];default:q=1}if(q)throw[0,at,nJ]}switch(a){case
-0:throw[0,at,nx];case
-1:throw[0,at,ny];case
-2:throw[0,at,nz];case
-3:throw[0,at,nA];case
-4:throw[0,at,nB];case
-5:throw[0,at,nv];case
-6:throw[0,at,nw];default:throw[0,at,nC]}}var
-aG=[aX,nK,zY(0)];function
-dY(b,a){if(typeof
+14:return[14,aD(Q,b[1])];default:q=1}if(q)throw[0,av,n3]}switch(a){case
+0:throw[0,av,nR];case
+1:throw[0,av,nS];case
+2:throw[0,av,nT];case
+3:throw[0,av,nU];case
+4:throw[0,av,nV];case
+5:throw[0,av,nP];case
+6:throw[0,av,nQ];default:throw[0,av,nW]}}var
+aJ=[a0,n4,Aq(0)];function
+d4(b,a){if(typeof
 b==="number")return[0,0,a];else{if(0===b[0])return[0,[0,b[1],b[2]],a];if(typeof
-a!=="number"&&2===a[0])return[0,[1,b[1]],a[1]];throw aG}}function
-dh(e,b,d){var
-a=dY(e,d);if(typeof
+a!=="number"&&2===a[0])return[0,[1,b[1]],a[1]];throw aJ}}function
+dj(e,b,d){var
+a=d4(e,d);if(typeof
 b==="number"){if(b){var
 c=a[2];if(typeof
-c!=="number"&&2===c[0])return[0,a[1],1,c[1]];throw aG}return[0,a[1],0,a[2]]}return[0,a[1],[0,b[1]],a[2]]}function
-aZ(b,c,a){if(typeof
-b==="number")return[0,0,ac(c,a)];else
+c!=="number"&&2===c[0])return[0,a[1],1,c[1]];throw aJ}return[0,a[1],0,a[2]]}return[0,a[1],[0,b[1]],a[2]]}function
+a2(b,c,a){if(typeof
+b==="number")return[0,0,ae(c,a)];else
 switch(b[0]){case
 0:if(typeof
 a!=="number"&&0===a[0]){var
-f=aZ(b[1],c,a[1]);return[0,[0,f[1]],f[2]]}break;case
+f=a2(b[1],c,a[1]);return[0,[0,f[1]],f[2]]}break;case
 1:if(typeof
 a!=="number"&&1===a[0]){var
-g=aZ(b[1],c,a[1]);return[0,[1,g[1]],g[2]]}break;case
+g=a2(b[1],c,a[1]);return[0,[1,g[1]],g[2]]}break;case
 2:if(typeof
 a!=="number"&&2===a[0]){var
-h=aZ(b[1],c,a[1]);return[0,[2,h[1]],h[2]]}break;case
+h=a2(b[1],c,a[1]);return[0,[2,h[1]],h[2]]}break;case
 3:if(typeof
 a!=="number"&&3===a[0]){var
-i=aZ(b[1],c,a[1]);return[0,[3,i[1]],i[2]]}break;case
+i=a2(b[1],c,a[1]);return[0,[3,i[1]],i[2]]}break;case
 4:if(typeof
 a!=="number"&&4===a[0]){var
-j=aZ(b[1],c,a[1]);return[0,[4,j[1]],j[2]]}break;case
+j=a2(b[1],c,a[1]);return[0,[4,j[1]],j[2]]}break;case
 5:if(typeof
 a!=="number"&&5===a[0]){var
-k=aZ(b[1],c,a[1]);return[0,[5,k[1]],k[2]]}break;case
+k=a2(b[1],c,a[1]);return[0,[5,k[1]],k[2]]}break;case
 6:if(typeof
 a!=="number"&&6===a[0]){var
-l=aZ(b[1],c,a[1]);return[0,[6,l[1]],l[2]]}break;case
+l=a2(b[1],c,a[1]);return[0,[6,l[1]],l[2]]}break;case
 7:if(typeof
 a!=="number"&&7===a[0]){var
-m=aZ(b[1],c,a[1]);return[0,[7,m[1]],m[2]]}break;case
+m=a2(b[1],c,a[1]);return[0,[7,m[1]],m[2]]}break;case
 8:if(typeof
 a!=="number"&&8===a[0]){var
-n=a[1],v=a[2],w=b[2];if(dV([0,b[1]],[0,n]))throw aG;var
-o=aZ(w,c,v);return[0,[8,n,o[1]],o[2]]}break;case
+n=a[1],v=a[2],w=b[2];if(d1([0,b[1]],[0,n]))throw aJ;var
+o=a2(w,c,v);return[0,[8,n,o[1]],o[2]]}break;case
 9:if(typeof
 a!=="number"&&9===a[0]){var
-d=a[2],e=a[1],x=a[3],y=b[3],z=b[2],B=b[1],C=[0,aq(e)];if(dV([0,aq(B)],C))throw aG;var
-D=[0,aq(d)];if(dV([0,aq(z)],D))throw aG;var
-p=aP(aB(ax(e),d)),E=p[4];A(p[2],0);A(E,0);var
-q=aZ(aq(y),c,x),F=q[2];return[0,[9,e,d,ax(q[1])],F]}break;case
+d=a[2],e=a[1],x=a[3],y=b[3],z=b[2],B=b[1],C=[0,ar(e)];if(d1([0,ar(B)],C))throw aJ;var
+D=[0,ar(d)];if(d1([0,ar(z)],D))throw aJ;var
+p=aS(aD(aA(e),d)),E=p[4];A(p[2],0);A(E,0);var
+q=a2(ar(y),c,x),F=q[2];return[0,[9,e,d,aA(q[1])],F]}break;case
 10:if(typeof
 a!=="number"&&10===a[0]){var
-r=aZ(b[1],c,a[1]);return[0,[10,r[1]],r[2]]}break;case
+r=a2(b[1],c,a[1]);return[0,[10,r[1]],r[2]]}break;case
 11:if(typeof
 a!=="number"&&11===a[0]){var
-s=aZ(b[1],c,a[1]);return[0,[11,s[1]],s[2]]}break;case
+s=a2(b[1],c,a[1]);return[0,[11,s[1]],s[2]]}break;case
 13:if(typeof
 a!=="number"&&13===a[0]){var
-t=aZ(b[1],c,a[1]);return[0,[13,t[1]],t[2]]}break;case
+t=a2(b[1],c,a[1]);return[0,[13,t[1]],t[2]]}break;case
 14:if(typeof
 a!=="number"&&14===a[0]){var
-u=aZ(b[1],c,a[1]);return[0,[14,u[1]],u[2]]}break}throw aG}function
-ac(b,a){if(typeof
+u=a2(b[1],c,a[1]);return[0,[14,u[1]],u[2]]}break}throw aJ}function
+ae(b,a){if(typeof
 b==="number")return[0,0,a];else
 switch(b[0]){case
 0:if(typeof
 a!=="number"&&0===a[0]){var
-s=ac(b[1],a[1]);return[0,[0,s[1]],s[2]]}break;case
+s=ae(b[1],a[1]);return[0,[0,s[1]],s[2]]}break;case
 1:if(typeof
 a!=="number"&&0===a[0]){var
-t=ac(b[1],a[1]);return[0,[1,t[1]],t[2]]}break;case
+t=ae(b[1],a[1]);return[0,[1,t[1]],t[2]]}break;case
 2:var
-aa=b[2],u=dY(b[1],a),e=u[2],ab=u[1];if(typeof
+aa=b[2],u=d4(b[1],a),e=u[2],ab=u[1];if(typeof
 e!=="number"&&1===e[0]){var
-v=ac(aa,e[1]);return[0,[2,ab,v[1]],v[2]]}throw aG;case
+v=ae(aa,e[1]);return[0,[2,ab,v[1]],v[2]]}throw aJ;case
 3:var
-ad=b[2],w=dY(b[1],a),f=w[2],ae=w[1];if(typeof
+ac=b[2],w=d4(b[1],a),f=w[2],ad=w[1];if(typeof
 f!=="number"&&1===f[0]){var
-x=ac(ad,f[1]);return[0,[3,ae,x[1]],x[2]]}throw aG;case
+x=ae(ac,f[1]);return[0,[3,ad,x[1]],x[2]]}throw aJ;case
 4:var
-af=b[4],ag=b[1],g=dh(b[2],b[3],a),h=g[3],ah=g[1];if(typeof
+af=b[4],ag=b[1],g=dj(b[2],b[3],a),h=g[3],ah=g[1];if(typeof
 h!=="number"&&2===h[0]){var
-ai=g[2],y=ac(af,h[1]);return[0,[4,ag,ah,ai,y[1]],y[2]]}throw aG;case
+ai=g[2],y=ae(af,h[1]);return[0,[4,ag,ah,ai,y[1]],y[2]]}throw aJ;case
 5:var
-aj=b[4],ak=b[1],i=dh(b[2],b[3],a),j=i[3],al=i[1];if(typeof
+aj=b[4],ak=b[1],i=dj(b[2],b[3],a),j=i[3],al=i[1];if(typeof
 j!=="number"&&3===j[0]){var
-am=i[2],z=ac(aj,j[1]);return[0,[5,ak,al,am,z[1]],z[2]]}throw aG;case
+am=i[2],z=ae(aj,j[1]);return[0,[5,ak,al,am,z[1]],z[2]]}throw aJ;case
 6:var
-an=b[4],ao=b[1],k=dh(b[2],b[3],a),l=k[3],ap=k[1];if(typeof
+an=b[4],ao=b[1],k=dj(b[2],b[3],a),l=k[3],ap=k[1];if(typeof
 l!=="number"&&4===l[0]){var
-ar=k[2],A=ac(an,l[1]);return[0,[6,ao,ap,ar,A[1]],A[2]]}throw aG;case
+aq=k[2],A=ae(an,l[1]);return[0,[6,ao,ap,aq,A[1]],A[2]]}throw aJ;case
 7:var
-as=b[4],at=b[1],m=dh(b[2],b[3],a),n=m[3],au=m[1];if(typeof
+as=b[4],at=b[1],m=dj(b[2],b[3],a),n=m[3],au=m[1];if(typeof
 n!=="number"&&5===n[0]){var
-av=m[2],B=ac(as,n[1]);return[0,[7,at,au,av,B[1]],B[2]]}throw aG;case
+av=m[2],B=ae(as,n[1]);return[0,[7,at,au,av,B[1]],B[2]]}throw aJ;case
 8:var
-aw=b[4],ax=b[1],o=dh(b[2],b[3],a),p=o[3],ay=o[1];if(typeof
+aw=b[4],ax=b[1],o=dj(b[2],b[3],a),p=o[3],ay=o[1];if(typeof
 p!=="number"&&6===p[0]){var
-az=o[2],C=ac(aw,p[1]);return[0,[8,ax,ay,az,C[1]],C[2]]}throw aG;case
+az=o[2],C=ae(aw,p[1]);return[0,[8,ax,ay,az,C[1]],C[2]]}throw aJ;case
 9:var
-aA=b[2],D=dY(b[1],a),q=D[2],aB=D[1];if(typeof
+aA=b[2],D=d4(b[1],a),q=D[2],aB=D[1];if(typeof
 q!=="number"&&7===q[0]){var
-E=ac(aA,q[1]);return[0,[9,aB,E[1]],E[2]]}throw aG;case
+E=ae(aA,q[1]);return[0,[9,aB,E[1]],E[2]]}throw aJ;case
 10:var
-F=ac(b[1],a);return[0,[10,F[1]],F[2]];case
+F=ae(b[1],a);return[0,[10,F[1]],F[2]];case
 11:var
-aC=b[1],G=ac(b[2],a);return[0,[11,aC,G[1]],G[2]];case
+aC=b[1],G=ae(b[2],a);return[0,[11,aC,G[1]],G[2]];case
 12:var
-aD=b[1],H=ac(b[2],a);return[0,[12,aD,H[1]],H[2]];case
+aD=b[1],H=ae(b[2],a);return[0,[12,aD,H[1]],H[2]];case
 13:if(typeof
 a!=="number"&&8===a[0]){var
-I=a[1],aE=a[2],aF=b[3],aH=b[1];if(dV([0,b[2]],[0,I]))throw aG;var
-J=ac(aF,aE);return[0,[13,aH,I,J[1]],J[2]]}break;case
+I=a[1],aE=a[2],aF=b[3],aG=b[1];if(d1([0,b[2]],[0,I]))throw aJ;var
+J=ae(aF,aE);return[0,[13,aG,I,J[1]],J[2]]}break;case
 14:if(typeof
 a!=="number"&&9===a[0]){var
-K=a[1],aI=a[3],aJ=b[3],aK=b[2],aL=b[1],aM=[0,aq(K)];if(dV([0,aq(aK)],aM))throw aG;var
-L=ac(aJ,aq(aI));return[0,[14,aL,K,L[1]],L[2]]}break;case
+K=a[1],aH=a[3],aI=b[3],aK=b[2],aL=b[1],aM=[0,ar(K)];if(d1([0,ar(aK)],aM))throw aJ;var
+L=ae(aI,ar(aH));return[0,[14,aL,K,L[1]],L[2]]}break;case
 15:if(typeof
 a!=="number"&&10===a[0]){var
-M=ac(b[1],a[1]);return[0,[15,M[1]],M[2]]}break;case
+M=ae(b[1],a[1]);return[0,[15,M[1]],M[2]]}break;case
 16:if(typeof
 a!=="number"&&11===a[0]){var
-N=ac(b[1],a[1]);return[0,[16,N[1]],N[2]]}break;case
+N=ae(b[1],a[1]);return[0,[16,N[1]],N[2]]}break;case
 17:var
-aN=b[1],O=ac(b[2],a);return[0,[17,aN,O[1]],O[2]];case
+aN=b[1],O=ae(b[2],a);return[0,[17,aN,O[1]],O[2]];case
 18:var
 P=b[2],r=b[1];if(0===r[0]){var
-T=r[1],aR=T[2],U=ac(T[1],a),aS=U[1],V=ac(P,U[2]);return[0,[18,[0,[0,aS,aR]],V[1]],V[2]]}var
-W=r[1],aT=W[2],X=ac(W[1],a),aU=X[1],Y=ac(P,X[2]);return[0,[18,[1,[0,aU,aT]],Y[1]],Y[2]];case
+T=r[1],aR=T[2],U=ae(T[1],a),aS=U[1],V=ae(P,U[2]);return[0,[18,[0,[0,aS,aR]],V[1]],V[2]]}var
+W=r[1],aT=W[2],X=ae(W[1],a),aU=X[1],Y=ae(P,X[2]);return[0,[18,[1,[0,aU,aT]],Y[1]],Y[2]];case
 19:if(typeof
 a!=="number"&&13===a[0]){var
-Q=ac(b[1],a[1]);return[0,[19,Q[1]],Q[2]]}break;case
+Q=ae(b[1],a[1]);return[0,[19,Q[1]],Q[2]]}break;case
 20:if(typeof
 a!=="number"&&1===a[0]){var
-aO=b[2],aP=b[1],R=ac(b[3],a[1]);return[0,[20,aP,aO,R[1]],R[2]]}break;case
+aO=b[2],aP=b[1],R=ae(b[3],a[1]);return[0,[20,aP,aO,R[1]],R[2]]}break;case
 21:if(typeof
 a!=="number"&&2===a[0]){var
-aQ=b[1],S=ac(b[2],a[1]);return[0,[21,aQ,S[1]],S[2]]}break;case
+aQ=b[1],S=ae(b[2],a[1]);return[0,[21,aQ,S[1]],S[2]]}break;case
 23:var
 d=b[2],c=b[1];if(typeof
 c==="number")switch(c){case
-0:return a5(c,d,a);case
-1:return a5(c,d,a);case
+0:return a8(c,d,a);case
+1:return a8(c,d,a);case
 2:if(typeof
 a!=="number"&&14===a[0]){var
-Z=ac(d,a[1]);return[0,[23,2,Z[1]],Z[2]]}throw aG;default:return a5(c,d,a)}else
+Z=ae(d,a[1]);return[0,[23,2,Z[1]],Z[2]]}throw aJ;default:return a8(c,d,a)}else
 switch(c[0]){case
-0:return a5(c,d,a);case
-1:return a5(c,d,a);case
-2:return a5(c,d,a);case
-3:return a5(c,d,a);case
-4:return a5(c,d,a);case
-5:return a5(c,d,a);case
-6:return a5(c,d,a);case
-7:return a5(c,d,a);case
-8:return a5([8,c[1],c[2]],d,a);case
+0:return a8(c,d,a);case
+1:return a8(c,d,a);case
+2:return a8(c,d,a);case
+3:return a8(c,d,a);case
+4:return a8(c,d,a);case
+5:return a8(c,d,a);case
+6:return a8(c,d,a);case
+7:return a8(c,d,a);case
+8:return a8([8,c[1],c[2]],d,a);case
 9:var
-aV=c[1],_=aZ(c[2],d,a),$=_[2];return[0,[23,[9,aV,_[1]],$[1]],$[2]];case
-10:return a5(c,d,a);default:return a5(c,d,a)}}throw aG}function
-a5(d,c,b){var
-a=ac(c,b);return[0,[23,d,a[1]],a[2]]}function
-a6(k,g,a){var
-b=ao(a),h=0<=g?k:0,d=fq(g);if(d<=b)return a;var
-l=2===h?48:32,c=b7(d,l);switch(h){case
-0:bN(a,0,c,0,b);break;case
-1:bN(a,0,c,d-b|0,b);break;default:var
+aV=c[1],_=a2(c[2],d,a),$=_[2];return[0,[23,[9,aV,_[1]],$[1]],$[2]];case
+10:return a8(c,d,a);default:return a8(c,d,a)}}throw aJ}function
+a8(d,c,b){var
+a=ae(c,b);return[0,[23,d,a[1]],a[2]]}function
+a9(k,g,a){var
+b=ap(a),h=0<=g?k:0,d=fA(g);if(d<=b)return a;var
+l=2===h?48:32,c=b9(d,l);switch(h){case
+0:bQ(a,0,c,0,b);break;case
+1:bQ(a,0,c,d-b|0,b);break;default:var
 e=0;if(0<b){var
-i=0;if(43!==a9(a,0)&&45!==a9(a,0)&&32!==a9(a,0)){e=1;i=1}if(!i){b2(c,0,a9(a,0));bN(a,1,c,(d-b|0)+1|0,b-1|0)}}else
+i=0;if(43!==a$(a,0)&&45!==a$(a,0)&&32!==a$(a,0)){e=1;i=1}if(!i){b4(c,0,a$(a,0));bQ(a,1,c,(d-b|0)+1|0,b-1|0)}}else
 e=1;if(e){var
-f=0;if(1<b&&48===a9(a,0)){var
-j=0;if(ag!==a9(a,1)&&88!==a9(a,1)){f=1;j=1}if(!j){b2(c,1,a9(a,1));bN(a,2,c,(d-b|0)+2|0,b-2|0)}}else
-f=1;if(f)bN(a,0,c,d-b|0,b)}}return a4(c)}function
+f=0;if(1<b&&48===a$(a,0)){var
+j=0;if($!==a$(a,1)&&88!==a$(a,1)){f=1;j=1}if(!j){b4(c,1,a$(a,1));bQ(a,2,c,(d-b|0)+2|0,b-2|0)}}else
+f=1;if(f)bQ(a,0,c,d-b|0,b)}}return a7(c)}function
 cP(k,b){var
-c=fq(k),a=ao(b),d=a9(b,0),e=0;if(58<=d){if(71<=d){if(!(5<d+lV>>>0))e=1}else
+c=fA(k),a=ap(b),d=a$(b,0),e=0;if(58<=d){if(71<=d){if(!(5<d+me>>>0))e=1}else
 if(65<=d)e=1}else{var
 f=0;if(32!==d)if(43<=d)switch(d-43|0){case
 5:if(a<(c+2|0)&&1<a){var
-j=0;if(ag===a9(b,1)||88===a9(b,1))j=1;if(j){var
-h=b7(c+2|0,48);b2(h,1,a9(b,1));bN(b,2,h,(c-a|0)+4|0,a-2|0);return a4(h)}}e=1;f=1;break;case
+j=0;if($===a$(b,1)||88===a$(b,1))j=1;if(j){var
+h=b9(c+2|0,48);b4(h,1,a$(b,1));bQ(b,2,h,(c-a|0)+4|0,a-2|0);return a7(h)}}e=1;f=1;break;case
 0:case
 2:break;case
 1:case
 3:case
 4:f=1;break;default:e=1;f=1}else
 f=1;if(!f&&a<(c+1|0)){var
-g=b7(c+1|0,48);b2(g,0,d);bN(b,1,g,(c-a|0)+2|0,a-1|0);return a4(g)}}if(e&&a<c){var
-i=b7(c,48);bN(b,0,i,c-a|0,a);return a4(i)}return b}function
-nL(n){var
-m=0,G=ao(n);for(;;){if(G<=m)var
+g=b9(c+1|0,48);b4(g,0,d);bQ(b,1,g,(c-a|0)+2|0,a-1|0);return a7(g)}}if(e&&a<c){var
+i=b9(c,48);bQ(b,0,i,c-a|0,a);return a7(i)}return b}function
+n5(n){var
+m=0,G=ap(n);for(;;){if(G<=m)var
 s=n;else{var
-r=dW(n,m)+l7|0,t=0;if(59<r>>>0){if(33<r-61>>>0)t=1}else
+r=d2(n,m)+mq|0,t=0;if(59<r>>>0){if(33<r-61>>>0)t=1}else
 if(2===r)t=1;if(!t){var
 m=m+1|0;continue}var
-g=cH(n),a=[0,0],x=a3(g)-1|0,C=0;if(!(x<0)){var
+f=cH(n),a=[0,0],x=a6(f)-1|0,C=0;if(!(x<0)){var
 l=C;for(;;){var
-i=b3(g,l),j=0;if(32<=i){var
-p=i-34|0,u=0;if(58<p>>>0){if(93<=p)u=1}else
+h=b5(f,l),j=0;if(32<=h){var
+p=h-34|0,u=0;if(58<p>>>0){if(93<=p)u=1}else
 if(56<p-1>>>0){j=1;u=1}if(!u){var
 q=1;j=2}}else
-if(11<=i){if(13===i)j=1}else
-if(8<=i)j=1;switch(j){case
+if(11<=h){if(13===h)j=1}else
+if(8<=h)j=1;switch(j){case
 0:var
 q=4;break;case
 1:var
 q=2;break}a[1]=a[1]+q|0;var
 F=l+1|0;if(x!==l){var
-l=F;continue}break}}if(a[1]===a3(g)){var
-v=a3(g),w=aE(v);cG(g,0,w,0,v);var
+l=F;continue}break}}if(a[1]===a6(f)){var
+v=a6(f),w=aH(v);cG(f,0,w,0,v);var
 z=w}else{var
-c=aE(a[1]);a[1]=0;var
-y=a3(g)-1|0,D=0;if(!(y<0)){var
+c=aH(a[1]);a[1]=0;var
+y=a6(f)-1|0,D=0;if(!(y<0)){var
 k=D;for(;;){var
-d=b3(g,k),e=0;if(35<=d)if(92===d)e=2;else
-if(ff<=d)e=1;else
+d=b5(f,k),e=0;if(35<=d)if(92===d)e=2;else
+if(fp<=d)e=1;else
 e=3;else
 if(32<=d)if(34<=d)e=2;else
 e=3;else
 if(14<=d)e=1;else
 switch(d){case
-8:ar(c,a[1],92);a[1]++;ar(c,a[1],98);break;case
-9:ar(c,a[1],92);a[1]++;ar(c,a[1],b);break;case
-10:ar(c,a[1],92);a[1]++;ar(c,a[1],f);break;case
-13:ar(c,a[1],92);a[1]++;ar(c,a[1],h);break;default:e=1}switch(e){case
-1:ar(c,a[1],92);a[1]++;ar(c,a[1],48+(d/o|0)|0);a[1]++;ar(c,a[1],48+((d/10|0)%10|0)|0);a[1]++;ar(c,a[1],48+(d%10|0)|0);break;case
-2:ar(c,a[1],92);a[1]++;ar(c,a[1],d);break;case
-3:ar(c,a[1],d);break}a[1]++;var
+8:at(c,a[1],92);a[1]++;at(c,a[1],98);break;case
+9:at(c,a[1],92);a[1]++;at(c,a[1],b);break;case
+10:at(c,a[1],92);a[1]++;at(c,a[1],g);break;case
+13:at(c,a[1],92);a[1]++;at(c,a[1],i);break;default:e=1}switch(e){case
+1:at(c,a[1],92);a[1]++;at(c,a[1],48+(d/o|0)|0);a[1]++;at(c,a[1],48+((d/10|0)%10|0)|0);a[1]++;at(c,a[1],48+(d%10|0)|0);break;case
+2:at(c,a[1],92);a[1]++;at(c,a[1],d);break;case
+3:at(c,a[1],d);break}a[1]++;var
 E=k+1|0;if(y!==k){var
 k=E;continue}break}}var
 z=c}var
-s=a4(z)}var
-A=ao(s),B=b7(A+2|0,34);bM(s,0,B,1,A);return a4(B)}}function
-hD(d,f){var
-g=fq(f),e=oA[1];switch(d[2]){case
+s=a7(z)}var
+A=ap(s),B=b9(A+2|0,34);bP(s,0,B,1,A);return a7(B)}}function
+hR(d,f){var
+g=fA(f),e=oU[1];switch(d[2]){case
 0:var
 b=y;break;case
 1:var
@@ -1407,7 +1407,7 @@ b=a;break;case
 2:var
 b=69;break;case
 3:var
-b=C;break;case
+b=D;break;case
 4:var
 b=71;break;case
 5:var
@@ -1417,160 +1417,160 @@ b=m;break;case
 7:var
 b=72;break;default:var
 b=70}var
-c=hA(16);cO(c,37);switch(d[1]){case
+c=hO(16);cO(c,37);switch(d[1]){case
 0:break;case
-1:cO(c,43);break;default:cO(c,32)}if(8<=d[2])cO(c,35);cO(c,46);aO(c,s(V+g));cO(c,b);return hC(c)}function
-dZ(m,a){if(13<=m){var
-g=[0,0],h=ao(a)-1|0,n=0;if(!(h<0)){var
-c=n;for(;;){if(!(9<dW(a,c)+lB>>>0))g[1]++;var
+1:cO(c,43);break;default:cO(c,32)}if(8<=d[2])cO(c,35);cO(c,46);aR(c,t(W+g));cO(c,b);return hQ(c)}function
+d5(m,a){if(13<=m){var
+g=[0,0],h=ap(a)-1|0,n=0;if(!(h<0)){var
+c=n;for(;;){if(!(9<d2(a,c)+lW>>>0))g[1]++;var
 q=c+1|0;if(h!==c){var
 c=q;continue}break}}var
-i=g[1],j=aE(ao(a)+((i-1|0)/3|0)|0),k=[0,0],d=function(a){b2(j,k[1],a);k[1]++;return 0},e=[0,((i-1|0)%3|0)+1|0],l=ao(a)-1|0,o=0;if(!(l<0)){var
+i=g[1],j=aH(ap(a)+((i-1|0)/3|0)|0),k=[0,0],d=function(a){b4(j,k[1],a);k[1]++;return 0},e=[0,((i-1|0)%3|0)+1|0],l=ap(a)-1|0,o=0;if(!(l<0)){var
 b=o;for(;;){var
-f=dW(a,b);if(9<f+lB>>>0)d(f);else{if(0===e[1]){d(95);e[1]=3}e[1]+=-1;d(f)}var
+f=d2(a,b);if(9<f+lW>>>0)d(f);else{if(0===e[1]){d(95);e[1]=3}e[1]+=-1;d(f)}var
 p=b+1|0;if(l!==b){var
-b=p;continue}break}}return a4(j)}return a}function
-oB(b,c){switch(b){case
+b=p;continue}break}}return a7(j)}return a}function
+oV(b,c){switch(b){case
 1:var
-a=nN;break;case
-2:var
-a=nO;break;case
-4:var
-a=nQ;break;case
-5:var
-a=nR;break;case
-6:var
-a=nS;break;case
-7:var
-a=nT;break;case
-8:var
-a=nU;break;case
-9:var
-a=nV;break;case
-10:var
-a=nW;break;case
-11:var
-a=nX;break;case
-0:case
-13:var
-a=nM;break;case
-3:case
-14:var
-a=nP;break;default:var
-a=nY}return dZ(b,fm(a,c))}function
-oC(b,c){switch(b){case
-1:var
-a=ob;break;case
-2:var
-a=oc;break;case
-4:var
-a=oe;break;case
-5:var
-a=of;break;case
-6:var
-a=og;break;case
-7:var
-a=oh;break;case
-8:var
-a=oi;break;case
-9:var
-a=oj;break;case
-10:var
-a=ok;break;case
-11:var
-a=ol;break;case
-0:case
-13:var
-a=oa;break;case
-3:case
-14:var
-a=od;break;default:var
-a=om}return dZ(b,fm(a,c))}function
-oD(b,c){switch(b){case
-1:var
-a=oo;break;case
-2:var
-a=op;break;case
-4:var
-a=or;break;case
-5:var
-a=os;break;case
-6:var
-a=ot;break;case
-7:var
-a=ou;break;case
-8:var
-a=ov;break;case
-9:var
-a=ow;break;case
-10:var
-a=ox;break;case
-11:var
-a=oy;break;case
-0:case
-13:var
-a=on;break;case
-3:case
-14:var
-a=oq;break;default:var
-a=oz}return dZ(b,fm(a,c))}function
-oE(b,c){switch(b){case
-1:var
-a=n0;break;case
-2:var
-a=n1;break;case
-4:var
-a=n3;break;case
-5:var
-a=n4;break;case
-6:var
-a=n5;break;case
-7:var
-a=n6;break;case
-8:var
 a=n7;break;case
-9:var
+2:var
 a=n8;break;case
-10:var
-a=n9;break;case
-11:var
+4:var
 a=n_;break;case
+5:var
+a=n$;break;case
+6:var
+a=oa;break;case
+7:var
+a=ob;break;case
+8:var
+a=oc;break;case
+9:var
+a=od;break;case
+10:var
+a=oe;break;case
+11:var
+a=of;break;case
 0:case
 13:var
-a=nZ;break;case
+a=n6;break;case
 3:case
 14:var
-a=n2;break;default:var
-a=n$}return dZ(b,z7(a,c))}function
-bO(c,i,b){function
+a=n9;break;default:var
+a=og}return d5(b,fw(a,c))}function
+oW(b,c){switch(b){case
+1:var
+a=ov;break;case
+2:var
+a=ow;break;case
+4:var
+a=oy;break;case
+5:var
+a=oz;break;case
+6:var
+a=oA;break;case
+7:var
+a=oB;break;case
+8:var
+a=oC;break;case
+9:var
+a=oD;break;case
+10:var
+a=oE;break;case
+11:var
+a=oF;break;case
+0:case
+13:var
+a=ou;break;case
+3:case
+14:var
+a=ox;break;default:var
+a=oG}return d5(b,fw(a,c))}function
+oX(b,c){switch(b){case
+1:var
+a=oI;break;case
+2:var
+a=oJ;break;case
+4:var
+a=oL;break;case
+5:var
+a=oM;break;case
+6:var
+a=oN;break;case
+7:var
+a=oO;break;case
+8:var
+a=oP;break;case
+9:var
+a=oQ;break;case
+10:var
+a=oR;break;case
+11:var
+a=oS;break;case
+0:case
+13:var
+a=oH;break;case
+3:case
+14:var
+a=oK;break;default:var
+a=oT}return d5(b,fw(a,c))}function
+oY(b,c){switch(b){case
+1:var
+a=oi;break;case
+2:var
+a=oj;break;case
+4:var
+a=ol;break;case
+5:var
+a=om;break;case
+6:var
+a=on;break;case
+7:var
+a=oo;break;case
+8:var
+a=op;break;case
+9:var
+a=oq;break;case
+10:var
+a=or;break;case
+11:var
+a=os;break;case
+0:case
+13:var
+a=oh;break;case
+3:case
+14:var
+a=ok;break;default:var
+a=ot}return d5(b,Az(a,c))}function
+bR(c,i,b){function
 j(d){switch(c[1]){case
 0:var
 a=45;break;case
 1:var
 a=43;break;default:var
-a=32}return z1(b,i,a)}function
+a=32}return At(b,i,a)}function
 q(c){var
-a=zU(b);return 3===a?b<0.?oG:oH:4<=a?oI:c}switch(c[2]){case
+a=Am(b);return 3===a?b<0.?o0:o1:4<=a?o2:c}switch(c[2]){case
 5:var
-e=mr(hD(c,i),b),d=0,u=ao(e);for(;;){if(d===u)var
+e=mM(hR(c,i),b),d=0,u=ap(e);for(;;){if(d===u)var
 p=0;else{var
-k=a9(e,d)-46|0,l=0;if(23<k>>>0){if(55===k)l=1}else
+k=a$(e,d)-46|0,l=0;if(23<k>>>0){if(55===k)l=1}else
 if(21<k-1>>>0)l=1;if(!l){var
 d=d+1|0;continue}var
 p=1}var
-v=p?e:de(e,oF);return q(v)}case
+v=p?e:dg(e,oZ);return q(v)}case
 6:return j(0);case
 7:var
-h=cH(j(0)),f=a3(h);if(0===f)var
+h=cH(j(0)),f=a6(h);if(0===f)var
 o=h;else{var
-m=aE(f),n=f-1|0,r=0;if(!(n<0)){var
+m=aH(f),n=f-1|0,r=0;if(!(n<0)){var
 a=r;for(;;){var
-g=b3(h,a),s=25<g+lV>>>0?g:g+l7|0;ar(m,a,s);var
+g=b5(h,a),s=25<g+me>>>0?g:g+mq|0;at(m,a,s);var
 t=a+1|0;if(n!==a){var
 a=t;continue}break}}var
-o=m}return a4(o);case
-8:return q(j(0));default:return mr(hD(c,i),b)}}function
-dO(d,x,w,v){var
+o=m}return a7(o);case
+8:return q(j(0));default:return mM(hR(c,i),b)}}function
+dU(d,x,w,v){var
 b=x,a=w,c=v;for(;;)if(typeof
 c==="number")return A(b,a);else
 switch(c[0]){case
@@ -1579,48 +1579,48 @@ y=c[1];return function(c){return Z(b,[5,a,c],y)};case
 1:var
 z=c[1];return function(c){var
 e=0;if(40<=c)if(92===c)var
-d=mS;else
-if(ff<=c)e=1;else
+d=na;else
+if(fp<=c)e=1;else
 e=2;else
 if(32<=c)if(39<=c)var
-d=mT;else
+d=nb;else
 e=2;else
 if(14<=c)e=1;else
 switch(c){case
 8:var
-d=mU;break;case
+d=nc;break;case
 9:var
-d=mV;break;case
+d=nd;break;case
 10:var
-d=mW;break;case
+d=ne;break;case
 13:var
-d=mX;break;default:e=1}switch(e){case
+d=nf;break;default:e=1}switch(e){case
 1:var
-f=aE(4);ar(f,0,92);ar(f,1,48+(c/o|0)|0);ar(f,2,48+((c/10|0)%10|0)|0);ar(f,3,48+(c%10|0)|0);var
-d=a4(f);break;case
+f=aH(4);at(f,0,92);at(f,1,48+(c/o|0)|0);at(f,2,48+((c/10|0)%10|0)|0);at(f,3,48+(c%10|0)|0);var
+d=a7(f);break;case
 2:var
-g=aE(1);ar(g,0,c);var
-d=a4(g);break}var
-h=ao(d),i=b7(h+2|0,39);bM(d,0,i,1,h);return Z(b,[4,a,a4(i)],z)};case
+g=aH(1);at(g,0,c);var
+d=a7(g);break}var
+h=ap(d),i=b9(h+2|0,39);bP(d,0,i,1,h);return Z(b,[4,a,a7(i)],z)};case
 2:var
-B=c[2],C=c[1];return fw(b,a,B,C,function(a){return a});case
-3:return fw(b,a,c[2],c[1],nL);case
-4:return d0(b,a,c[4],c[2],c[3],oB,c[1]);case
-5:return d0(b,a,c[4],c[2],c[3],oC,c[1]);case
-6:return d0(b,a,c[4],c[2],c[3],oD,c[1]);case
-7:return d0(b,a,c[4],c[2],c[3],oE,c[1]);case
+B=c[2],C=c[1];return fG(b,a,B,C,function(a){return a});case
+3:return fG(b,a,c[2],c[1],n5);case
+4:return d6(b,a,c[4],c[2],c[3],oV,c[1]);case
+5:return d6(b,a,c[4],c[2],c[3],oW,c[1]);case
+6:return d6(b,a,c[4],c[2],c[3],oX,c[1]);case
+7:return d6(b,a,c[4],c[2],c[3],oY,c[1]);case
 8:var
 g=c[4],h=c[3],i=c[2],f=c[1];if(typeof
 i==="number"){if(typeof
-h==="number")return h?function(d,c){return Z(b,[4,a,bO(f,d,c)],g)}:function(c){return Z(b,[4,a,bO(f,fu(f),c)],g)};var
-T=h[1];return function(c){return Z(b,[4,a,bO(f,T,c)],g)}}else{if(0===i[0]){var
+h==="number")return h?function(d,c){return Z(b,[4,a,bR(f,d,c)],g)}:function(c){return Z(b,[4,a,bR(f,fE(f),c)],g)};var
+T=h[1];return function(c){return Z(b,[4,a,bR(f,T,c)],g)}}else{if(0===i[0]){var
 l=i[2],m=i[1];if(typeof
-h==="number")return h?function(d,c){return Z(b,[4,a,a6(m,l,bO(f,d,c))],g)}:function(c){return Z(b,[4,a,a6(m,l,bO(f,fu(f),c))],g)};var
-U=h[1];return function(c){return Z(b,[4,a,a6(m,l,bO(f,U,c))],g)}}var
+h==="number")return h?function(d,c){return Z(b,[4,a,a9(m,l,bR(f,d,c))],g)}:function(c){return Z(b,[4,a,a9(m,l,bR(f,fE(f),c))],g)};var
+U=h[1];return function(c){return Z(b,[4,a,a9(m,l,bR(f,U,c))],g)}}var
 n=i[1];if(typeof
-h==="number")return h?function(e,d,c){return Z(b,[4,a,a6(n,e,bO(f,d,c))],g)}:function(d,c){return Z(b,[4,a,a6(n,d,bO(f,fu(f),c))],g)};var
-V=h[1];return function(d,c){return Z(b,[4,a,a6(n,d,bO(f,V,c))],g)}}case
-9:return fw(b,a,c[2],c[1],mN);case
+h==="number")return h?function(e,d,c){return Z(b,[4,a,a9(n,e,bR(f,d,c))],g)}:function(d,c){return Z(b,[4,a,a9(n,d,bR(f,fE(f),c))],g)};var
+V=h[1];return function(d,c){return Z(b,[4,a,a9(n,d,bR(f,V,c))],g)}}case
+9:return fG(b,a,c[2],c[1],m7);case
 10:var
 a=[7,a],c=c[1];continue;case
 11:var
@@ -1628,14 +1628,14 @@ a=[2,a,c[1]],c=c[2];continue;case
 12:var
 a=[3,a,c[1]],c=c[2];continue;case
 13:var
-D=c[3],E=c[2],p=hA(16);fv(p,E);var
-u=hC(p);return function(c){return Z(b,[4,a,u],D)};case
+D=c[3],E=c[2],p=hO(16);fF(p,E);var
+u=hQ(p);return function(c){return Z(b,[4,a,u],D)};case
 14:var
 F=c[3],G=c[2];return function(d){var
-e=d[1],c=ac(e,aq(ax(G)));if(typeof
-c[2]==="number")return Z(b,a,aj(c[1],F));throw aG};case
+e=d[1],c=ae(e,ar(aA(G)));if(typeof
+c[2]==="number")return Z(b,a,ak(c[1],F));throw aJ};case
 15:var
-H=c[1];return function(d,c){return Z(b,[6,a,function(a){return aJ(d,a,c)}],H)};case
+H=c[1];return function(d,c){return Z(b,[6,a,function(a){return aM(d,a,c)}],H)};case
 16:var
 I=c[1];return function(c){return Z(b,[6,a,c],I)};case
 17:var
@@ -1644,86 +1644,86 @@ a=[0,a,c[1]],c=c[2];continue;case
 k=c[1];if(0===k[0]){var
 J=c[2],K=k[1][1],L=0,b=function(b,c,d){return function(a){return Z(c,[1,b,[0,a]],d)}}(a,b,J),a=L,c=K;continue}var
 M=c[2],N=k[1][1],O=0,b=function(b,c,d){return function(a){return Z(c,[1,b,[1,a]],d)}}(a,b,M),a=O,c=N;continue;case
-19:throw[0,at,oK];case
+19:throw[0,av,o4];case
 20:var
-P=c[3],Q=[8,a,oL];return function(a){return Z(b,Q,P)};case
+P=c[3],Q=[8,a,o5];return function(a){return Z(b,Q,P)};case
 21:var
-R=c[2];return function(c){return Z(b,[4,a,fm(oM,c)],R)};case
+R=c[2];return function(c){return Z(b,[4,a,fw(o6,c)],R)};case
 22:var
 S=c[1];return function(c){return Z(b,[5,a,c],S)};case
 23:var
 e=c[2],j=c[1];if(typeof
 j==="number")switch(j){case
-0:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
-1:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
-2:throw[0,at,oN];default:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e])}else
+0:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e]);case
+1:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e]);case
+2:throw[0,av,o7];default:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e])}else
 switch(j[0]){case
-0:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
-1:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
-2:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
-3:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
-4:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
-5:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
-6:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
-7:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
-8:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);case
+0:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e]);case
+1:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e]);case
+2:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e]);case
+3:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e]);case
+4:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e]);case
+5:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e]);case
+6:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e]);case
+7:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e]);case
+8:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e]);case
 9:var
-t=j[2];return d<50?gU(d+1|0,b,a,t,e):aN(gU,[0,b,a,t,e]);case
-10:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e]);default:return d<50?ab(d+1|0,b,a,e):aN(ab,[0,b,a,e])}default:var
-q=c[3],r=c[1],s=A(c[2],0);return d<50?gT(d+1|0,b,a,q,r,s):aN(gT,[0,b,a,q,r,s])}}function
-gU(e,d,c,a,b){if(typeof
-a==="number")return e<50?ab(e+1|0,d,c,b):aN(ab,[0,d,c,b]);else
+t=j[2];return d<50?g7(d+1|0,b,a,t,e):aQ(g7,[0,b,a,t,e]);case
+10:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e]);default:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e])}default:var
+q=c[3],r=c[1],s=A(c[2],0);return d<50?g6(d+1|0,b,a,q,r,s):aQ(g6,[0,b,a,q,r,s])}}function
+g7(e,d,c,a,b){if(typeof
+a==="number")return e<50?ad(e+1|0,d,c,b):aQ(ad,[0,d,c,b]);else
 switch(a[0]){case
 0:var
-f=a[1];return function(a){return a_(d,c,f,b)};case
+f=a[1];return function(a){return ba(d,c,f,b)};case
 1:var
-g=a[1];return function(a){return a_(d,c,g,b)};case
+g=a[1];return function(a){return ba(d,c,g,b)};case
 2:var
-h=a[1];return function(a){return a_(d,c,h,b)};case
+h=a[1];return function(a){return ba(d,c,h,b)};case
 3:var
-i=a[1];return function(a){return a_(d,c,i,b)};case
+i=a[1];return function(a){return ba(d,c,i,b)};case
 4:var
-j=a[1];return function(a){return a_(d,c,j,b)};case
+j=a[1];return function(a){return ba(d,c,j,b)};case
 5:var
-k=a[1];return function(a){return a_(d,c,k,b)};case
+k=a[1];return function(a){return ba(d,c,k,b)};case
 6:var
-l=a[1];return function(a){return a_(d,c,l,b)};case
+l=a[1];return function(a){return ba(d,c,l,b)};case
 7:var
-m=a[1];return function(a){return a_(d,c,m,b)};case
+m=a[1];return function(a){return ba(d,c,m,b)};case
 8:var
-n=a[2];return function(a){return a_(d,c,n,b)};case
+n=a[2];return function(a){return ba(d,c,n,b)};case
 9:var
-o=a[3],p=a[2],q=aB(ax(a[1]),p);return function(a){return a_(d,c,aW(q,o),b)};case
+o=a[3],p=a[2],q=aD(aA(a[1]),p);return function(a){return ba(d,c,aY(q,o),b)};case
 10:var
-r=a[1];return function(e,a){return a_(d,c,r,b)};case
+r=a[1];return function(e,a){return ba(d,c,r,b)};case
 11:var
-s=a[1];return function(a){return a_(d,c,s,b)};case
+s=a[1];return function(a){return ba(d,c,s,b)};case
 12:var
-t=a[1];return function(a){return a_(d,c,t,b)};case
-13:throw[0,at,oO];default:throw[0,at,oP]}}function
-ab(d,b,e,a){var
-c=[8,e,oQ];return d<50?dO(d+1|0,b,c,a):aN(dO,[0,b,c,a])}function
-gT(g,b,e,a,d,c){if(d){var
-h=d[1];return function(d){return oJ(b,e,a,h,A(c,d))}}var
-f=[4,e,c];return g<50?dO(g+1|0,b,f,a):aN(dO,[0,b,f,a])}function
-Z(a,b,c){return hl(dO(0,a,b,c))}function
-a_(a,b,c,d){return hl(gU(0,a,b,c,d))}function
-oJ(a,b,c,d,e){return hl(gT(0,a,b,c,d,e))}function
-fw(e,d,c,a,b){if(typeof
+t=a[1];return function(a){return ba(d,c,t,b)};case
+13:throw[0,av,o8];default:throw[0,av,o9]}}function
+ad(d,b,e,a){var
+c=[8,e,o_];return d<50?dU(d+1|0,b,c,a):aQ(dU,[0,b,c,a])}function
+g6(g,b,e,a,d,c){if(d){var
+h=d[1];return function(d){return o3(b,e,a,h,A(c,d))}}var
+f=[4,e,c];return g<50?dU(g+1|0,b,f,a):aQ(dU,[0,b,f,a])}function
+Z(a,b,c){return hy(dU(0,a,b,c))}function
+ba(a,b,c,d){return hy(g7(0,a,b,c,d))}function
+o3(a,b,c,d,e){return hy(g6(0,a,b,c,d,e))}function
+fG(e,d,c,a,b){if(typeof
 a==="number")return function(a){return Z(e,[4,d,A(b,a)],c)};else{if(0===a[0]){var
-f=a[2],g=a[1];return function(a){return Z(e,[4,d,a6(g,f,A(b,a))],c)}}var
-h=a[1];return function(f,a){return Z(e,[4,d,a6(h,f,A(b,a))],c)}}}function
-d0(f,e,d,g,c,b,a){if(typeof
+f=a[2],g=a[1];return function(a){return Z(e,[4,d,a9(g,f,A(b,a))],c)}}var
+h=a[1];return function(f,a){return Z(e,[4,d,a9(h,f,A(b,a))],c)}}}function
+d6(f,e,d,g,c,b,a){if(typeof
 g==="number"){if(typeof
-c==="number")return c?function(g,c){return Z(f,[4,e,cP(g,aJ(b,a,c))],d)}:function(c){return Z(f,[4,e,aJ(b,a,c)],d)};var
-k=c[1];return function(c){return Z(f,[4,e,cP(k,aJ(b,a,c))],d)}}else{if(0===g[0]){var
+c==="number")return c?function(g,c){return Z(f,[4,e,cP(g,aM(b,a,c))],d)}:function(c){return Z(f,[4,e,aM(b,a,c)],d)};var
+k=c[1];return function(c){return Z(f,[4,e,cP(k,aM(b,a,c))],d)}}else{if(0===g[0]){var
 h=g[2],i=g[1];if(typeof
-c==="number")return c?function(g,c){return Z(f,[4,e,a6(i,h,cP(g,aJ(b,a,c)))],d)}:function(c){return Z(f,[4,e,a6(i,h,aJ(b,a,c))],d)};var
-l=c[1];return function(c){return Z(f,[4,e,a6(i,h,cP(l,aJ(b,a,c)))],d)}}var
+c==="number")return c?function(g,c){return Z(f,[4,e,a9(i,h,cP(g,aM(b,a,c)))],d)}:function(c){return Z(f,[4,e,a9(i,h,aM(b,a,c))],d)};var
+l=c[1];return function(c){return Z(f,[4,e,a9(i,h,cP(l,aM(b,a,c)))],d)}}var
 j=g[1];if(typeof
-c==="number")return c?function(h,g,c){return Z(f,[4,e,a6(j,h,cP(g,aJ(b,a,c)))],d)}:function(g,c){return Z(f,[4,e,a6(j,g,aJ(b,a,c))],d)};var
-m=c[1];return function(g,c){return Z(f,[4,e,a6(j,g,cP(m,aJ(b,a,c)))],d)}}}function
-b8(b,h){var
+c==="number")return c?function(h,g,c){return Z(f,[4,e,a9(j,h,cP(g,aM(b,a,c)))],d)}:function(g,c){return Z(f,[4,e,a9(j,g,aM(b,a,c))],d)};var
+m=c[1];return function(g,c){return Z(f,[4,e,a9(j,g,cP(m,aM(b,a,c)))],d)}}}function
+b_(b,h){var
 a=h;for(;;)if(typeof
 a==="number")return 0;else
 switch(a[0]){case
@@ -1731,450 +1731,480 @@ switch(a[0]){case
 d=a[2],i=a[1];if(typeof
 d==="number")switch(d){case
 0:var
-c=m7;break;case
+c=np;break;case
 1:var
-c=m8;break;case
+c=nq;break;case
 2:var
-c=m9;break;case
+c=nr;break;case
 3:var
-c=m_;break;case
+c=ns;break;case
 4:var
-c=m$;break;case
+c=nt;break;case
 5:var
-c=na;break;default:var
-c=nb}else
+c=nu;break;default:var
+c=nv}else
 switch(d[0]){case
 0:var
 c=d[1];break;case
 1:var
 c=d[1];break;default:var
-c=de(nc,hy(1,d[1]))}b8(b,i);return dg(b,c);case
+c=dg(nw,hM(1,d[1]))}b_(b,i);return di(b,c);case
 1:var
 f=a[2],g=a[1];if(0===f[0]){var
-j=f[1];b8(b,g);dg(b,oR);var
+j=f[1];b_(b,g);di(b,o$);var
 a=j;continue}var
-k=f[1];b8(b,g);dg(b,oS);var
+k=f[1];b_(b,g);di(b,pa);var
 a=k;continue;case
 6:var
-n=a[2];b8(b,a[1]);return dg(b,A(n,0));case
+n=a[2];b_(b,a[1]);return di(b,A(n,0));case
 7:var
 a=a[1];continue;case
 8:var
-o=a[2];b8(b,a[1]);return cr(o);case
+o=a[2];b_(b,a[1]);return ct(o);case
 2:case
 4:var
-l=a[2];b8(b,a[1]);return dg(b,l);default:var
-m=a[2];b8(b,a[1]);var
-e=b[2];if(b[3]<=e)hz(b,1);ar(b[1],e,m);b[2]=e+1|0;return 0}}function
-hE(b){var
+l=a[2];b_(b,a[1]);return di(b,l);default:var
+m=a[2];b_(b,a[1]);var
+e=b[2];if(b[3]<=e)hN(b,1);at(b[1],e,m);b[2]=e+1|0;return 0}}function
+hS(b){var
 a=b[1];return Z(function(d){var
-e=64,b=df<64?df:e,c=aE(b),a=[0,c,0,b,c];b8(a,d);return hw(a[1],0,a[2])},0,a)}var
-u=be(0),t=be(1);function
-aT(a){return mG(a,u)}function
-hF(a){return R(a,u)?aS(a):a}function
-d1(b,a){return R(b,a)?a:b}function
-cs(b,a){return K(be(b),a)}function
-g(b,a){return B(be(b),a)}function
-F(a){return K(a,t)}function
-bf(d,a){var
-b=mJ(d,a),c=ap(d,B(b,a));return O(u,c)?[0,b,c]:R(u,a)?[0,ap(b,t),K(c,a)]:[0,F(b),ap(c,a)]}function
-hG(b,a){return bf(b,a)[1]}function
-hH(b,a){return bf(b,a)[2]}function
-fx(d,c){var
-b=d,a=c;for(;;){if(w(a,u))return hF(b);var
-e=ap(b,B(mJ(b,a),a)),b=a,a=e;continue}}var
-oU=oT.slice();function
-bx(b,a){return b>>>a|0|b<<(32-a|0)}function
-oV(M){var
+e=64,b=dh<64?dh:e,c=aH(b),a=[0,c,0,b,c];b_(a,d);return hK(a[1],0,a[2])},0,a)}var
+u=aq(0),p=aq(1);function
+aT(a){return hA(a,u)}function
+hT(a){return T(a,u)?aW(a):a}function
+d7(b,a){return T(b,a)?a:b}function
+cu(b,a){return M(aq(b),a)}function
+d(b,a){return C(aq(b),a)}function
+z(a){return M(a,p)}function
+as(d,a){var
+b=m3(d,a),c=al(d,C(b,a));return J(u,c)?[0,b,c]:T(u,a)?[0,al(b,p),M(c,a)]:[0,z(b),al(c,a)]}function
+hU(b,a){return as(b,a)[1]}function
+hV(b,a){return as(b,a)[2]}function
+fH(d,c){var
+b=d,a=c;for(;;){if(w(a,u))return hT(b);var
+e=al(b,C(m3(b,a),a)),b=a,a=e;continue}}var
+pc=pb.slice();function
+bz(b,a){return b>>>a|0|b<<(32-a|0)}function
+pd(M){var
 h=0,p=M;for(;;){if(p){var
 h=h+1|0,p=p[2];continue}var
-g=b7(((h+72|0)/64|0)*64|0,0),q=0,m=M;for(;;){if(m){var
-Q=m[2];b2(g,q,m[1]);var
-q=q+1|0,m=Q;continue}b2(g,h,c$);zT(g,a3(g)-8|0,z4(Aa(oW,mu(h))));var
-f=oX.slice(),N=(a3(g)/64|0)-1|0,av=0;if(!(N<0)){var
+g=b9(((h+72|0)/64|0)*64|0,0),q=0,m=M;for(;;){if(m){var
+Q=m[2];b4(g,q,m[1]);var
+q=q+1|0,m=Q;continue}b4(g,h,db);Al(g,a6(g)-8|0,Aw(AE(pe,mP(h))));var
+f=pf.slice(),N=(a6(g)/64|0)-1|0,av=0;if(!(N<0)){var
 o=av;a:for(;;){var
-aw=64*o|0,C=function(b){return function(a){return 16<=a?0:z2(zQ(g,b+(4*a|0)|0))}}(aw),c=mx(64,C(0)),i=1;for(;;){c[1+i]=C(i);var
+aw=64*o|0,C=function(b){return function(a){return 16<=a?0:Au(Ai(g,b+(4*a|0)|0))}}(aw),c=mS(64,C(0)),i=1;for(;;){c[1+i]=C(i);var
 T=i+1|0;if(63!==i){var
 i=T;continue}var
 b=16;for(;;){var
-E=b+g4|0,F=b+g4|0,am=aM(c,E)[1+E]>>>3|0,G=b+g4|0,an=bx(aM(c,F)[1+F],18)^am,H=b-2|0,ao=bx(aM(c,G)[1+G],7)^an,I=b-2|0,ap=aM(c,H)[1+H]>>>10|0,J=b-2|0,aq=bx(aM(c,I)[1+I],19)^ap,K=b-7|0,ar=bx(aM(c,J)[1+J],17)^aq,L=b-16|0,as=aM(c,K)[1+K],at=((aM(c,L)[1+L]+ao|0)+as|0)+ar|0;aM(c,b)[1+b]=at;var
+E=b+hf|0,F=b+hf|0,am=aP(c,E)[1+E]>>>3|0,G=b+hf|0,an=bz(aP(c,F)[1+F],18)^am,H=b-2|0,ao=bz(aP(c,G)[1+G],7)^an,I=b-2|0,ap=aP(c,H)[1+H]>>>10|0,J=b-2|0,aq=bz(aP(c,I)[1+I],19)^ap,K=b-7|0,ar=bz(aP(c,J)[1+J],17)^aq,L=b-16|0,as=aP(c,K)[1+K],at=((aP(c,L)[1+L]+ao|0)+as|0)+ar|0;aP(c,b)[1+b]=at;var
 au=b+1|0;if(63!==b){var
 b=au;continue}var
-x=f.length-1,a=0===x?[0]:zN(f,0,x),e=0;for(;;){var
-k=aM(a,0)[1],l=aM(a,4)[5],_=bx(l,25),$=bx(l,11)^_,aa=bx(l,6)^$,ab=bx(k,22),ac=bx(k,13)^ab,ad=bx(k,2)^ac,ae=aM(c,e)[1+e],af=aM(oU,e)[1+e],ag=(l^-1)&aM(a,6)[7],ah=l&aM(a,5)[6]^ag,D=(((aM(a,7)[8]+aa|0)+ah|0)+af|0)+ae|0,ai=aM(a,2)[3],aj=aM(a,1)[2]&ai,P=0,ak=ad+(k&a[2]^k&a[3]^aj)|0;if(!((a.length-1-7|0)<0)&&!((a.length-1-7|0)<1)){zK(a,0,a,1,7);P=1}if(!P)cr(m3);a[5]=a[5]+D|0;a[1]=D+ak|0;var
+x=f.length-1,a=0===x?[0]:Af(f,0,x),e=0;for(;;){var
+k=aP(a,0)[1],l=aP(a,4)[5],_=bz(l,25),$=bz(l,11)^_,aa=bz(l,6)^$,ab=bz(k,22),ac=bz(k,13)^ab,ad=bz(k,2)^ac,ae=aP(c,e)[1+e],af=aP(pc,e)[1+e],ag=(l^-1)&aP(a,6)[7],ah=l&aP(a,5)[6]^ag,D=(((aP(a,7)[8]+aa|0)+ah|0)+af|0)+ae|0,ai=aP(a,2)[3],aj=aP(a,1)[2]&ai,P=0,ak=ad+(k&a[2]^k&a[3]^aj)|0;if(!((a.length-1-7|0)<0)&&!((a.length-1-7|0)<1)){Ac(a,0,a,1,7);P=1}if(!P)ct(nl);a[5]=a[5]+D|0;a[1]=D+ak|0;var
 al=e+1|0;if(63!==e){var
 e=al;continue}var
 B=a.length-1-1|0,W=0;if(!(B<0)){var
 d=W;for(;;){var
-X=a[1+d];f[1+d]=aM(f,d)[1+d]+X|0;var
+X=a[1+d];f[1+d]=aP(f,d)[1+d]+X|0;var
 Y=d+1|0;if(B!==d){var
 d=Y;continue}break}}var
 ax=o+1|0;if(N!==o){var
 o=ax;continue a}break}break}break}break}}var
-O=hE(oY),r=f.length-1;if(0===r)var
+O=hS(pg),r=f.length-1;if(0===r)var
 t=[0];else{var
-y=mx(r,A(O,f[1])),z=r-1|0,U=1;if(!(z<1)){var
+y=mS(r,A(O,f[1])),z=r-1|0,U=1;if(!(z<1)){var
 j=U;for(;;){y[1+j]=A(O,f[1+j]);var
 V=j+1|0;if(z!==j){var
 j=V;continue}break}}var
 t=y}var
 n=t.length-1-1|0,s=0;for(;;){if(0<=n){var
 Z=[0,t[1+n],s],n=n-1|0,s=Z;continue}var
-w=cH(ft(oZ,s)),v=function(a,d){if(a===a3(w))return 0;var
-b=mk(w,a),c=a+1|0;return[0,b,function(a){return v(c,a)}]},R=0,S=function(a){return v(R,a)},u=function(f,e){if(0===f){var
+w=cH(fD(ph,s)),v=function(a,d){if(a===a6(w))return 0;var
+b=mF(w,a),c=a+1|0;return[0,b,function(a){return v(c,a)}]},R=0,S=function(a){return v(R,a)},u=function(f,e){if(0===f){var
 a=0,d=e;for(;;){var
 b=A(d,0);if(b){var
-a=[0,b[1],a],d=b[2];continue}return fs(a)}}var
+a=[0,b[1],a],d=b[2];continue}return fC(a)}}var
 c=A(e,0);if(c){var
 g=c[1];return[0,g,u(f-1|0,c[2])]}return 0};return u(500,S)}}}}function
 cQ(b,a){return b?a?0:1:a}function
 G(a){return a?0:1}function
 ay(b,a){var
 c=a?[0,A(b,a[1])]:a;return c}function
-bP(a){return a[1]}function
-b9(a){return a[2]}function
-hI(b,a){return b?[0,hI(b[1],a)]:a}function
-d2(a,b){return a?hI(b,d2(a[1],b)):a}function
-by(b,a){return b?a:a?0:1}function
-hJ(b,a){return b?[0,hJ(b[1],a)]:a}function
-hK(a,b){return a?hJ(b,hK(a[1],b)):a}function
-di(d,c){var
+bS(a){return a[1]}function
+b$(a){return a[2]}function
+hW(b,a){return b?[0,hW(b[1],a)]:a}function
+d8(a,b){return a?hW(b,d8(a[1],b)):a}function
+bA(b,a){return b?a:a?0:1}function
+hX(b,a){return b?[0,hX(b[1],a)]:a}function
+hY(a,b){return a?hX(b,hY(a[1],b)):a}function
+dk(d,c){var
 b=d,a=c;for(;;){if(b){if(a){var
 b=b[1],a=a[1];continue}return a}return a?0:1}}function
-fy(d,c){var
+fI(d,c){var
 b=d,a=c;for(;;){if(b){if(a){var
 b=b[1],a=a[1];continue}return a}return 1}}function
-fz(b,a){return fy([0,b],a)}function
-d3(a,g,f){var
-b=g,d=f;for(;;){if(O(d,t))return A(a,b);var
-e=bf(d,be(2)),c=e[1];if(w(e[2],u)){var
-b=d3(a,b,c),d=c;continue}return A(a,d3(a,d3(a,b,c),c))}}function
-fA(h,g){var
-b=h,a=g;for(;;){if(O(b,t))return O(a,t)?1:w(bf(a,be(2))[2],u)?0:0;var
-e=bf(b,be(2)),f=e[1];if(w(e[2],u)){if(O(a,t))return 0;var
-c=bf(a,be(2)),i=c[1];if(w(c[2],u)){var
-b=f,a=i;continue}return 0}if(O(a,t))return 0;var
-d=bf(a,be(2)),j=d[1];if(w(d[2],u))return 0;var
-b=f,a=j;continue}}var
-hL=K;function
-hM(c,b){var
-a=mG(c,b);return 0===a?0:0<=a?2:1}function
-bz(b,a){var
-c=aT(a);return 0===c?u:1===c?hG(b,a):cs(-1,hG(cs(-1,b),a))}function
-hN(b,a){var
-c=aT(a);return 0===c?b:1===c?hH(b,a):K(a,cs(1,hH(cs(-1,b),a)))}function
-hO(e){function
-f(a){return 0<aT(hn(e,a))?1:0}if(0<aT(e)){var
+fJ(b,a){return fI([0,b],a)}function
+d9(a){if(J(a,p))return p;var
+b=as(a,aq(2)),c=b[1];return w(b[2],u)?z(d(2,d9(c))):z(d(2,d(2,c)))}function
+d_(a){return typeof
+a==="number"?a?1:[0,p]:[0,z(d(2,a[1]))]}function
+d$(a){return typeof
+a==="number"?a:[0,d(2,a[1])]}function
+ea(f,b){if(J(f,p))return 1;var
+k=as(f,aq(2)),a=k[1];if(w(k[2],u)){if(J(b,p)){if(J(a,p))return 0;var
+c=as(a,aq(2)),e=c[1];return w(c[2],u)?[0,d(2,d9(e))]:[0,d(2,d(2,e))]}var
+g=as(b,aq(2)),h=g[1];return w(g[2],u)?d_(ea(a,h)):d$(ea(a,h))}if(J(b,p))return[0,d9(a)];var
+i=as(b,aq(2)),j=i[1];return w(i[2],u)?d$(cR(a,j)):d_(ea(a,j))}function
+cR(c,a){if(J(c,p))return J(a,p)?0:w(as(a,aq(2))[2],u)?1:1;var
+i=as(c,aq(2)),b=i[1];if(w(i[2],u)){if(J(a,p))return[0,d9(b)];var
+e=as(a,aq(2)),f=e[1];return w(e[2],u)?d$(cR(b,f)):d_(ea(b,f))}if(J(a,p))return[0,d(2,b)];var
+g=as(a,aq(2)),h=g[1];return w(g[2],u)?d_(cR(b,h)):d$(cR(b,h))}function
+eb(a,g,f){var
+b=g,d=f;for(;;){if(J(d,p))return A(a,b);var
+e=as(d,aq(2)),c=e[1];if(w(e[2],u)){var
+b=eb(a,b,c),d=c;continue}return A(a,eb(a,eb(a,b,c),c))}}function
+fK(h,g){var
+b=h,a=g;for(;;){if(J(b,p))return J(a,p)?1:w(as(a,aq(2))[2],u)?0:0;var
+e=as(b,aq(2)),f=e[1];if(w(e[2],u)){if(J(a,p))return 0;var
+c=as(a,aq(2)),i=c[1];if(w(c[2],u)){var
+b=f,a=i;continue}return 0}if(J(a,p))return 0;var
+d=as(a,aq(2)),j=d[1];if(w(d[2],u))return 0;var
+b=f,a=j;continue}}function
+ec(g,f,e){var
+h=e[2],a=e[1];if(typeof
+h==="number"){var
+k=d(2,d(2,p)),l=cR(A(f,A(g,p)),k);return[0,d(2,a),l]}var
+i=z(d(2,d(2,a))),b=A(f,A(g,h[1])),c=hA(i,b),j=0===c?0:0<=c?2:1,m=2<=j?0:1;if(m){var
+n=cR(b,i);return[0,z(d(2,a)),n]}return[0,d(2,a),[0,b]]}function
+dl(b){if(J(b,p))return[0,p,0];var
+h=as(b,aq(2)),a=h[1];if(w(h[2],u)){if(J(a,p))return[0,p,[0,p]];var
+c=as(a,aq(2)),e=c[1];if(w(c[2],u)){var
+i=dl(e),j=function(a){return d(2,a)};return ec(function(a){return d(2,a)},j,i)}var
+k=dl(e),l=function(a){return d(2,a)};return ec(function(a){return z(d(2,a))},l,k)}if(J(a,p))return[0,p,[0,d(2,p)]];var
+f=as(a,aq(2)),g=f[1];if(w(f[2],u)){var
+m=dl(g),n=function(a){return z(d(2,a))};return ec(function(a){return d(2,a)},n,m)}var
+o=dl(g);function
+q(a){return z(d(2,a))}return ec(function(a){return z(d(2,a))},q,o)}var
+hZ=M;function
+h0(c,b){var
+a=hA(c,b);return 0===a?0:0<=a?2:1}function
+bs(b,a){var
+c=aT(a);return 0===c?u:1===c?hU(b,a):cu(-1,hU(cu(-1,b),a))}function
+h1(b,a){var
+c=aT(a);return 0===c?b:1===c?hV(b,a):M(a,cu(1,hV(cu(-1,b),a)))}function
+h2(e){function
+f(a){return 0<aT(hB(e,a))?1:0}if(0<aT(e)){var
 a=1;for(;;){if(f(a)){var
 a=2*a|0;continue}var
 b=0,c=a;for(;;){if(1<(c-b|0)){var
 d=(b+c|0)/2|0;if(f(d)){var
 b=d;continue}var
-c=d;continue}return be(b)}}}return u}function
-d4(b,c){var
-a=mI(c);return 0<=a?mH(b,a):hn(b,-a|0)}function
-fB(b,a){return hF(B(b,bz(a,fx(b,a))))}function
-b_(b,a){return a?a[1]:b}function
-bQ(a){var
+c=d;continue}return aq(b)}}}return u}function
+ed(b,c){var
+a=m2(c);return 0<=a?m1(b,a):hB(b,-a|0)}function
+fL(b,a){return hT(C(b,bs(a,fH(b,a))))}function
+ca(b,a){return a?a[1]:b}function
+bT(a){var
 b=a?a[2]:a;return b}function
-bA(e,d,c){var
+bB(e,d,c){var
 b=e,a=d;for(;;){if(b){if(a){var
 b=b[1],a=a[2];continue}return c}return a?a[1]:c}}function
-M(d,c){var
+N(d,c){var
 a=d,b=c;for(;;){if(a){var
 e=[0,a[1],b],a=a[2],b=e;continue}return b}}function
-bg(e,d,c){var
+bh(e,d,c){var
 a=d,b=c;for(;;){if(a){var
-f=aJ(e,b,a[1]),a=a[2],b=f;continue}return b}}function
-ad(e,d){var
+f=aM(e,b,a[1]),a=a[2],b=f;continue}return b}}function
+aa(e,d){var
 a=d;for(;;){if(a){var
 b=A(e,a[1]);if(!b){var
 a=a[2];continue}var
 c=b}else
 var
 c=a;return c}}function
-E(d,c){var
+F(d,c){var
 a=c;for(;;){if(a){var
 b=A(d,a[1]);if(b){var
 a=a[2];continue}return b}return 1}}function
-cR(d,c){var
+cS(d,c){var
 a=c;for(;;){if(a){var
 b=a[1];if(A(d,b))return[0,b];var
 a=a[2];continue}return a}}function
-hP(b,a){if(b)if(a)var
-d=hP(b[1],a[2]),c=[0,a[1],d];else
+h3(b,a){if(b)if(a)var
+d=h3(b[1],a[2]),c=[0,a[1],d];else
 var
 c=a;else
 var
 c=b;return c}function
-dj(b,a){var
-c=a?[0,b,dj(b,a[1])]:a;return c}var
-hQ=0,o0=1;function
-hR(a,b){var
-c=a?1:a;return fr((b<<1&gX)+c|0)}function
-fC(b,a){if(b){var
-c=b[1];if(O(a,t))return o0;var
-d=bf(a,be(2)),e=d[1];return w(d[2],u)?hR(0,fC(c,e)):hR(1,fC(c,e))}return hQ}function
-hS(a){if(a){var
-b=hS(a[2]),c=B(g(2,t),b),d=a[1]?t:u;return K(d,c)}return u}function
-hT(c,b){var
+dm(b,a){var
+c=a?[0,b,dm(b,a[1])]:a;return c}var
+h4=0,pi=1;function
+h5(a,b){var
+c=a?1:a;return fB((b<<1&g_)+c|0)}function
+fM(b,a){if(b){var
+c=b[1];if(J(a,p))return pi;var
+d=as(a,aq(2)),e=d[1];return w(d[2],u)?h5(0,fM(c,e)):h5(1,fM(c,e))}return h4}function
+h6(a){if(a){var
+b=h6(a[2]),c=C(d(2,p),b),e=a[1]?p:u;return M(e,c)}return u}function
+h7(c,b){var
 a=c-b|0;return 0<=a?0===a?0:2:1}function
-d5(b,a){return 2<=hT(b,a)?0:1}function
+ee(b,a){return 2<=h7(b,a)?0:1}function
 k(a){if(a)var
 c=k(a[2]),b=[0,a[1],c];else
 var
 b=a;return b}function
-x(b,a){return M(M(b,0),a)}function
-au(c){var
+x(b,a){return N(N(b,0),a)}function
+aw(c){var
 b=0,a=c;for(;;){if(a){var
 b=[0,b],a=a[2];continue}return b}}function
-q(e,d){var
+s(e,d){var
 b=0,a=d,f=0;for(;;){if(a){var
-c=a[2],b=[0,A(e,a[1]),b],a=c;continue}return M(b,f)}}function
-$(e,d){var
+c=a[2],b=[0,A(e,a[1]),b],a=c;continue}return N(b,f)}}function
+ab(e,d){var
 b=0,a=d,f=0;for(;;){if(a){var
-c=a[2],b=M(A(e,a[1]),b),a=c;continue}return M(b,f)}}function
-bh(d){var
+c=a[2],b=N(A(e,a[1]),b),a=c;continue}return N(b,f)}}function
+bi(d){var
 b=0,a=d,e=0;for(;;){if(a){var
-c=a[2],b=M(a[1],b),a=c;continue}return M(b,e)}}function
-aw(g,f){var
+c=a[2],b=N(a[1],b),a=c;continue}return N(b,e)}}function
+az(g,f){var
 b=0,a=f,h=0;for(;;){if(a){var
-c=a[1],d=a[2],e=A(g,c)?[0,c,b]:b,b=e,a=d;continue}return M(b,h)}}function
-az(e,d){var
+c=a[1],d=a[2],e=A(g,c)?[0,c,b]:b,b=e,a=d;continue}return N(b,h)}}function
+aB(e,d){var
 c=0,b=e,a=d,f=0;for(;;){if(b&&a){var
-c=[0,[0,b[1],a[1]],c],b=b[2],a=a[2];continue}return M(c,f)}}function
-dk(e,d){var
+c=[0,[0,b[1],a[1]],c],b=b[2],a=a[2];continue}return N(c,f)}}function
+dn(e,d){var
 c=0,b=e,a=d,f=0;for(;;){if(a){var
-c=[0,[0,b,a[1]],c],b=K(b,t),a=a[2];continue}return M(c,f)}}function
-d6(c,a){var
-b=0,d=M(a,0);return bg(function(b,a){if(b){var
+c=[0,[0,b,a[1]],c],b=M(b,p),a=a[2];continue}return N(c,f)}}function
+ef(c,a){var
+b=0,d=N(a,0);return bh(function(b,a){if(b){var
 d=b[1],e=d[1];return w(e,A(c,a))?[0,[0,e,[0,a,d[2]]],b[2]]:[0,[0,A(c,a),[0,a,0]],b]}return[0,[0,A(c,a),[0,a,0]],0]},d,b)}function
-av(c,b,a){var
-d=M(a,0);return bg(function(b,a){return aJ(c,a,b)},d,b)}function
-aH(c){var
+ax(c,b,a){var
+d=N(a,0);return bh(function(b,a){return aM(c,a,b)},d,b)}function
+aK(c){var
 b=u,a=c;for(;;){if(a){var
-b=K(b,t),a=a[1];continue}return b}}function
-bi(a){var
+b=M(b,p),a=a[1];continue}return b}}function
+bj(a){var
 b=aT(a);if(0===b)return 0;if(0<b){var
-c=0;return d3(function(a){return[0,a]},c,a)}return 0}function
-b$(e,d){var
+c=0;return eb(function(a){return[0,a]},c,a)}return 0}function
+cb(e,d){var
 c=0,b=e,a=d,f=0;for(;;){if(a){var
-c=[0,b,c],b=[0,b],a=a[1];continue}return M(c,f)}}function
-dl(d){var
-c=0,b=u,a=bi(d),e=0;for(;;){if(a){var
-c=[0,b,c],b=K(b,t),a=a[1];continue}return M(c,e)}}function
-d7(j,i,h){var
-d=M(i,h),a=0,c=i,b=h;for(;;){if(c){var
+c=[0,b,c],b=[0,b],a=a[1];continue}return N(c,f)}}function
+dp(d){var
+c=0,b=u,a=bj(d),e=0;for(;;){if(a){var
+c=[0,b,c],b=M(b,p),a=a[1];continue}return N(c,e)}}function
+eg(j,i,h){var
+d=N(i,h),a=0,c=i,b=h;for(;;){if(c){var
 e=c[1];if(b){if(d){var
-f=d[2],g=b[1];if(aJ(j,e,g)){var
+f=d[2],g=b[1];if(aM(j,e,g)){var
 d=f,a=[0,e,a],c=c[2];continue}var
-d=f,a=[0,g,a],b=b[2];continue}return d}return M(a,c)}return M(a,b)}}function
-hU(c,b,a){if(a){var
-d=a[2],e=a[1];return e?[0,0,hU(c,d7(c,e,b),d)]:[0,b,d]}return[0,b,0]}function
-hV(e,d,c){var
+d=f,a=[0,g,a],b=b[2];continue}return d}return N(a,c)}return N(a,b)}}function
+h8(c,b,a){if(a){var
+d=a[2],e=a[1];return e?[0,0,h8(c,eg(c,e,b),d)]:[0,b,d]}return[0,b,0]}function
+h9(e,d,c){var
 b=d,a=c;for(;;){if(a){var
-f=a[2],b=d7(e,a[1],b),a=f;continue}return b}}function
-hW(c,i){var
+f=a[2],b=eg(e,a[1],b),a=f;continue}return b}}function
+h_(c,i){var
 b=0,a=i;for(;;){if(a){var
 d=a[2],e=a[1];if(d){var
-f=d[1],g=d[2],h=aJ(c,e,f)?[0,e,[0,f,0]]:[0,f,[0,e,0]],b=hU(c,h,b),a=g;continue}return hV(c,a,b)}return hV(c,a,b)}}function
-hX(c,b,a){if(b){var
-d=b[2],e=b[1];return e?[0,0,hX(c,d,d7(c,e[1],a))]:[0,[0,a],d]}return[0,[0,a],0]}function
-hY(b,e){var
+f=d[1],g=d[2],h=aM(c,e,f)?[0,e,[0,f,0]]:[0,f,[0,e,0]],b=h8(c,h,b),a=g;continue}return h9(c,a,b)}return h9(c,a,b)}}function
+h$(c,b,a){if(b){var
+d=b[2],e=b[1];return e?[0,0,h$(c,d,eg(c,e[1],a))]:[0,[0,a],d]}return[0,[0,a],0]}function
+ia(b,e){var
 a=e;for(;;){if(a){var
 c=a[2],d=a[1];if(d){var
-f=hY(b,c);return d7(b,d[1],f)}var
+f=ia(b,c);return eg(b,d[1],f)}var
 a=c;continue}return a}}function
-fD(c,e){var
+fN(c,e){var
 b=0,a=e;for(;;){if(a){var
-d=a[2],b=hX(c,b,[0,a[1],0]),a=d;continue}return hY(c,b)}}function
-d8(a){var
+d=a[2],b=h$(c,b,[0,a[1],0]),a=d;continue}return ia(c,b)}}function
+eh(a){var
 b=a?1:a;return b}function
-cS(a){var
-b=fx(a[1],a[2]),c=bz(a[2],b),d=aT(c);return 0===d?a:0<d?[0,bz(a[1],b),c]:a}function
-ak(b,a){return cS([0,K(B(b[1],a[2]),B(a[1],b[2])),B(b[2],a[2])])}function
-S(b,a){return cS([0,B(b[1],a[1]),B(b[2],a[2])])}function
-ca(a){return[0,aS(a[1]),a[2]]}function
+cT(a){var
+b=fH(a[1],a[2]),c=bs(a[2],b),d=aT(c);return 0===d?a:0<d?[0,bs(a[1],b),c]:a}function
+aj(b,a){return cT([0,M(C(b[1],a[2]),C(a[1],b[2])),C(b[2],a[2])])}function
+R(b,a){return cT([0,C(b[1],a[1]),C(b[2],a[2])])}function
+bC(a){return[0,aW(a[1]),a[2]]}function
 aU(a){var
-b=a[1],c=aT(b);return 0===c?[0,u,t]:0<c?[0,a[2],b]:[0,u,t]}var
-P=[0,u,t],U=[0,t,t];function
-a0(a){return O(u,a[1])}function
-ah(a){return R(u,a[1])}function
-I(b,a){return O(B(b[1],a[2]),B(a[1],b[2]))}function
-cT(b,a){var
+b=a[1],c=aT(b);return 0===c?[0,u,p]:0<c?[0,a[2],b]:[0,u,p]}var
+P=[0,u,p],U=[0,p,p];function
+a3(a){return J(u,a[1])}function
+ag(a){return T(u,a[1])}function
+I(b,a){return J(C(b[1],a[2]),C(a[1],b[2]))}function
+cU(b,a){var
 c=w(b[1],a[1]);return c?w(b[2],a[2]):c}function
-aC(a){return av(ak,P,a)}function
-hZ(f,a){if(a){var
-g=a[1],b=g[2],c=g[1],d=hZ(f,a[2]);if(d){var
-h=d[1],i=h[2],e=h[1],j=d[2];return aJ(f,c,e)?[0,[0,e,K(b,i)],j]:[0,[0,c,b],[0,[0,e,i],j]]}var
+aE(a){return ax(aj,P,a)}function
+ib(f,a){if(a){var
+g=a[1],b=g[2],c=g[1],d=ib(f,a[2]);if(d){var
+h=d[1],i=h[2],e=h[1],j=d[2];return aM(f,c,e)?[0,[0,e,M(b,i)],j]:[0,[0,c,b],[0,[0,e,i],j]]}var
 k=[0,[0,c,b],0]}else
 var
 k=a;return k}function
-h0(a){if(a){var
-b=a[1],c=h0(a[2]),d=b[2][1],e=b[1];return x(q(function(a){return[0,a[1],B(e,a[2])]},d),c)}return a}function
-h1(a){if(a){var
-b=a[1],c=h1(a[2]);return K(B(b[1],b[2][2]),c)}return u}function
-h2(d,c,b){if(b){var
-f=h2(d,c,b[2]),a=b[1],e=R(u,a[2])?A(c,a[1]):A(d,a[1]);return K(B(a[2],e),f)}return u}function
-o2(b,a){var
+ic(a){if(a){var
+b=a[1],c=ic(a[2]),d=b[2][1],e=b[1];return x(s(function(a){return[0,a[1],C(e,a[2])]},d),c)}return a}function
+id(a){if(a){var
+b=a[1],c=id(a[2]);return M(C(b[1],b[2][2]),c)}return u}function
+ie(d,c,b){if(b){var
+f=ie(d,c,b[2]),a=b[1],e=T(u,a[2])?A(c,a[1]):A(d,a[1]);return M(C(a[2],e),f)}return u}function
+pk(b,a){var
 c=a[1],d=b[1],e=w(d[1],c[1]),f=e?w(d[2],c[2]):e;return f?w(b[2],a[2]):f}function
-bR(a){return[0,0,a]}function
-d9(b,a){var
-c=ak(b[2],a[2]);return[0,x(b[1],a[1]),c]}function
-ct(b,a){var
-c=S(b,a[2]),d=a[1];return[0,q(function(a){var
-c=S(b,a[2]);return[0,a[1],c]},d),c]}function
-cb(b,a){return d9(b,ct(ca(U),a))}function
-h3(a){return av(d9,bR(P),a)}function
-d_(e,d,c){var
+bU(a){return[0,0,a]}function
+ei(b,a){var
+c=aj(b[2],a[2]);return[0,x(b[1],a[1]),c]}function
+cv(b,a){var
+c=R(b,a[2]),d=a[1];return[0,s(function(a){var
+c=R(b,a[2]);return[0,a[1],c]},d),c]}function
+cc(b,a){return ei(b,cv(bC(U),a))}function
+ig(a){return ax(ei,bU(P),a)}function
+ej(e,d,c){var
 a=d,b=c;for(;;){if(a){if(w(b,u))return a[1];var
-a=a[2],b=ap(b,t);continue}return e}}function
-h4(a){var
-b=dk(u,a);return[0,q(function(a){return[0,[0,[0,a[1],u],u],a[2]]},b),P]}function
-dm(c,b,a){if(c[11])return h4(a[3]);var
-d=0,e=a[1],f=c[6]?aS(t):b[2];return[0,[0,[0,[0,[0,b[1],f],e],U],d],P]}function
-dn(a){var
-b=a[3];return aC(q(function(a){return a[2]},b))}function
-fE(b,a){switch(b[3]){case
-0:return dn(a);case
+a=a[2],b=al(b,p);continue}return e}}function
+ih(a){var
+b=dn(u,a);return[0,s(function(a){return[0,[0,[0,a[1],u],u],a[2]]},b),P]}function
+dq(c,b,a){if(c[11])return ih(a[3]);var
+d=0,e=a[1],f=c[6]?aW(p):b[2];return[0,[0,[0,[0,[0,b[1],f],e],U],d],P]}function
+dr(a){var
+b=a[3];return aE(s(function(a){return a[2]},b))}function
+fO(b,a){switch(b[3]){case
+0:return dr(a);case
 1:return a[4];default:return U}}function
-h5(c,a){var
-b=a[3],d=h3(q(function(b){var
-d=dm(c,a,b);return ct(b[2],d)},b));return ct(aU(dn(a)),d)}function
-fF(b,a){var
-c=b[4];return aw(function(b){return w(b[2],a)},c)}function
-fG(a,b){var
-c=fF(a,b);return aC(q(function(b){return fE(a,b)},c))}var
-d$=bR(P);function
-ea(e,a,d){var
-b=a[3],c=cR(function(a){return w(a[1],d)},b);return ay(function(b){return dm(e,a,b)},c)}function
-h6(f,e){var
+ii(c,a){var
+b=a[3],d=ig(s(function(b){var
+d=dq(c,a,b);return cv(b[2],d)},b));return cv(aU(dr(a)),d)}function
+fP(b,a){var
+c=b[4];return az(function(b){return w(b[2],a)},c)}function
+fQ(a,b){var
+c=fP(a,b);return aE(s(function(b){return fO(a,b)},c))}var
+ek=bU(P);function
+el(e,a,d){var
+b=a[3],c=cS(function(a){return w(a[1],d)},b);return ay(function(b){return dq(e,a,b)},c)}function
+ij(f,e){var
 a=f;for(;;){if(a){var
-c=a[2],b=a[1],g=b[1];if(ad(function(b){return function(a){return w(b,a)}}(g),e)){var
+c=a[2],b=a[1],g=b[1];if(aa(function(b){return function(a){return w(b,a)}}(g),e)){var
 a=c;continue}var
-d=[0,b,h6(c,[0,b[1],0])]}else
+d=[0,b,ij(c,[0,b[1],0])]}else
 var
 d=a;return d}}function
-h7(b,a){if(a){var
-c=a[1],d=b[4];return aw(function(a){return w(a[1],c)},d)}return b[4]}function
-h8(d,c,b){var
-a=h7(c,b);return d[6]?h6(a,0):a}function
-h9(e,g,d){if(d){var
-a=d[1],i=g[4],c=cR(function(b){var
+ik(b,a){if(a){var
+c=a[1],d=b[4];return az(function(a){return w(a[1],c)},d)}return b[4]}function
+il(d,c,b){var
+a=ik(c,b);return d[6]?ij(a,0):a}function
+im(e,g,d){if(d){var
+a=d[1],i=g[4],c=cS(function(b){var
 c=w(b[1],a[1]);if(c){var
 d=e[6];if(!d)return w(b[2],a[2]);var
 f=d}else
 var
 f=c;return f},i);if(c)var
-j=ea(e,c[1],a[3]),k=a[4],b=ay(function(a){return ct(k,a)},j);else
+j=el(e,c[1],a[3]),k=a[4],b=ay(function(a){return cv(k,a)},j);else
 var
 b=c;if(b)var
-f=h9(e,g,d[2]),l=f?[0,d9(b[1],f[1])]:f,h=l;else
+f=im(e,g,d[2]),l=f?[0,ei(b[1],f[1])]:f,h=l;else
 var
-h=b;return h}return[0,bR(P)]}function
-h_(a,b,f){var
+h=b;return h}return[0,bU(P)]}function
+io(a,b,f){var
 c=a[11];if(c)var
-j=c[1][3],k=q(function(a){var
-b=h4(a[1]);return cb(bR(a[2]),b)},j),i=h8(a,b,0),g=x($(function(b){var
-c=b[3];return $(function(c){var
-d=dm(a,b,c),e=[0,cb(bR(a[2]),d),0],f=bR(a[3]);return[0,cb(dm(a,b,c),f),e]},c)},i),k);else
+j=c[1][3],k=s(function(a){var
+b=ih(a[1]);return cc(bU(a[2]),b)},j),i=il(a,b,0),g=x(ab(function(b){var
+c=b[3];return ab(function(c){var
+d=dq(a,b,c),e=[0,cc(bU(a[2]),d),0],f=bU(a[3]);return[0,cc(dq(a,b,c),f),e]},c)},i),k);else
 var
 g=c;var
-l=a[10],m=x(q(function(d){var
-c=h9(a,b,d[1]);if(c){var
-e=c[1];return cb(bR(d[2]),e)}return d$},l),g),d=a[7];if(d)var
-n=d[1],e=h7(b,f),h=$(function(b){return $(function(c){var
+l=a[10],m=x(s(function(d){var
+c=im(a,b,d[1]);if(c){var
+e=c[1];return cc(bU(d[2]),e)}return ek},l),g),d=a[7];if(d)var
+n=d[1],e=ik(b,f),h=ab(function(b){return ab(function(c){var
 d=w(b[1],c[1]),e=d?G(w(b[2],c[2])):d;if(e){var
-f=b[3];return q(function(e){var
-f=ea(a,c,e[1]);if(f){var
-g=dm(a,b,e),d=a[8],h=f[1],i=c[2],j=b[2],k=d?d_(P,d_(0,d[1],j),i):U;return cb(d9(bR(S(n,k)),h),g)}return d$},f)}return e},e)},e);else
+f=b[3];return s(function(e){var
+f=el(a,c,e[1]);if(f){var
+g=dq(a,b,e),d=a[8],h=f[1],i=c[2],j=b[2],k=d?ej(P,ej(0,d[1],j),i):U;return cc(ei(bU(R(n,k)),h),g)}return ek},f)}return e},e)},e);else
 var
 h=d;var
-o=x(h,m),p=h8(a,b,f);return x($(function(d){var
-b=a[9];return q(function(e){var
-b=ea(a,d,e[1]);if(b){var
-c=ea(a,d,e[2]);return c?cb(c[1],b[1]):d$}return d$},b)},p),o)}function
-h$(a){if(a[10])return 1;var
+o=x(h,m),p=il(a,b,f);return x(ab(function(d){var
+b=a[9];return s(function(e){var
+b=el(a,d,e[1]);if(b){var
+c=el(a,d,e[2]);return c?cc(c[1],b[1]):ek}return ek},b)},p),o)}function
+ip(a){if(a[10])return 1;var
 b=a[11],c=b?1:b;return c}function
-ia(a){return av(function(b,a){return fB(b[2],a)},t,a)}function
-ib(b,a){return w(hN(b,a[2]),u)}function
-eb(b,a){var
-c=bz(b,a[2]);return B(a[1],c)}function
-ic(a){var
-b=q(b9,a[1]);return[0,a[2],b]}function
-cU(a){return ia(ic(a))}function
-id(a){var
-b=R(u,cU(a));if(b){var
-c=ic(a),d=cU(a);return E(function(a){return ib(d,a)},c)}return b}function
-ie(a){var
-b=cU(a),c=eb(b,a[2]),d=a[1];return[0,q(function(a){var
-c=eb(b,a[2]);return[0,a[1],c]},d),c]}function
-ig(a){var
+iq(a){return ax(function(b,a){return fL(b[2],a)},p,a)}function
+ir(b,a){return w(h1(b,a[2]),u)}function
+em(b,a){var
+c=bs(b,a[2]);return C(a[1],c)}function
+is(a){var
+b=s(b$,a[1]);return[0,a[2],b]}function
+cV(a){return iq(is(a))}function
+it(a){var
+b=T(u,cV(a));if(b){var
+c=is(a),d=cV(a);return F(function(a){return ir(d,a)},c)}return b}function
+iu(a){var
+b=cV(a),c=em(b,a[2]),d=a[1];return[0,s(function(a){var
+c=em(b,a[2]);return[0,a[1],c]},d),c]}function
+iv(a){var
 b=a[11];if(b){var
 c=b[1];return x(c[1],c[2])}return[0,a[3],[0,a[2],0]]}function
-fH(a){return ia(ig(a))}function
-ih(g,a,f){var
+fR(a){return iq(iv(a))}function
+iw(g,a,f){var
 c=g,b=f;for(;;){if(b){if(a){var
 d=a[1],e=b[2],h=d[2],i=b[1];if(w(d[1],c)){var
-j=ih(K(c,t),a[2],e);return ay(function(a){return[0,[0,h,i],a]},j)}var
-c=K(c,t),b=e;continue}return o3}return a?0:o4}}function
-ii(a){var
+j=iw(M(c,p),a[2],e);return ay(function(a){return[0,[0,h,i],a]},j)}var
+c=M(c,p),b=e;continue}return pl}return a?0:pm}}function
+ix(a){var
 b=a[4];if(b){var
 c=b[1];return I(c,a[3])?a[3]:c}return a[3]}function
-o5(a){var
-b=a[3];return q(function(b){var
-c=b[2],d=S(aU(dn(a)),c);return[0,b[1],d]},b)}function
-ij(b,a){return ah(fG(b,a))}function
-ik(a){if(2<=a[3]){var
-c=aH(au(a[2])),d=B(aH(au(a[1])),c),b=w(aH(au(a[4])),d);if(b){var
-e=a[2];return aw(function(b){return ij(a,b)},e)}return b}var
-f=a[2];return aw(function(b){return ij(a,b)},f)}function
-o6(a){var
-e=a[3],b=E(function(a){return a0(a[2])},e);if(b){var
-c=ah(dn(a));if(c)return a0(a[4]);var
+pn(a){var
+b=a[3];return s(function(b){var
+c=b[2],d=R(aU(dr(a)),c);return[0,b[1],d]},b)}function
+iy(b,a){return ag(fQ(b,a))}function
+iz(a){if(2<=a[3]){var
+c=aK(aw(a[2])),d=C(aK(aw(a[1])),c),b=w(aK(aw(a[4])),d);if(b){var
+e=a[2];return az(function(b){return iy(a,b)},e)}return b}var
+f=a[2];return az(function(b){return iy(a,b)},f)}function
+po(a){var
+e=a[3],b=F(function(a){return a3(a[2])},e);if(b){var
+c=ag(dr(a));if(c)return a3(a[4]);var
 d=c}else
 var
 d=b;return d}function
-il(a){var
-b=a[3],c=aC(q(function(a){return S(a[2],a[4])},b));return S(aU(dn(a)),c)}function
-im(b,a){if(b[1]){var
-c=a[1];return q(function(b){var
-c=a[4];return q(il,aw(function(a){return w(a[1],b)},c))},c)}var
-d=0,e=ik(a);return[0,q(function(b){var
-c=fF(a,b),d=aC(q(function(b){var
-c=il(b);return S(fE(a,b),c)},c));return S(aU(fG(a,b)),d)},e),d]}function
+iA(a){var
+b=a[3],c=aE(s(function(a){return R(a[2],a[4])},b));return R(aU(dr(a)),c)}function
+iB(b,a){if(b[1]){var
+c=a[1];return s(function(b){var
+c=a[4];return s(iA,az(function(a){return w(a[1],b)},c))},c)}var
+d=0,e=iz(a);return[0,s(function(b){var
+c=fP(a,b),d=aE(s(function(b){var
+c=iA(b);return R(fO(a,b),c)},c));return R(aU(fQ(a,b)),d)},e),d]}function
 H(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=dT(b[1],a[1]);if(c){var
+c=dZ(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return a?0:1}}var
-dp=34;function
-dq(a){var
+ds=34;function
+dt(a){var
 b=32===a?1:0,c=b||(9===a?1:0),d=c||(10===a?1:0),e=d||(13===a?1:0);return e}function
-fI(a){if(48===a)return[0,u];if(49===a)return[0,t];if(50===a)return[0,g(2,t)];if(51===a)return[0,F(g(2,t))];if(52===a)return[0,g(2,g(2,t))];if(53===a)return[0,F(g(2,g(2,t)))];if(54===a)return[0,g(2,F(g(2,t)))];if(55===a)return[0,F(g(2,F(g(2,t))))];if(56===a)return[0,g(2,g(2,g(2,t)))];var
-b=57===a?1:0,c=b?[0,F(g(2,g(2,g(2,t))))]:b;return c}function
-ec(b){var
-a=fI(b),c=a?1:a;return c}function
-io(e,d){var
-b=e,a=d;for(;;){if(a){var
-c=fI(a[1]);if(c){var
-f=a[2],h=c[1],b=K(B(g(2,F(g(2,g(2,t)))),b),h),a=f;continue}return c}return[0,b]}}function
-ip(d,c){var
+fS(a){if(48===a)return[0,u];if(49===a)return[0,p];if(50===a)return[0,d(2,p)];if(51===a)return[0,z(d(2,p))];if(52===a)return[0,d(2,d(2,p))];if(53===a)return[0,z(d(2,d(2,p)))];if(54===a)return[0,d(2,z(d(2,p)))];if(55===a)return[0,z(d(2,z(d(2,p))))];if(56===a)return[0,d(2,d(2,d(2,p)))];var
+b=57===a?1:0,c=b?[0,z(d(2,d(2,d(2,p))))]:b;return c}function
+en(b){var
+a=fS(b),c=a?1:a;return c}function
+iC(f,e){var
+b=f,a=e;for(;;){if(a){var
+c=fS(a[1]);if(c){var
+g=a[2],h=c[1],b=M(C(d(2,z(d(2,d(2,p)))),b),h),a=g;continue}return c}return[0,b]}}function
+iD(d,c){var
 a=d,b=c;for(;;){if(b){if(a){var
 a=a[1],b=b[2];continue}return a}return 1}}function
-iq(a){var
-b=ip(o7,a);return b?a?a[2]?48===a[1]?0:io(u,a):io(u,a):a:b}function
-cV(d,c){var
+iE(a){var
+b=iD(pp,a);return b?a?a[2]?48===a[1]?0:iC(u,a):iC(u,a):a:b}function
+cW(d,c){var
 a=c;for(;;){if(a){var
-b=a[1];if(dT(d,b[1]))return[0,b[2]];var
+b=a[1];if(dZ(d,b[1]))return[0,b[2]];var
 a=a[2];continue}return a}}function
-fJ(k,j,i,h){var
-a=cV(k,dr);if(a){var
-b=cV(j,dr);if(b){var
-c=cV(i,dr);if(c)var
-d=cV(h,dr),l=d?[0,[0,[0,[0,a[1],b[1]],c[1]],d[1]]]:d,e=l;else
+fT(k,j,i,h){var
+a=cW(k,du);if(a){var
+b=cW(j,du);if(b){var
+c=cW(i,du);if(c)var
+d=cW(h,du),l=d?[0,[0,[0,[0,a[1],b[1]],c[1]],d[1]]]:d,e=l;else
 var
 e=c;var
 f=e}else
@@ -2183,14 +2213,14 @@ f=b;var
 g=f}else
 var
 g=a;return g}function
-bB(i,h,g,f,e,d,c,b){function
+bD(i,h,g,f,e,d,c,b){function
 a(a,b){var
 c=a?1<<b:a;return c}var
-j=a(i,7),k=a(h,6),l=a(g,5),m=a(f,4),n=a(e,3),o=a(d,2),p=a(c,1);return fr(((((((a(b,0)+p|0)+o|0)+n|0)+m|0)+l|0)+k|0)+j|0)}function
-cW(b){function
+j=a(i,7),k=a(h,6),l=a(g,5),m=a(f,4),n=a(e,3),o=a(d,2),p=a(c,1);return fB(((((((a(b,0)+p|0)+o|0)+n|0)+m|0)+l|0)+k|0)+j|0)}function
+cX(b){function
 a(a){return 0!==(b&1<<a)?1:0}var
 c=a(7);return a(6)?0:c}function
-ir(a){function
+iF(a){function
 b(b){return 0!==(a&1<<b)?1:0}var
 f=b(7),g=b(6);if(b(5)){if(f)return 0;var
 c=G(a===34?1:0);return c?G(92===a?1:0):c}if(g){if(f)return 0;var
@@ -2198,13 +2228,13 @@ d=G(a===34?1:0);if(d)return G(92===a?1:0);var
 e=d}else
 var
 e=g;return e}var
-o9=[0,[0,dp,dp],o8];function
-o_(cJ,cI){var
+pr=[0,[0,ds,ds],pq];function
+ps(cJ,cI){var
 d=cJ,h=cI;for(;;){if(h){var
-w=h[2],j=h[1];if(ir(j)){var
+w=h[2],j=h[1];if(iF(j)){var
 d=[0,j,d],h=w;continue}if(w){var
 i=w[2],e=w[1];if(G(92===j?1:0)){var
-bx=cW(e);if(bx){var
+bx=cX(e);if(bx){var
 s=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),by=s(7),bz=s(6),co=s(5),cp=s(4),cq=s(3),cr=s(2),cs=s(1);if(co)var
 ao=0;else{if(bz)if(by)var
 cm=cs||cr,cn=cm||cq,ah=cn||cp;else
@@ -2216,12 +2246,12 @@ ao=ah}}else
 var
 ao=bx;if(ao){var
 d=[0,e,[0,j,d]],h=i;continue}if(i){var
-x=i[2],N=i[1],bA=cW(e),bC=bA?cW(N):bA;if(bC){var
-k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),g=k(7),b=k(6),c=k(5),m=k(4),bD=k(3),bE=k(2),bF=k(1);if(k(0))if(bF)if(m)var
+x=i[2],M=i[1],bA=cX(e),bB=bA?cX(M):bA;if(bB){var
+k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),g=k(7),b=k(6),c=k(5),m=k(4),bC=k(3),bE=k(2),bF=k(1);if(k(0))if(bF)if(m)var
 a=0;else
 var
 ct=c?b?g:b:c,a=ct;else
-if(bE)if(bD)if(m)var
+if(bE)if(bC)if(m)var
 a=0;else{var
 V=0;if(c)if(b)if(g)var
 a=G(0!==(e&32)?1:0);else{var
@@ -2245,7 +2275,7 @@ if(bE)if(m)var
 a=0;else
 var
 cx=c?b?g:b:c,a=cx;else
-if(bD)if(m)var
+if(bC)if(m)var
 a=0;else
 var
 cy=c?b?g:b:c,a=cy;else
@@ -2258,9 +2288,9 @@ aj=b;W=1}else{var
 aj=c;W=1}if(W)var
 a=aj}}else
 var
-a=bC;if(a){var
-d=[0,N,[0,e,[0,j,d]]],h=x;continue}if(x){var
-bS=x[1],bG=cW(e),bH=bG?cW(N):bG,bI=bH?cW(bS):bH;if(bI){var
+a=bB;if(a){var
+d=[0,M,[0,e,[0,j,d]]],h=x;continue}if(x){var
+bS=x[1],bG=cX(e),bH=bG?cX(M):bG,bI=bH?cX(bS):bH;if(bI){var
 n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),t=n(7),o=n(6),p=n(5),q=n(4),H=n(3),ak=n(2),cH=n(1);if(n(0))if(ak||H)var
 f=0;else
 var
@@ -2289,7 +2319,7 @@ F=q;A=1}if(A)var
 f=F}}else
 var
 f=bI;if(f){var
-d=[0,bS,[0,N,[0,e,[0,j,d]]]],h=x[2];continue}var
+d=[0,bS,[0,M,[0,e,[0,j,d]]]],h=x[2];continue}var
 bT=f}else
 var
 bT=x;var
@@ -2299,7 +2329,7 @@ bU=i;return bU}if(l===e){if(i){var
 O=i[2];if(O){var
 P=O[2];if(P){var
 Q=P[2];if(Q){var
-r=Q[2],ap=fJ(i[1],O[1],P[1],Q[1]);if(ap){var
+r=Q[2],ap=fT(i[1],O[1],P[1],Q[1]);if(ap){var
 y=ap[1],aE=y[1][1],aF=aE[1],aG=aF[1],aH=aG[1],aI=aH[1],aw=0;if(aI){var
 aJ=aH[2];if(aJ)if(aG[2]){var
 aq=0;aw=1}else{var
@@ -2325,7 +2355,7 @@ K=J[2],aA=0;if(K){var
 L=K[2],aB=0;if(L){var
 al=L[2],aC=0;if(al){var
 bL=92===r[1]?1:0,bM=bL?l===I[1]?1:0:bL;if(bM){var
-am=fJ(J[1],K[1],L[1],al[1]);if(am){var
+am=fT(J[1],K[1],L[1],al[1]);if(am){var
 aO=am[1][1][1],aP=aO[1],aQ=aP[1],aR=aQ[1],aS=aR[1],b8=0;if(aS){var
 aT=aR[2];if(aT)if(aQ[2]){var
 ar=0;ay=1;az=1;aA=1;aB=1;aC=1;b8=1}else{var
@@ -2364,8 +2394,8 @@ R=as[2];if(R){var
 S=R[2];if(S){var
 T=S[2];if(T){var
 U=T[2];if(U){var
-at=fJ(R[1],S[1],T[1],U[1]);if(at){var
-bV=at[1],be=bV[2],bf=be[1],bg=bf[1],bh=bV[1],bi=bh[2],bj=bi[1],bk=bj[1],bl=bh[1][2],bm=y[2],bn=bm[1],bo=bn[1],bp=y[1],bq=bp[2],br=bq[1],bs=br[1],u=bs[2],v=bs[1],bt=bp[1][2],ag=bt[1][2],D=bt[2],cK=U[2],cc=G(u),cd=cQ(v,u),ce=v?u:v,cf=cQ(D,ce),bu=D?v:D,cg=bu?u:bu,ch=cQ(ag,cg),bv=ag?D:ag,bw=bv?v:bv,ci=bw?u:bw,cj=[0,bB(1,0,bj[2],bi[2],bg[1],bg[2],bf[2],be[2]),0],ck=[0,bB(1,0,bn[2],bm[2],bl[1][2],bl[2],bk[1],bk[2]),cj],cl=[0,bB(1,0,cd,cc,br[2],bq[2],bo[1],bo[2]),ck],d=M([0,bB(1,1,1,1,0,ci,ch,cf),cl],d),h=cK;continue}var
+at=fT(R[1],S[1],T[1],U[1]);if(at){var
+bV=at[1],be=bV[2],bf=be[1],bg=bf[1],bh=bV[1],bi=bh[2],bj=bi[1],bk=bj[1],bl=bh[1][2],bm=y[2],bn=bm[1],bo=bn[1],bp=y[1],bq=bp[2],br=bq[1],bs=br[1],u=bs[2],v=bs[1],bt=bp[1][2],ag=bt[1][2],D=bt[2],cK=U[2],cc=G(u),cd=cQ(v,u),ce=v?u:v,cf=cQ(D,ce),bu=D?v:D,cg=bu?u:bu,ch=cQ(ag,cg),bv=ag?D:ag,bw=bv?v:bv,ci=bw?u:bw,cj=[0,bD(1,0,bj[2],bi[2],bg[1],bg[2],bf[2],be[2]),0],ck=[0,bD(1,0,bn[2],bm[2],bl[1][2],bl[2],bk[1],bk[2]),cj],cl=[0,bD(1,0,cd,cc,br[2],bq[2],bo[1],bo[2]),ck],d=N([0,bD(1,1,1,1,0,ci,ch,cf),cl],d),h=cK;continue}var
 bW=at}else
 var
 bW=U;var
@@ -2386,10 +2416,10 @@ var
 b1=r;return b1}}var
 aX=y[2],aY=aX[1],aZ=aY[1],X=aZ[2],Y=aZ[1],Z=aY[2],_=aX[2],a0=y[1],a1=a0[2],a2=a1[1],a3=a2[1],$=a3[2],aa=a3[1],ab=a2[2],ac=a1[2],a4=a0[1],a5=a4[2],a6=a5[1],a7=a6[1],ad=a7[2],a8=a7[1],ae=a6[2],af=a5[2],a9=a4[1],a_=a9[1],a$=a_[1],ba=a$[2],bb=a$[1],bc=a_[2],bd=a9[2],aD=0;if(!bb&&!ba&&!bc&&!bd&&!a8){var
 b9=0;if(!ad&&!ae&&!af&&!aa){var
-au=[0,bB(0,$,ab,ac,Y,X,Z,_),0];aD=1;b9=1}if(!b9){var
-cb=[0,bB(1,0,ab,ac,Y,X,Z,_),0],au=[0,bB(1,1,0,ad,ae,af,aa,$),cb];aD=1}}if(!aD)var
-b$=[0,bB(1,0,ab,ac,Y,X,Z,_),0],ca=[0,bB(1,0,a8,ad,ae,af,aa,$),b$],au=[0,bB(1,1,1,0,bb,ba,bc,bd),ca];var
-d=M(au,d),h=r;continue}var
+au=[0,bD(0,$,ab,ac,Y,X,Z,_),0];aD=1;b9=1}if(!b9){var
+cb=[0,bD(1,0,ab,ac,Y,X,Z,_),0],au=[0,bD(1,1,0,ad,ae,af,aa,$),cb];aD=1}}if(!aD)var
+b$=[0,bD(1,0,ab,ac,Y,X,Z,_),0],ca=[0,bD(1,0,a8,ad,ae,af,aa,$),b$],au=[0,bD(1,1,1,0,bb,ba,bc,bd),ca];var
+d=N(au,d),h=r;continue}var
 b2=ap}else
 var
 b2=Q;var
@@ -2402,212 +2432,212 @@ b4=O;var
 b5=b4}else
 var
 b5=i;return b5}var
-av=cV(e,o9);if(av){var
+av=cW(e,pr);if(av){var
 d=[0,av[1],d],h=i;continue}var
 b6=av}else
 var
-b6=w;return b6}return[0,M(d,0)]}}function
-fK(d,c){var
-b=d,a=c;for(;;){if(b){if(a)switch(hT(b[1],a[1])){case
+b6=w;return b6}return[0,N(d,0)]}}function
+fU(d,c){var
+b=d,a=c;for(;;){if(b){if(a)switch(h7(b[1],a[1])){case
 0:var
 b=b[2],a=a[2];continue;case
 1:return 1;default:return 0}return a}return 1}}function
-cu(d){var
-a=fD(fK,d);for(;;){if(a){var
+cw(d){var
+a=fN(fU,d);for(;;){if(a){var
 b=a[2];if(b){var
 c=G(H(a[1],b[1]));if(c){var
 a=b;continue}return c}return 1}return 1}}function
-is(c,b,a){if(dq(c))return[0,[0,[6,b],a]];if(a){var
+iG(c,b,a){if(dt(c))return[0,[0,[6,b],a]];if(a){var
 d=a[2],e=a[1];if(0===e[0]){var
-f=e[1];if(44===c)return[0,[0,o$,[0,[0,[0,b,f]],d]]];var
-g=93===c?1:0,n=g?[0,[0,[6,[3,M(f,[0,b,0])]],d]]:g;return n}var
+f=e[1];if(44===c)return[0,[0,pt,[0,[0,[0,b,f]],d]]];var
+g=93===c?1:0,n=g?[0,[0,[6,[3,N(f,[0,b,0])]],d]]:g;return n}var
 h=e[2],i=e[1];if(44===c)return[0,[0,[1,[0,[0,h,b],i],0],d]];var
-j=dQ===c?1:0;if(j)var
-k=M(i,[0,[0,h,b],0]),l=cu(q(bP,k)),o=l?[0,[0,[6,[4,k]],d]]:l,m=o;else
+j=dW===c?1:0;if(j)var
+k=N(i,[0,[0,h,b],0]),l=cw(s(bS,k)),o=l?[0,[0,[6,[4,k]],d]]:l,m=o;else
 var
 m=j;return m}return a}function
-pm(R,Q,P){var
+pG(R,Q,P){var
 e=R,a=Q,i=P;for(;;){if(i){var
 d=i[1];switch(e[0]){case
 0:var
-u=e[1];if(dq(d))var
+u=e[1];if(dt(d))var
 c=[0,[0,[0,u],a]];else
 if(d===34)var
-c=[0,[0,pa,a]];else
-if(ec(d))var
+c=[0,[0,pu,a]];else
+if(en(d))var
 c=[0,[0,[4,[0,d,0]],a]];else
 if(91===d)var
-c=[0,[0,pc,[0,pb,a]]];else
-if(g_===d)var
-c=[0,[0,pd,a]];else
-if(f===d)var
-c=[0,[0,[5,k(pe),0],a]];else
+c=[0,[0,pw,[0,pv,a]]];else
+if(hl===d)var
+c=[0,[0,px,a]];else
+if(g===d)var
+c=[0,[0,[5,k(py),0],a]];else
 if(b===d)var
-c=[0,[0,[5,k(pg),pf],a]];else
+c=[0,[0,[5,k(pA),pz],a]];else
 if(y===d)var
-c=[0,[0,[5,k(pi),ph],a]];else{var
+c=[0,[0,[5,k(pC),pB],a]];else{var
 q=93===d?1:0,r=q?u:q,o=0;if(r)if(a)var
-s=a[1],c=0===s[0]?s[1]?0:[0,[0,pj,a[2]]]:0;else{var
+s=a[1],c=0===s[0]?s[1]?0:[0,[0,pD,a[2]]]:0;else{var
 t=a;o=1}else{var
 t=r;o=1}if(o)var
 c=t}break;case
 1:var
-v=e[2],w=e[1];if(dq(d))var
+v=e[2],w=e[1];if(dt(d))var
 c=[0,[0,[1,w,v],a]];else
 if(d===34)var
 c=[0,[0,[3,[0,w],0,0],a]];else
 var
-x=dQ===d?1:0,z=x?v:x,K=z?[0,[0,pk,a]]:z,c=K;break;case
+x=dW===d?1:0,z=x?v:x,K=z?[0,[0,pE,a]]:z,c=K;break;case
 2:var
-A=e[2],B=e[1];if(dq(d))var
+A=e[2],B=e[1];if(dt(d))var
 c=[0,[0,[2,B,A],a]];else
 var
-C=58===d?1:0,L=C?[0,[0,pl,[0,[1,B,A],a]]]:C,c=L;break;case
+C=58===d?1:0,L=C?[0,[0,pF,[0,[1,B,A],a]]]:C,c=L;break;case
 3:var
-j=e[3],g=e[1];if(e[2])var
-c=[0,[0,[3,g,0,[0,d,j]],a]];else
+j=e[3],f=e[1];if(e[2])var
+c=[0,[0,[3,f,0,[0,d,j]],a]];else
 if(d===34){var
-l=o_(0,M(j,0)),p=0;if(l){var
-D=l[1];if(g)var
-c=[0,[0,[2,g[1],D],a]];else{var
+l=ps(0,N(j,0)),p=0;if(l){var
+D=l[1];if(f)var
+c=[0,[0,[2,f[1],D],a]];else{var
 E=[0,[0,[6,[2,D]],a]];p=1}}else{var
 E=l;p=1}if(p)var
 c=E}else
 var
-c=[0,[0,[3,g,92===d?1:0,[0,d,j]],a]];break;case
+c=[0,[0,[3,f,92===d?1:0,[0,d,j]],a]];break;case
 4:var
-F=e[1];if(ec(d))var
+F=e[1];if(en(d))var
 c=[0,[0,[4,[0,d,F]],a]];else
 var
-m=iq(M(F,0)),c=m?is(d,[1,m[1]],a):m;break;case
+m=iE(N(F,0)),c=m?iG(d,[1,m[1]],a):m;break;case
 5:var
 h=e[1];if(h){var
 G=d===h[1]?1:0;if(G)var
-H=h[2],I=e[2],N=H?[5,H,I]:[6,I],n=[0,[0,N,a]];else
+H=h[2],I=e[2],M=H?[5,H,I]:[6,I],n=[0,[0,M,a]];else
 var
 n=G}else
 var
 n=h;var
 c=n;break;default:var
-c=is(d,e[1],a)}if(c){var
+c=iG(d,e[1],a)}if(c){var
 J=c[1],e=J[1],a=J[2],i=i[2];continue}return c}switch(e[0]){case
 4:if(a)return 0;var
-O=iq(M(e[1],0));return ay(function(a){return[1,a]},O);case
+O=iE(N(e[1],0));return ay(function(a){return[1,a]},O);case
 6:return a?0:[0,e[1]];default:return 0}}}function
-ed(d){var
+eo(d){var
 e=d[1],f=e[1],g=f[2],c=e[2],b=d[2],h=g?c?b?55:54:b?53:52:c?b?51:50:b?49:48;return f[1]?g?c?b?y:a:b?o:99:c?b?98:97:b?57:56:h}function
-ds(a){var
-b=a[1],c=b[1],d=[0,ed(a[2]),0],e=[0,ed(b[2]),d],f=[0,ed(c[2]),e];return[0,92,[0,l,[0,ed(c[1]),f]]]}function
-pz(aY,aX){var
+dv(a){var
+b=a[1],c=b[1],d=[0,eo(a[2]),0],e=[0,eo(b[2]),d],f=[0,eo(c[2]),e];return[0,92,[0,l,[0,eo(c[1]),f]]]}function
+pT(aY,aX){var
 b=aY,f=aX;for(;;){if(f){var
 c=f[2],a=f[1],u=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aS=u(7),D=u(6);if(u(5))var
 K=0;else
 var
 aR=D?aS:D,K=aR;if(K){if(c){var
-aZ=c[2],a0=c[1],n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),$=n(4),aa=n(3),ab=n(2),ac=n(1),ad=n(0),g=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a0),W=g(5),X=g(4),Y=g(3),Z=g(2),_=g(1),b=M(ds([0,[0,[0,fL,[0,[0,[0,0,$],aa],ab]],[0,[0,[0,ac,ad],W],X]],[0,[0,[0,Y,Z],_],g(0)]]),b),f=aZ;continue}return b}var
+aZ=c[2],a0=c[1],n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),$=n(4),aa=n(3),ab=n(2),ac=n(1),ad=n(0),g=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a0),W=g(5),X=g(4),Y=g(3),Z=g(2),_=g(1),b=N(dv([0,[0,[0,fV,[0,[0,[0,0,$],aa],ab]],[0,[0,[0,ac,ad],W],X]],[0,[0,[0,Y,Z],_],g(0)]]),b),f=aZ;continue}return b}var
 q=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aU=q(7),E=q(6),F=q(5);if(q(4))var
 L=0;else
 var
 aT=F?E?aU:E:F,L=aT;if(L){if(c){var
 v=c[2];if(v){var
-a1=v[2],a2=v[1],a3=c[1],p=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),ap=p(3),aq=p(2),ar=p(1),as=p(0),i=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a3),aj=i(5),ak=i(4),al=i(3),am=i(2),an=i(1),ao=i(0),h=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a2),ae=h(5),af=h(4),ag=h(3),ah=h(2),ai=h(1),b=M(ds([0,[0,[0,[0,[0,[0,ap,aq],ar],as],[0,[0,[0,aj,ak],al],am]],[0,[0,[0,an,ao],ae],af]],[0,[0,[0,ag,ah],ai],h(0)]]),b),f=a1;continue}return b}return b}var
+a1=v[2],a2=v[1],a3=c[1],p=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),ap=p(3),aq=p(2),ar=p(1),as=p(0),i=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a3),aj=i(5),ak=i(4),al=i(3),am=i(2),an=i(1),ao=i(0),h=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a2),ae=h(5),af=h(4),ag=h(3),ah=h(2),ai=h(1),b=N(dv([0,[0,[0,[0,[0,[0,ap,aq],ar],as],[0,[0,[0,aj,ak],al],am]],[0,[0,[0,an,ao],ae],af]],[0,[0,[0,ag,ah],ai],h(0)]]),b),f=a1;continue}return b}return b}var
 o=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aW=o(7),H=o(6),I=o(5),J=o(4);if(o(3))var
-N=0;else
+M=0;else
 var
-aV=J?I?H?aW:H:I:J,N=aV;if(N){if(c){var
+aV=J?I?H?aW:H:I:J,M=aV;if(M){if(c){var
 w=c[2];if(w){var
 y=w[2];if(y){var
 a4=y[2],a5=y[1],a6=w[1],a7=c[1],t=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aP=t(2),aQ=t(1),C=t(0),m=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a7),s=m(5),aK=m(4),aL=m(3),aM=m(2),aN=m(1),aO=m(0),l=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a6),aE=l(5),aF=l(4),aG=l(3),aH=l(2),aI=l(1),aJ=l(0),k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a5),ay=k(5),az=k(4),aA=k(3),aB=k(2),aC=k(1),aD=k(0);if(aP)var
-z=1,r=pu;else
+z=1,r=pO;else
 var
 j=G(aK),au=cQ(s,j),av=j?G(s):j,aw=cQ(C,av),B=j?G(s):j,ax=B?G(C):B,z=j,r=[0,[0,cQ(aQ,ax),aw],au];var
-A=r[1],at=ds([0,[0,[0,pw,[0,[0,pv,aG],aH]],[0,[0,[0,aI,aJ],ay],az]],[0,[0,[0,aA,aB],aC],aD]]),b=M(x(ds([0,[0,[0,py,[0,[0,px,A[1]],A[2]]],[0,[0,[0,r[2],z],aL],aM]],[0,[0,[0,aN,aO],aE],aF]]),at),b),f=a4;continue}return b}return b}return b}if(a===34)var
-d=[0,92,[0,dp,0]];else
+A=r[1],at=dv([0,[0,[0,pQ,[0,[0,pP,aG],aH]],[0,[0,[0,aI,aJ],ay],az]],[0,[0,[0,aA,aB],aC],aD]]),b=N(x(dv([0,[0,[0,pS,[0,[0,pR,A[1]],A[2]]],[0,[0,[0,r[2],z],aL],aM]],[0,[0,[0,aN,aO],aE],aF]]),at),b),f=a4;continue}return b}return b}return b}if(a===34)var
+d=[0,92,[0,ds,0]];else
 if(92===a)var
-d=po;else
+d=pI;else
 if(8===a)var
-d=pp;else
+d=pJ;else
 if(12===a)var
-d=pq;else
+d=pK;else
 if(10===a)var
-d=pr;else
+d=pL;else
 if(13===a)var
-d=ps;else
+d=pM;else
 if(9===a)var
-d=pt;else{var
-O=0;if(ir(a)&&G(ff===a?1:0))var
+d=pN;else{var
+O=0;if(iF(a)&&G(fp===a?1:0))var
 d=[0,a,0];else
 O=1;if(O)var
-e=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),P=e(7),Q=e(6),R=e(5),S=e(4),T=e(3),U=e(2),V=e(1),d=ds([0,[0,[0,fL,fL],[0,[0,[0,P,Q],R],S]],[0,[0,[0,T,U],V],e(0)]])}var
-b=M(d,b),f=c;continue}return b}}function
-it(b,a){return[0,dp,pz([0,dp,b],a)]}function
-iu(p){var
-e=pA,b=p,a=0;for(;;){if(e){var
-c=g(2,F(g(2,g(2,t)))),f=aT(c);if(0===f)var
-d=[0,u,b];else
-if(1===f)var
-d=bf(b,c);else
+e=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),P=e(7),Q=e(6),R=e(5),S=e(4),T=e(3),U=e(2),V=e(1),d=dv([0,[0,[0,fV,fV],[0,[0,[0,P,Q],R],S]],[0,[0,[0,T,U],V],e(0)]])}var
+b=N(d,b),f=c;continue}return b}}function
+iH(b,a){return[0,ds,pT([0,ds,b],a)]}function
+iI(q){var
+f=pU,b=q,a=0;for(;;){if(f){var
+c=d(2,z(d(2,d(2,p)))),g=aT(c);if(0===g)var
+e=[0,u,b];else
+if(1===g)var
+e=as(b,c);else
 var
-h=bf(cs(-1,b),c),m=h[2],n=K(cs(1,c),m),d=[0,cs(-1,h[1]),n];var
-i=d[1],j=d[2],o=0<=aT(j)?j:u,k=K(g(2,g(2,g(2,g(2,F(g(2,t)))))),o),l=0<aT(k)?fC(o1,k):hQ;if(w(i,u))return[0,l,a];var
-e=e[1],b=i,a=[0,l,a];continue}return a}}function
-pB(b,a){return fK(b[1],a[1])}function
-ee(a,b){if(typeof
-b==="number")return M(k(pC),a);else
+h=as(cu(-1,b),c),m=h[2],n=M(cu(1,c),m),e=[0,cu(-1,h[1]),n];var
+i=e[1],j=e[2],o=0<=aT(j)?j:u,k=M(d(2,d(2,d(2,d(2,z(d(2,p)))))),o),l=0<aT(k)?fM(pj,k):h4;if(w(i,u))return[0,l,a];var
+f=f[1],b=i,a=[0,l,a];continue}return a}}function
+pV(b,a){return fU(b[1],a[1])}function
+ep(a,b){if(typeof
+b==="number")return N(k(pW),a);else
 switch(b[0]){case
-0:return b[1]?M(k(pD),a):M(k(pE),a);case
-1:return M(iu(b[1]),a);case
-2:return it(a,b[1]);case
+0:return b[1]?N(k(pX),a):N(k(pY),a);case
+1:return N(iI(b[1]),a);case
+2:return iH(a,b[1]);case
 3:var
 i=b[1];if(i){var
 f=a,j=91,c=i;for(;;){if(c){var
-n=c[2],f=ee([0,j,f],c[1]),j=44,c=n;continue}return[0,93,f]}}return[0,93,[0,91,a]];default:var
+n=c[2],f=ep([0,j,f],c[1]),j=44,c=n;continue}return[0,93,f]}}return[0,93,[0,91,a]];default:var
 l=function(a){if(a)var
-b=a[1],c=b[1],e=l(a[2]),f=b[2],d=[0,[0,c,[2,ee([0,58,it(0,c)],f)]],e];else
+b=a[1],c=b[1],e=l(a[2]),f=b[2],d=[0,[0,c,[2,ep([0,58,iH(0,c)],f)]],e];else
 var
-d=a;return d},h=fD(pB,l(b[1]));if(h){var
-e=a,m=g_,d=[0,h[1],h[2]];for(;;){if(d){var
+d=a;return d},h=fN(pV,l(b[1]));if(h){var
+e=a,m=hl,d=[0,h[1],h[2]];for(;;){if(d){var
 g=d[1][2];if(typeof
 g!=="number"&&2===g[0]){var
-o=d[2],e=M(M(g[1],0),[0,m,e]),m=44,d=o;continue}return[0,dQ,e]}return[0,dQ,e]}}return[0,dQ,[0,g_,a]]}}function
-fM(a){return M(ee(0,a),0)}function
-ef(d){var
+o=d[2],e=N(N(g[1],0),[0,m,e]),m=44,d=o;continue}return[0,dW,e]}return[0,dW,e]}}return[0,dW,[0,hl,a]]}}function
+fW(a){return N(ep(0,a),0)}function
+eq(d){var
 b=0,a=d,e=0;for(;;){if(a){var
-c=a[2],b=[0,10,ee(b,a[1])],a=c;continue}return M(b,e)}}function
-i(a,b){return 0===a[0]?A(b,a[1]):[1,a[1]]}function
-N(a){return[1,k(a)]}function
-J(c,b,a){return c?a:N(b)}function
-aV(b,a){return 0===a[0]?[0,a[1]]:[1,x(b,[0,32,a[1]])]}function
-a1(e,d){var
+c=a[2],b=[0,10,ep(b,a[1])],a=c;continue}return N(b,e)}}function
+h(a,b){return 0===a[0]?A(b,a[1]):[1,a[1]]}function
+O(a){return[1,k(a)]}function
+K(c,b,a){return c?a:O(b)}function
+aX(b,a){return 0===a[0]?[0,a[1]]:[1,x(b,[0,32,a[1]])]}function
+aZ(e,d){var
 b=0,a=d;for(;;){if(a){var
 c=A(e,a[1]);if(0===c[0]){var
-b=[0,c[1],b],a=a[2];continue}return[1,c[1]]}return[0,M(b,0)]}}function
-bs(b,a){if(typeof
-a==="number")return pF;function
-c(a){return[0,[0,a]]}return i(A(b,a),c)}function
-a7(a){if(typeof
-a!=="number"&&4===a[0])return[0,a[1]];return N(pG)}function
-bj(a){if(typeof
-a!=="number"&&3===a[0])return[0,a[1]];return N(pH)}function
-af(d,c){var
+b=[0,c[1],b],a=a[2];continue}return[1,c[1]]}return[0,N(b,0)]}}function
+bt(b,a){if(typeof
+a==="number")return pZ;function
+c(a){return[0,[0,a]]}return h(A(b,a),c)}function
+a4(a){if(typeof
+a!=="number"&&4===a[0])return[0,a[1]];return O(p0)}function
+bb(a){if(typeof
+a!=="number"&&3===a[0])return[0,a[1]];return O(p1)}function
+ah(d,c){var
 a=c;for(;;){if(a){var
 b=a[1];if(H(d,b[1]))return[0,b[2]];var
 a=a[2];continue}return a}}function
-W(c,b){var
-a=af(c,b),d=a?1:a;return d}function
-cv(b,a){return ad(function(b){return H(a,b)},b)}function
-T(b,d,a){function
+X(c,b){var
+a=ah(c,b),d=a?1:a;return d}function
+cd(b,a){return aa(function(b){return H(a,b)},b)}function
+S(b,d,a){function
 c(a){var
-c=[0,a],e=J(E(function(a){var
-c=cv(b,a[1]);return c?c:cv(d,a[1])},a),pI,c);return J(E(function(b){return W(b,a)},b),pJ,e)}return i(a7(a),c)}function
+c=[0,a],e=K(F(function(a){var
+c=cd(b,a[1]);return c?c:cd(d,a[1])},a),p2,c);return K(F(function(b){return X(b,a)},b),p3,e)}return h(a4(a),c)}function
 r(d,a,c){var
-b=af(a,c);return b?aV(a,A(d,b[1])):N(pK)}function
+b=ah(a,c);return b?aX(a,A(d,b[1])):O(p4)}function
 ai(b,a){function
-c(a){return a1(b,a)}return i(bj(a),c)}function
-iv(b,a){return w(aH(au(a)),b)}function
-al(c,b,a){function
+c(a){return aZ(b,a)}return h(bb(a),c)}function
+iJ(b,a){return w(aK(aw(a)),b)}function
+am(c,b,a){function
 d(a){var
-d=a1(b,a);return J(iv(c,a),pL,d)}return i(bj(a),d)}function
+d=aZ(b,a);return K(iJ(c,a),p5,d)}return h(bb(a),d)}function
 _(c){if(typeof
 c!=="number"&&2===c[0]){var
 h=c[1],a=h,j=[0,h];for(;;){if(a){var
@@ -2619,127 +2649,127 @@ var
 f=b;var
 g=f}else
 var
-g=a;return J(G(g),pN,j)}}return N(pM)}function
-aI(a){if(typeof
-a!=="number"&&1===a[0])return[0,a[1]];return N(pO)}function
-eg(b,a){function
-c(a){return J(R(a,b),pP,[0,a])}return i(aI(a),c)}function
-fN(a){if(typeof
-a!=="number"&&0===a[0])return[0,a[1]];return N(pQ)}function
-dt(d,c){var
+g=a;return K(G(g),p7,j)}}return O(p6)}function
+aL(a){if(typeof
+a!=="number"&&1===a[0])return[0,a[1]];return O(p8)}function
+er(b,a){function
+c(a){return K(T(a,b),p9,[0,a])}return h(aL(a),c)}function
+fX(a){if(typeof
+a!=="number"&&0===a[0])return[0,a[1]];return O(p_)}function
+dw(d,c){var
 a=d;for(;;){if(a){var
 b=a[1];if(H(b[1],c))return[0,b[2]];var
-a=a[2];continue}return N(pR)}}function
-a$(b,a){function
-c(a){return dt(b,a)}return i(_(a),c)}function
-iw(a){return $(function(a){return x($(function(a){return 44===a?pT:[0,a,0]},a),pS)},a)}function
-eh(a){function
+a=a[2];continue}return O(p$)}}function
+bc(b,a){function
+c(a){return dw(b,a)}return h(_(a),c)}function
+iK(a){return ab(function(a){return x(ab(function(a){return 44===a?qb:[0,a,0]},a),qa)},a)}function
+es(a){function
 b(a){var
-b=J(cu(a),pU,[0,a]),c=a?1:a;return J(c,pV,b)}return i(ai(_,a),b)}function
-ei(b,a){function
+b=K(cw(a),qc,[0,a]),c=a?1:a;return K(c,qd,b)}return h(ai(_,a),b)}function
+et(b,a){function
 c(a){var
-b=J(cu(q(iw,a)),pW,[0,a]),c=a?1:a;return J(c,pX,b)}return i(ai(function(a){return al(b,_,a)},a),c)}function
-ix(c,b,a){function
+b=K(cw(s(iK,a)),qe,[0,a]),c=a?1:a;return K(c,qf,b)}return h(ai(function(a){return am(b,_,a)},a),c)}function
+iL(c,b,a){function
 d(a){function
 f(a){var
-c=cV(a,dr);if(c){if(!b)return 0!==(a&32)?1:0;var
+c=cW(a,du);if(c){if(!b)return 0!==(a&32)?1:0;var
 d=b}else
 var
 d=c;return d}var
-d=ip(c,a),g=[0,a],e=d?iv(aH(c),a):d,h=e?E(f,a):e;return J(h,pY,g)}return i(_(a),d)}var
-pZ=0;function
-ej(a){return ix(p0,pZ,a)}function
-iy(b,a){return[0,K(B(b[1],a[2]),a[1]),B(b[2],a[2])]}function
-fO(b,a){if(a){var
-c=a[2],d=a[1];return d?[0,0,fO(iy(d[1],b),c)]:[0,[0,b],c]}return[0,[0,b],0]}function
-iz(d){var
+d=iD(c,a),g=[0,a],e=d?iJ(aK(c),a):d,h=e?F(f,a):e;return K(h,qg,g)}return h(_(a),d)}var
+qh=0;function
+eu(a){return iL(qi,qh,a)}function
+iM(b,a){return[0,M(C(b[1],a[2]),a[1]),C(b[2],a[2])]}function
+fY(b,a){if(a){var
+c=a[2],d=a[1];return d?[0,0,fY(iM(d[1],b),c)]:[0,[0,b],c]}return[0,[0,b],0]}function
+iN(d){var
 a=d;for(;;){if(a){var
 b=a[2],c=a[1];if(c){var
-e=c[1];return iy(iz(b),e)}var
-a=b;continue}return[0,u,t]}}function
-iA(l,k,j,i){var
-d=l,a=k,c=j,b=i;for(;;){if(b){var
-f=b[2],e=fI(b[1]);if(e){var
-h=e[1];if(c){var
-m=c[1],n=a[2],o=B(g(2,F(g(2,g(2,t)))),n),p=a[1],a=[0,K(B(g(2,F(g(2,g(2,t)))),p),h),o],c=m,b=f;continue}var
-q=[0,h,g(2,F(g(2,g(2,t))))],d=fO(a,d),a=q,c=p1,b=f;continue}return e}return[0,iz(fO(a,d))[1]]}}function
-fP(a){return a?a[2]?48===a[1]?0:iA(0,[0,u,t],p2,a):iA(0,[0,u,t],p3,a):a}function
-fQ(d){var
-b=g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,g(2,g(2,g(2,g(2,F(g(2,t))))))))))))))))))))),a=d;for(;;){if(a){if(!O(b,u)){var
-b=ap(b,t),a=a[2];continue}var
+e=c[1];return iM(iN(b),e)}var
+a=b;continue}return[0,u,p]}}function
+iO(l,k,j,i){var
+e=l,a=k,c=j,b=i;for(;;){if(b){var
+g=b[2],f=fS(b[1]);if(f){var
+h=f[1];if(c){var
+m=c[1],n=a[2],o=C(d(2,z(d(2,d(2,p)))),n),q=a[1],a=[0,M(C(d(2,z(d(2,d(2,p)))),q),h),o],c=m,b=g;continue}var
+r=[0,h,d(2,z(d(2,d(2,p))))],e=fY(a,e),a=r,c=qj,b=g;continue}return f}return[0,iN(fY(a,e))[1]]}}function
+fZ(a){return a?a[2]?48===a[1]?0:iO(0,[0,u,p],qk,a):iO(0,[0,u,p],ql,a):a}function
+f0(e){var
+b=d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,z(d(2,d(2,z(d(2,z(d(2,d(2,d(2,d(2,d(2,z(d(2,p))))))))))))))))))))),a=e;for(;;){if(a){if(!J(b,u)){var
+b=al(b,p),a=a[2];continue}var
 c=0}else
 var
-c=1;return c?fP(d):c}}function
-iB(g,f,e){var
+c=1;return c?fZ(e):c}}function
+iP(g,f,e){var
 b=f,a=e;for(;;){if(a){var
-c=a[2],d=a[1];if(dT(d,g))return[0,M(b,0),[0,c]];var
-b=[0,d,b],a=c;continue}return[0,M(b,0),0]}}function
-iC(m){var
-e=iB(47,0,m),f=e[2],g=e[1];if(f){var
-b=fQ(g);if(b){var
-h=b[1],c=fQ(f[1]);if(c){var
+c=a[2],d=a[1];if(dZ(d,g))return[0,N(b,0),[0,c]];var
+b=[0,d,b],a=c;continue}return[0,N(b,0),0]}}function
+iQ(m){var
+e=iP(47,0,m),f=e[2],g=e[1];if(f){var
+b=f0(g);if(b){var
+h=b[1],c=f0(f[1]);if(c){var
 a=c[1],k=aT(a);if(0===k)return 0;if(0<k){var
-i=G(fA(a,t)),j=i?w(fx(h,a),t):i,n=j?[0,[0,h,a]]:j;return n}return 0}var
+i=G(fK(a,p)),j=i?w(fH(h,a),p):i,n=j?[0,[0,h,a]]:j;return n}return 0}var
 l=c}else
 var
 l=b;return l}var
-d=fQ(g),o=d?[0,[0,d[1],t]]:d;return o}function
-am(e){if(typeof
+d=f0(g),o=d?[0,[0,d[1],p]]:d;return o}function
+an(e){if(typeof
 e!=="number"&&2===e[0]){var
 a=e[1];if(a)if(45===a[1]){var
-c=iC(a[2]),f=0;if(c){var
+c=iQ(a[2]),f=0;if(c){var
 d=c[1];if(w(d[1],u))var
 b=0;else{var
-g=[0,[0,aS(d[1]),d[2]]];f=1}}else{var
+g=[0,[0,aW(d[1]),d[2]]];f=1}}else{var
 g=c;f=1}if(f)var
 b=g}else
 var
-b=iC(a);else
+b=iQ(a);else
 var
-b=a;return b?[0,b[1]]:N(p5)}return N(p4)}function
-aQ(a){function
-b(a){return J(O(u,a[1]),p6,[0,a])}return i(am(a),b)}var
-iD=k(p7);function
-bS(a){if(typeof
-a!=="number"&&2===a[0]){if(H(a[1],iD))return p9;var
-b=function(a){return[0,[0,a]]};return i(am(a),b)}return N(p8)}function
-ek(f,e){var
+b=a;return b?[0,b[1]]:O(qn)}return O(qm)}function
+aF(a){function
+b(a){return K(J(u,a[1]),qo,[0,a])}return h(an(a),b)}var
+iR=k(qp);function
+bu(a){if(typeof
+a!=="number"&&2===a[0]){if(H(a[1],iR))return qr;var
+b=function(a){return[0,[0,a]]};return h(an(a),b)}return O(qq)}function
+ev(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
 c=H(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return a?0:1}}var
-fR=aS(g(2,t));function
-du(c){return function(d){var
+f1=aW(d(2,p));function
+dx(c){return function(d){var
 b=u,a=d;for(;;){if(a){if(A(c,a[1]))return b;var
-b=K(b,t),a=a[2];continue}return fR}}}function
-fS(a){var
+b=M(b,p),a=a[2];continue}return f1}}}function
+f2(a){var
 b=a[5];if(b)return b[1];var
-c=a[7];return $(function(a){var
-b=a[4];return $(function(a){var
+c=a[7];return ab(function(a){var
+b=a[4];return ab(function(a){var
 b=a?[0,a[1],0]:a;return b},b)},c)}function
-fT(a){var
-b=fS(a);return ad(function(a){return R(a[1],u)},b)}function
-bt(b,a){return w(aH(au(a)),b)}function
-el(c,a){var
-b=O(u,a);return b?R(a,c):b}function
-iE(a){return w(a[1],a[2])}function
-iF(a){var
-p=R(u,a[1]);if(p){var
-r=R(u,a[2]);if(r){var
-s=R(u,a[3]);if(s){var
+f3(a){var
+b=f2(a);return aa(function(a){return T(a[1],u)},b)}function
+bv(b,a){return w(aK(aw(a)),b)}function
+ew(c,a){var
+b=J(u,a);return b?T(a,c):b}function
+iS(a){return w(a[1],a[2])}function
+iT(a){var
+p=T(u,a[1]);if(p){var
+q=T(u,a[2]);if(q){var
+r=T(u,a[3]);if(r){var
 t=a[5];if(t)var
-h=bt(a[3],t[1]);else
+h=bv(a[3],t[1]);else
 var
 A=a[7],H=A?1:A,h=H;if(h){if(1===a[4])var
-C=a[7],i=iE(aC(q(function(a){return a[5]},C)));else
+C=a[7],i=iS(aE(s(function(a){return a[5]},C)));else
 var
 i=1;if(i){var
 v=a[6];if(v){var
 j=v[1],x=a[4]?0:1;if(x){var
-y=el(j[3],j[2]);if(y)var
-D=j[1],F=a[3],k=E(function(a){return el(F,a)},D);else
+y=ew(j[3],j[2]);if(y)var
+D=j[1],E=a[3],k=F(function(a){return ew(E,a)},D);else
 var
 k=y}else
 var
@@ -2747,25 +2777,25 @@ k=x;var
 l=k}else
 var
 l=1;if(l){var
-G=a[7],z=E(function(b){var
-k=el(a[1],b[1]);if(k){var
-l=el(a[2],b[2]);if(l){var
-m=bt(a[3],b[3]);if(m){var
-n=E(a0,b[3]);if(n){var
-o=a[4]?iE(aC(b[3])):ah(aC(b[3]));if(o){var
-p=1===a[4]?a0(b[5]):1;if(p){if(a[5])var
+G=a[7],z=F(function(b){var
+k=ew(a[1],b[1]);if(k){var
+l=ew(a[2],b[2]);if(l){var
+m=bv(a[3],b[3]);if(m){var
+n=F(a3,b[3]);if(n){var
+o=a[4]?iS(aE(b[3])):ag(aE(b[3]));if(o){var
+p=1===a[4]?a3(b[5]):1;if(p){if(a[5])var
 d=1;else{var
-f=bt(a[3],b[4]);if(f)var
-r=az(b[3],b[4]),d=E(function(a){var
-b=a[1];return a[2]?1:w(b[1],u)},r);else
+f=bv(a[3],b[4]);if(f)var
+q=aB(b[3],b[4]),d=F(function(a){var
+b=a[1];return a[2]?1:w(b[1],u)},q);else
 var
 d=f}if(d){var
 g=a[6];if(g){var
-h=bt(g[1][3],b[6]);if(h){var
-s=b[6],t=a[3],i=E(function(a){return bt(t,a)},s);if(i){var
-v=b[6],j=E(function(a){return E(a0,a)},v);if(j){var
-x=b[3],y=az(b$(0,au(b[3])),x);return E(function(a){var
-c=cS(a[2]),d=a[1],e=b[6];return cT(aC(q(function(a){return bA(d,a,P)},e)),c)},y)}var
+h=bv(g[1][3],b[6]);if(h){var
+r=b[6],t=a[3],i=F(function(a){return bv(t,a)},r);if(i){var
+v=b[6],j=F(function(a){return F(a3,a)},v);if(j){var
+x=b[3],y=aB(cb(0,aw(b[3])),x);return F(function(a){var
+c=cT(a[2]),d=a[1],e=b[6];return cU(aE(s(function(a){return bB(d,a,P)},e)),c)},y)}var
 e=j}else
 var
 e=i}else
@@ -2786,10 +2816,10 @@ var
 c=k;return c},G);if(z){var
 c=a[7];for(;;){if(c){var
 d=c[2];if(d){var
-e=d[1],f=c[1],m=R(f[1],e[1]),B=0;if(m)var
+e=d[1],f=c[1],m=T(f[1],e[1]),B=0;if(m)var
 n=m;else{var
 o=w(f[1],e[1]);if(o){var
-g=R(f[2],e[2]);B=1}else
+g=T(f[2],e[2]);B=1}else
 var
 n=o}if(!B)var
 g=n;if(g){var
@@ -2802,116 +2832,116 @@ b=i}else
 var
 b=h}else
 var
-b=s}else
-var
 b=r}else
 var
+b=q}else
+var
 b=p;return b}var
-a2=aS(t);function
-cw(h){var
-e=p_,b=h;b:for(;;){if(e&&b&&b[2]){var
+a5=aW(p);function
+cx(h){var
+e=qs,b=h;b:for(;;){if(e&&b&&b[2]){var
 c=0,a=b;for(;;){if(a){var
 d=a[2];if(d){var
-g=d[2],c=[0,ak(a[1],d[1]),c],a=g;continue}var
-f=M(c,a)}else
+g=d[2],c=[0,aj(a[1],d[1]),c],a=g;continue}var
+f=N(c,a)}else
 var
-f=M(c,a);var
-e=e[1],b=f;continue b}}return aC(b)}}function
-iG(a,b){return d6(a,hW(function(c,d){var
-b=A(a,d);return O(A(a,c),b)},b))}function
-iH(a,b){if(a)var
-d=q(bQ,b),e=iH(a[1],d),c=[0,cw(q(function(a){return b_(P,a)},b)),e];else
+f=N(c,a);var
+e=e[1],b=f;continue b}}return aE(b)}}function
+iU(a,b){return ef(a,h_(function(c,d){var
+b=A(a,d);return J(A(a,c),b)},b))}function
+iV(a,b){if(a)var
+d=s(bT,b),e=iV(a[1],d),c=[0,cx(s(function(a){return ca(P,a)},b)),e];else
 var
 c=a;return c}function
-iI(a){var
-b=B(a[1],a[2]);return w(aH(au(a[7])),b)}function
-iJ(a){return 2<=a[4]?iI(a):1}function
-iK(b,f,a){var
-c=a[6],e=az(q(aH,b$(0,au(c))),c),d=q(b9,aw(function(a){return by(w(a[1],b[2]),w(f,u))},e)),g=aC(q(function(a){var
-c=b[1];return aC(q(function(b){return bA(bi(b),a,P)},c))},d)),h=[0,aC(q(aC,d)),g];return[0,a[2],h]}function
-p$(a){var
-b=aU(a[2][1]),c=S(a[2][2],b);return[0,a[1],c]}function
-qa(a){return ah(a[2][1])}function
-fU(b,a){return[0,[0,[0,a2,b],a2],q(function(a){return[0,a[1],a[3]]},a)]}function
-fV(a,d,c,b){if(a)var
-f=q(function(a){var
-b=bQ(a[2]);return[0,a[1],b]},b),g=fV(a[1],d,K(c,t),f),e=[0,[0,[0,[0,a2,d],c],q(function(a){var
-b=b_(P,a[2]);return[0,a[1],b]},b)],g];else
+iW(a){var
+b=C(a[1],a[2]);return w(aK(aw(a[7])),b)}function
+iX(a){return 2<=a[4]?iW(a):1}function
+iY(b,f,a){var
+c=a[6],e=aB(s(aK,cb(0,aw(c))),c),d=s(b$,az(function(a){return bA(w(a[1],b[2]),w(f,u))},e)),g=aE(s(function(a){var
+c=b[1];return aE(s(function(b){return bB(bj(b),a,P)},c))},d)),h=[0,aE(s(aE,d)),g];return[0,a[2],h]}function
+qt(a){var
+b=aU(a[2][1]),c=R(a[2][2],b);return[0,a[1],c]}function
+qu(a){return ag(a[2][1])}function
+f4(b,a){return[0,[0,[0,a5,b],a5],s(function(a){return[0,a[1],a[3]]},a)]}function
+f5(a,d,c,b){if(a)var
+f=s(function(a){var
+b=bT(a[2]);return[0,a[1],b]},b),g=f5(a[1],d,M(c,p),f),e=[0,[0,[0,[0,a5,d],c],s(function(a){var
+b=ca(P,a[2]);return[0,a[1],b]},b)],g];else
 var
 e=a;return e}function
-iL(a){return q(function(a){return[0,a[1],a[2]]},a)}function
-qb(a,b,d){if(w(b[2][1],u)){var
-c=cR(function(a){return ah(a[2])},d),e=c?c[1]:a;return[0,0,e]}var
-f=aU(b[2]);return[0,[0,S(a[2],f)],a]}function
-qc(a,b,d){var
-c=ca(b[2]);return[0,[0,ak(a[2],c)],a]}function
-iM(q,p,e){var
+iZ(a){return s(function(a){return[0,a[1],a[2]]},a)}function
+qv(a,b,d){if(w(b[2][1],u)){var
+c=cS(function(a){return ag(a[2])},d),e=c?c[1]:a;return[0,0,e]}var
+f=aU(b[2]);return[0,[0,R(a[2],f)],a]}function
+qw(a,b,d){var
+c=bC(b[2]);return[0,[0,aj(a[2],c)],a]}function
+i0(q,p,e){var
 f=e[2];if(f){var
 g=f[2];if(g){var
 i=g[1],h=f[1],b=h,a=h,c=[0,i,g[2]];for(;;){if(c){var
 d=c[1],m=c[2],n=I(a[2],d[2])?a:d,o=I(d[2],b[2])?b:d,b=o,a=n,c=m;continue}if(I(b[2],a[2]))return[0,[0,[0,q],e[1],h,i]];var
-j=zJ(p,b,a,e[2]),k=[0,[0,j[1],e[1],j[2],a]];break}}else
+j=Ab(p,b,a,e[2]),k=[0,[0,j[1],e[1],j[2],a]];break}}else
 var
 k=g;var
 l=k}else
 var
 l=f;return l}function
-qd(a){return iM(U,qb,a)}function
-iN(a){return iM(P,qc,a)}function
-fW(b,a){return b?a?I(b[1],a[1]):1:a?0:1}function
-fX(c,a){var
-b=0;return bg(function(a,d){var
-b=A(c,d);return a?b?fW(b[1][1],a[1][1])?a:b:a:b},a,b)}function
-em(a){var
+qx(a){return i0(U,qv,a)}function
+i1(a){return i0(P,qw,a)}function
+f6(b,a){return b?a?I(b[1],a[1]):1:a?0:1}function
+f7(c,a){var
+b=0;return bh(function(a,d){var
+b=A(c,d);return a?b?f6(b[1][1],a[1][1])?a:b:a:b},a,b)}function
+ex(a){var
 c=a[2],b=c[1];return[0,a[1],[0,b[1],b[2],c[2],a[3][1],a[4][1]],[0,[0,a[3][2],a[4][2]]],0]}var
-iO=g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t))))))))))))))))))))))))))));function
-qe(a){return bz(B(a[1],iO),a[2])}function
-iP(a){var
-b=q(qe,a[2]);return[0,a[1],a[2],b]}function
-iQ(h,g){var
+i2=d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,p))))))))))))))))))))))))))));function
+qy(a){return bs(C(a[1],i2),a[2])}function
+i3(a){var
+b=s(qy,a[2]);return[0,a[1],a[2],b]}function
+i4(h,g){var
 b=h,a=g;for(;;){if(b){if(a){var
 c=a[2],d=a[1],e=b[2],f=b[1];if(I(f,d)){var
 b=e,a=c;continue}var
-i=iQ(e,c);return ak(ak(f,ca(d)),i)}return P}return P}}function
-iR(b,a){if(b){if(a){var
-c=a[1],d=b[1],e=iR(b[2],a[2]),f=R(d,c)?u:K(ap(d,c),t);return K(f,e)}return u}return u}function
-iS(e,d,c,a){var
-b=[0,iQ(d[2],c[2]),e,d,c];return a?I(b[1],a[1][1])?a:[0,b]:[0,b]}function
-iT(a){var
-b=0;return bg(function(g,d){var
+i=i4(e,c);return aj(aj(f,bC(d)),i)}return P}return P}}function
+i5(b,a){if(b){if(a){var
+c=a[1],d=b[1],e=i5(b[2],a[2]),f=T(d,c)?u:M(al(d,c),p);return M(f,e)}return u}return u}function
+i6(e,d,c,a){var
+b=[0,i4(d[2],c[2]),e,d,c];return a?I(b[1],a[1][1])?a:[0,b]:[0,b]}function
+i7(a){var
+b=0;return bh(function(g,d){var
 e=d[1],a=d[2],b=g;for(;;){if(a){var
-c=a[2],f=a[1],a=c,b=bg(function(c){return function(a,b){if(a){var
-d=a[1],f=B(d[1][1],iO),g=d[1][2];return O(B(iR(c[3],b[3]),g),f)?a:iS(e,c,b,a)}return iS(e,c,b,0)}}(f),c,b);continue}return b}},a,b)}function
-iU(i,h,g){var
+c=a[2],f=a[1],a=c,b=bh(function(c){return function(a,b){if(a){var
+d=a[1],f=C(d[1][1],i2),g=d[1][2];return J(C(i5(c[3],b[3]),g),f)?a:i6(e,c,b,a)}return i6(e,c,b,0)}}(f),c,b);continue}return b}},a,b)}function
+i8(i,h,g){var
 c=i,b=h,a=g;for(;;){if(b)if(a){var
 e=a[2],f=b[2];if(I(b[1],a[1])){var
-c=K(c,t),b=f,a=e;continue}var
-d=[0,c,iU(K(c,t),f,e)]}else
+c=M(c,p),b=f,a=e;continue}var
+d=[0,c,i8(M(c,p),f,e)]}else
 var
 d=a;else
 var
 d=b;return d}}function
-iV(a){var
-b=iU(u,a[3][2],a[4][2]);return[0,[0,a[1]],[0,a2,a[2],a2,a[3][1],a[4][1]],0,b]}function
-qf(a){if(typeof
+i9(a){var
+b=i8(u,a[3][2],a[4][2]);return[0,[0,a[1]],[0,a5,a[2],a5,a[3][1],a[4][1]],0,b]}function
+qz(a){if(typeof
 a!=="number"&&0===a[0])return a[2]?0:1;return 0}function
-fY(a,b){var
+f8(a,b){var
 c=a?[0,b,0]:a;return c}function
-iW(a){if(a)var
+i_(a){if(a)var
 b=a[2],c=b?1:b;else
 var
 c=a;return c}function
-qh(A,am,S,R){var
-an=dl(A[1]),f=0,g=an,j=am;function
+qB(A,am,S,R){var
+an=dp(A[1]),f=0,g=an,j=am;function
 ao(a){return a[1]}var
-ac=0;for(;;){if(g){var
+ad=0;for(;;){if(g){var
 t=g[2],l=g[1];if(j){var
 B=j[1];if(w(B[1],l)){var
-ab=j[2],f=[0,[0,l,q(ao,B[2])],f],g=t,j=ab;continue}var
+ac=j[2],f=[0,[0,l,s(ao,B[2])],f],g=t,j=ac;continue}var
 f=[0,[0,l,0],f],g=t;continue}var
 f=[0,[0,l,0],f],g=t,j=0;continue}var
-C=M(f,ac);if(ad(qf,R))return 0;var
-n=C,e=R,ap=dl(A[2]);c:for(;;){if(n){var
+C=N(f,ad);if(aa(qz,R))return 0;var
+n=C,e=R,ap=dp(A[2]);c:for(;;){if(n){var
 I=n[1],ae=I[1];if(e){var
 m=e[1],T=0;if(typeof
 m==="number"||!(0===m[0]))T=1;else
@@ -2938,15 +2968,15 @@ p=H}}else
 var
 p=d?0:1;if(p){var
 n=n[2],e=o[2];continue c}var
-s=p;break}}else
+r=p;break}}else
 var
-s=[0,e];if(s){if(iJ(A))var
-ag=1,J=fY(G(iW(aw(function(a){return ah(a[4])},S))),ag);else
+r=[0,e];if(r){if(iX(A))var
+ah=1,J=f8(G(i_(az(function(a){return ag(a[4])},S))),ah);else
 var
-J=qg;var
-ai=aw(function(a){return G(ah(a[4]))},S),y=q(function(a){return a[1]},ai),aj=[2,y],af=y?1:y,ak=x(fY(af,aj),J),al=x($(function(a){var
-b=[1,a[1]];return fY(G(iW(a[2])),b)},C),ak),r=s[1],i=al;for(;;){if(r){if(i){var
-a=i[1],c=r[1],z=function(f,e){var
+J=qA;var
+ai=az(function(a){return G(ag(a[4]))},S),y=s(function(a){return a[1]},ai),aj=[2,y],af=y?1:y,ak=x(f8(af,aj),J),al=x(ab(function(a){var
+b=[1,a[1]];return f8(G(i_(a[2])),b)},C),ak),q=r[1],i=al;for(;;){if(q){if(i){var
+a=i[1],c=q[1],z=function(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
 c=w(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
@@ -2987,27 +3017,75 @@ b=0;break;case
 Z=0;if(typeof
 a==="number"||!(3===a[0]))Z=1;else{var
 L=w(c[1],a[1]),_=0;if(L){var
-N=w(c[2],a[2]);if(N){var
+M=w(c[2],a[2]);if(M){var
 b=z(c[3],a[3]);_=1}else
 var
-O=N}else
+O=M}else
 var
 O=L;if(!_)var
 b=O}if(Z)var
 b=0;break;default:var
-aa=0;if(typeof
-a==="number"||!(4===a[0]))aa=1;else
+$=0;if(typeof
+a==="number"||!(4===a[0]))$=1;else
 var
-P=w(c[1],a[1]),b=P?w(c[2],a[2]):P;if(aa)var
+P=w(c[1],a[1]),b=P?w(c[2],a[2]):P;if($)var
 b=0}if(b){var
-r=r[2],i=i[2];continue}var
+q=q[2],i=i[2];continue}var
 Q=b}else
 var
-Q=i;return Q}return i?0:1}}return s}}}function
-bu(b,a){return w(B(b[1],a[2]),B(a[1],b[2]))}function
-cc(c,b,a){return b?a?aJ(c,b[1],a[1]):a:a?0:1}function
-qi(g,f){var
-p=cc(bu,g[1],f[1]);if(p){var
+Q=i;return Q}return i?0:1}}return r}}}function
+dy(b,a){var
+c=I(b,a);return c?I(a,b):c}function
+i$(b,a){return R(b,aU(a))}function
+ja(A,k,a){if(a){var
+f=a[1],l=dy(f[1],U);if(l){if(k)var
+g=f[2],n=g?dy(k[1],g[1]):g,h=n;else
+var
+o=f[2]?0:1,h=o;if(h){var
+b=a;for(;;){if(b){var
+e=b[2];if(e){var
+j=G(I(e[1][1],b[1][1]));if(j){var
+b=e;continue}var
+c=j}else
+var
+c=1}else
+var
+c=1;if(c)return F(function(a){if(A){var
+r=A[1],h=a[2];if(h){var
+b=i$(r,a[1]),s=ag(a[1]);if(s){var
+t=G(I(r,a[1]));if(t){var
+E=d(2,d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,d(2,z(d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,z(d(2,z(d(2,z(d(2,p))))))))))))))))))))))))),f=b[2],g=b[1],B=d(2,d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,d(2,z(d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,z(d(2,z(d(2,z(d(2,p))))))))))))))))))))))))),k=C(al(C(g,g),C(f,f)),C(d(2,d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,d(2,z(d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,z(d(2,z(d(2,z(d(2,p))))))))))))))))))))))))),B)),j=aT(k),D=0===j?u:0<j?dl(k)[1]:u,F=[0,bs(M(C(g,d(2,d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,d(2,z(d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,z(d(2,z(d(2,z(d(2,p)))))))))))))))))))))))))),D),f),E],v=dy(h[1],F);if(v){var
+l=b,c=a[3];for(;;){if(c){var
+m=c[1],e=m[1],n=G(I(e,l));if(n){var
+H=aj(e,bC(b)),J=bC(U),K=i$(aj(R(b,e),J),H),o=dy(m[2],K);if(o){var
+l=e,c=c[2];continue}var
+q=o}else
+var
+q=n;return q}return 1}}var
+i=v}else
+var
+i=t}else
+var
+i=s;var
+w=i}else
+var
+w=h;return w}if(a[2])return 0;var
+x=dy(a[1],U);if(x){if(a[3])return 0;var
+y=1}else
+var
+y=x;return y},a);var
+i=c;break}}else
+var
+i=h}else
+var
+i=l;var
+m=i}else
+var
+m=a;return m}function
+bw(b,a){return w(C(b[1],a[2]),C(a[1],b[2]))}function
+ce(c,b,a){return b?a?aM(c,b[1],a[1]):a:a?0:1}function
+qC(g,f){var
+p=ce(bw,g[1],f[1]);if(p){var
 b=f[2],c=g[2],l=w(c[1],b[1]),r=0;if(l){var
 m=w(c[2],b[2]);if(m){var
 n=w(c[3],b[3]);if(n){var
@@ -3022,8 +3100,8 @@ e=m}else
 var
 e=l;if(!r)var
 h=e;if(h){var
-s=f[3],t=g[3],q=cc(function(b,a){var
-c=bu(b[1],a[1]);return c?bu(b[2],a[2]):c},t,s);if(q){var
+s=f[3],t=g[3],q=ce(function(b,a){var
+c=bw(b[1],a[1]);return c?bw(b[2],a[2]):c},t,s);if(q){var
 d=g[4],a=f[4];for(;;){if(d){if(a){var
 j=w(d[1],a[1]);if(j){var
 d=d[2],a=a[2];continue}var
@@ -3035,7 +3113,7 @@ var
 i=h}else
 var
 i=p;return i}function
-iX(b,a){if(typeof
+jb(b,a){if(typeof
 b==="number")switch(b){case
 0:if(typeof
 a==="number"&&!a)return 1;return 0;case
@@ -3052,36 +3130,36 @@ a==="number"&&5===a)return 1;return 0;case
 6:if(typeof
 a==="number"&&6===a)return 1;return 0;default:if(typeof
 a==="number"&&7<=a)return 1;return 0}else{if(0===b[0]){if(typeof
-a!=="number"&&0===a[0])return by(b[1],a[1]);return 0}if(typeof
-a!=="number"&&1===a[0])return by(b[1],a[1]);return 0}}function
-dv(c,a){switch(c){case
+a!=="number"&&0===a[0])return bA(b[1],a[1]);return 0}if(typeof
+a!=="number"&&1===a[0])return bA(b[1],a[1]);return 0}}function
+dz(c,a){switch(c){case
 0:return a?0:1;case
 1:return 1===a?1:0;case
 2:return 2===a?1:0;default:var
 b=3<=a?1:0,d=b?1:b;return d}}function
-iY(e,a,c,b){var
-d=bi(e[3]);if(typeof
+jc(e,a,c,b){var
+d=bj(e[3]);if(typeof
 b==="number")switch(b){case
-0:return q(function(a){return fU(a[1],a[2])},a);case
-4:return $(function(a){var
-b=iL(a[2]);return fV(d,a[1],u,b)},a);case
-5:return fV(d,a2,u,iL(c));case
-6:return q(function(a){return fU(a[1],a[2])},a);case
+0:return s(function(a){return f4(a[1],a[2])},a);case
+4:return ab(function(a){var
+b=iZ(a[2]);return f5(d,a[1],u,b)},a);case
+5:return f5(d,a5,u,iZ(c));case
+6:return s(function(a){return f4(a[1],a[2])},a);case
 1:case
-7:return[0,fU(a2,c),0]}return 0}function
-en(a,d,j){var
+7:return[0,f4(a5,c),0]}return 0}function
+ey(a,d,j){var
 b=a[6];if(b){var
-c=b[1];return fX(iN,$(function(b){if(j)var
-g=0,h=a[7],i=iG(bP,q(function(a){return iK(c,b,a)},h)),d=[0,[0,a2,q(function(a){var
-b=q(b9,a[2]),d=a[1],c=cw(q(b9,b));return[0,d,[0,cw(q(bP,b)),c]]},i)],g];else
+c=b[1];return f7(i1,ab(function(b){if(j)var
+g=0,h=a[7],i=iU(bS,s(function(a){return iY(c,b,a)},h)),d=[0,[0,a5,s(function(a){var
+b=s(b$,a[2]),d=a[1],c=cx(s(b$,b));return[0,d,[0,cx(s(bS,b)),c]]},i)],g];else
 var
-e=a[7],f=d6(function(a){return a[1]},e),d=q(function(a){var
-d=a[2],e=q(function(a){return iK(c,b,a)},d);return[0,a[1],e]},f);return q(function(a){var
-c=a[1];return[0,[0,[0,b,c],a2],q(p$,aw(qa,a[2]))]},d)},d))}return b}function
-iZ(a){var
-g=a[7],h=d6(function(a){return a[1]},g),d=q(function(b){var
-c=b[2],d=q(function(b){var
-e=aC(b[3]),i=b[3],j=aU(e),f=q(function(a){return S(j,a)},i);switch(a[4]){case
+e=a[7],f=ef(function(a){return a[1]},e),d=s(function(a){var
+d=a[2],e=s(function(a){return iY(c,b,a)},d);return[0,a[1],e]},f);return s(function(a){var
+c=a[1];return[0,[0,[0,b,c],a5],s(qt,az(qu,a[2]))]},d)},d))}return b}function
+jd(a){var
+g=a[7],h=ef(function(a){return a[1]},g),d=s(function(b){var
+c=b[2],d=s(function(b){var
+e=aE(b[3]),i=b[3],j=aU(e),f=s(function(a){return R(j,a)},i);switch(a[4]){case
 0:var
 c=e;break;case
 1:var
@@ -3090,41 +3168,41 @@ c=U}var
 d=a[5];if(d)var
 g=d[1];else
 var
-h=b[4],g=q(function(a){return a?a[1]:P},h);var
-k=az(f,g),l=aC(q(function(a){return S(a[1],a[2])},k));return[0,b[2],f,l,c]},c);return[0,b[1],d]},h),i=$(b9,d),j=iG(function(a){return a[1]},i),b=q(function(e){var
-b=e[2],h=e[1],i=bi(a[3]),c=cw(q(function(a){return a[4]},b)),d=aU(c),f=S(d,cw(q(function(a){return S(a[4],a[3])},b))),g=iH(i,q(function(a){var
-b=a[2],c=a[4];return q(function(a){return S(c,a)},b)},b));return[0,h,q(function(a){return S(d,a)},g),f,c]},j),e=iJ(a),f=e?aw(function(a){return ah(a[4])},b):e,c=a[6],k=c?qj:c,l=x(qk,k);return[0,a,d,b,q(function(b){if(typeof
+h=b[4],g=s(function(a){return a?a[1]:P},h);var
+k=aB(f,g),l=aE(s(function(a){return R(a[1],a[2])},k));return[0,b[2],f,l,c]},c);return[0,b[1],d]},h),i=ab(b$,d),j=iU(function(a){return a[1]},i),b=s(function(e){var
+b=e[2],h=e[1],i=bj(a[3]),c=cx(s(function(a){return a[4]},b)),d=aU(c),f=R(d,cx(s(function(a){return R(a[4],a[3])},b))),g=iV(i,s(function(a){var
+b=a[2],c=a[4];return s(function(a){return R(c,a)},b)},b));return[0,h,s(function(a){return R(d,a)},g),f,c]},j),e=iX(a),f=e?az(function(a){return ag(a[4])},b):e,c=a[6],k=c?qD:c,l=x(qE,k);return[0,a,d,b,s(function(b){if(typeof
 b==="number")switch(b){case
 2:var
-c=ay(iV,iT(q(function(a){var
-b=q(iP,a[2]);return[0,a[1],b]},d)));break;case
+c=ay(i9,i7(s(function(a){var
+b=s(i3,a[2]);return[0,a[1],b]},d)));break;case
 3:var
-c=ay(iV,iT([0,[0,a2,q(iP,f)],0]));break;case
+c=ay(i9,i7([0,[0,a5,s(i3,f)],0]));break;case
 6:case
 7:var
-c=ay(em,fX(iN,iY(a,d,f,b)));break;default:var
-c=fT(a)?0:ay(em,fX(qd,iY(a,d,f,b)))}else
+c=ay(ex,f7(i1,jc(a,d,f,b)));break;default:var
+c=f3(a)?0:ay(ex,f7(qx,jc(a,d,f,b)))}else
 if(0===b[0])var
-c=ay(em,en(a,[0,u,0],b[1]));else{var
-e=b[1],h=en(a,[0,u,0],e),g=0;if(h){var
-i=en(a,[0,t,0],e);if(i)var
-c=ay(em,en(a,[0,u,[0,t,0]],e));else{var
+c=ay(ex,ey(a,[0,u,0],b[1]));else{var
+e=b[1],h=ey(a,[0,u,0],e),g=0;if(h){var
+i=ey(a,[0,p,0],e);if(i)var
+c=ay(ex,ey(a,[0,u,[0,p,0]],e));else{var
 j=i;g=1}}else{var
 j=h;g=1}if(g)var
 c=j}return[0,b,c]},l)]}function
-bT(c,b){var
-d=c[4],a=cR(function(a){return iX(a[1],b)},d);return a?a[1][2]:a}function
-i0(b,a){return I(b,a)?a:b}function
-ql(b,a){return I(b,a)?b:a}function
-i1(a){var
-b=a?[0,bg(i0,a[2],a[1])]:a;return b}function
-fZ(a){var
-b=a?[0,bg(ql,a[2],a[1])]:a;return b}function
-i2(a,f){if(a){var
-i=q(bQ,f),j=i2(a[1],i),k=0,l=q(function(a){return b_(k,a)},f),c=$(function(a){var
-b=a?[0,a[1],0]:a;return b},l),d=i1(c);if(d){var
-e=fZ(c);if(e)var
-h=ca(e[1]),b=ak(d[1],h);else
+bE(c,b){var
+d=c[4],a=cS(function(a){return jb(a[1],b)},d);return a?a[1][2]:a}function
+je(b,a){return I(b,a)?a:b}function
+qF(b,a){return I(b,a)?b:a}function
+jf(a){var
+b=a?[0,bh(je,a[2],a[1])]:a;return b}function
+f9(a){var
+b=a?[0,bh(qF,a[2],a[1])]:a;return b}function
+jg(a,f){if(a){var
+i=s(bT,f),j=jg(a[1],i),k=0,l=s(function(a){return ca(k,a)},f),c=ab(function(a){var
+b=a?[0,a[1],0]:a;return b},l),d=jf(c);if(d){var
+e=f9(c);if(e)var
+h=bC(e[1]),b=aj(d[1],h);else
 var
 b=P}else
 var
@@ -3132,119 +3210,121 @@ b=P;var
 g=[0,b,j]}else
 var
 g=a;return g}function
-i3(a){if(a[5])return P;var
-b=a[7],c=d6(function(a){return a[1]},b);return bg(i0,$(function(b){var
-c=b[2],d=q(function(a){return a[4]},c);return i2(bi(a[3]),d)},c),P)}function
-i4(a){if(a){var
-b=a[1],c=aU(ak(b,U));return S(ak(b,ca(U)),c)}return U}function
-i5(a,b){return a?fW(a[1][1],b):a}function
-f0(a,b){return a?cc(bu,a[1][1],b):a}function
-i6(b,a){var
-Y=b[1];switch(a[0]){case
+jh(a){if(a[5])return P;var
+b=a[7],c=ef(function(a){return a[1]},b);return bh(je,ab(function(b){var
+c=b[2],d=s(function(a){return a[4]},c);return jg(bj(a[3]),d)},c),P)}function
+ji(a){if(a){var
+b=a[1],c=aU(aj(b,U));return R(aj(b,bC(U)),c)}return U}function
+jj(a,b){return a?f6(a[1][1],b):a}function
+f_(a,b){return a?ce(bw,a[1][1],b):a}function
+jk(b,a){var
+_=b[1];switch(a[0]){case
 2:var
 i=0;break;case
 8:var
-i=Y[6]?0:1;break;case
+i=_[6]?0:1;break;case
 1:case
 9:var
-z=typeof
-a[1]==="number"?1:0,X=z?1:z,i=X;break;default:var
+A=typeof
+a[1]==="number"?1:0,Z=A?1:A,i=Z;break;default:var
 i=1}if(i){switch(a[0]){case
 0:var
-K=b[1][3],L=B(aH(au(b[1][7])),K),c=w(a[1],L);break;case
+L=b[1][3],M=C(aK(aw(b[1][7])),L),c=w(a[1],M);break;case
 1:var
-M=bT(b,a[1]),c=cc(qi,a[2],M);break;case
+N=bE(b,a[1]),c=ce(qC,a[2],N);break;case
 2:var
 c=0;break;case
 3:var
-m=i1(fS(b[1])),c=m?bu(a[1],m[1]):m;break;case
+m=jf(f2(b[1])),c=m?bw(a[1],m[1]):m;break;case
 4:var
-n=fZ(fS(b[1])),c=n?bu(a[1],n[1]):n;break;case
+n=f9(f2(b[1])),c=n?bw(a[1],n[1]):n;break;case
 5:var
-A=b[2],N=fZ($(function(b){var
+B=b[2],O=f9(ab(function(b){var
 a=b[2];if(a){var
 c=a[2];if(c){var
-e=b[2];return q(function(a){return a[3]},e)}var
+e=b[2];return s(function(a){return a[3]},e)}var
 d=c}else
 var
-d=a;return d},A)),c=cc(bu,a[1],N);break;case
+d=a;return d},B)),c=ce(bw,a[1],O);break;case
 6:var
-O=i3(b[1]),c=bu(a[1],O);break;case
+P=jh(b[1]),c=bw(a[1],P);break;case
 7:var
-P=ah(i3(b[1])),c=by(a[1],P);break;case
+Q=ag(jh(b[1])),c=bA(a[1],Q);break;case
 8:var
-c=qh(b[1],b[2],b[3],a[1]);break;case
+c=qB(b[1],b[2],b[3],a[1]);break;case
 9:var
-Q=a[2],c=f0(bT(b,a[1]),Q);break;case
+S=a[2],c=f_(bE(b,a[1]),S);break;case
 10:var
-R=a[2],T=a[1]?4:5,c=f0(bT(b,T),R);break;case
+T=a[2],U=a[1]?4:5,c=f_(bE(b,U),T);break;case
 11:var
 d=a[3],e=a[2];if(a[1]){var
 r=0;if(typeof
 e==="number")if(2===e)var
-k=bT(b,4),g=k?cc(bu,[0,i4(k[1][1])],d):k;else
+k=bE(b,4),g=k?ce(bw,[0,ji(k[1][1])],d):k;else
 if(3===e)var
-l=bT(b,5),g=l?cc(bu,[0,i4(l[1][1])],d):l;else
+l=bE(b,5),g=l?ce(bw,[0,ji(l[1][1])],d):l;else
 r=1;else
 r=1;if(r)var
 g=0;var
-c=g?i5(bT(b,e),d):g}else{var
-u=iX(e,1),j=0;if(u){var
-C=b[3],s=q(function(a){return a[4]},C),D=cw(s),t=iI(b[1]);if(t)var
-F=b[2],o=E(function(a){var
-b=a[2],c=cw(q(function(a){return a[4]},b)),d=az(a[2],s);return E(function(a){var
-b=S(c,a[2]);return bu(S(a[1][4],D),b)},d)},F);else
+c=g?jj(bE(b,e),d):g}else{var
+v=jb(e,1),j=0;if(v){var
+D=b[3],t=s(function(a){return a[4]},D),E=cx(t),u=iW(b[1]);if(u)var
+G=b[2],o=F(function(a){var
+b=a[2],c=cx(s(function(a){return a[4]},b)),d=aB(a[2],t);return F(function(a){var
+b=R(c,a[2]);return bw(R(a[1][4],E),b)},d)},G);else
 var
-o=t;if(o){var
-v=f0(bT(b,0),d);if(v)var
-c=i5(bT(b,1),d);else{var
-p=v;j=1}}else{var
+o=u;if(o){var
+x=f_(bE(b,0),d);if(x)var
+c=jj(bE(b,1),d);else{var
+p=x;j=1}}else{var
 p=o;j=1}}else{var
-p=u;j=1}if(j)var
+p=v;j=1}if(j)var
 c=p}break;case
 12:var
-x=a[2],U=a[3],V=a[1]?x?6:7:x?0:1,y=bT(b,V),W=y?fW(y[1][1],[0,U])?0:1:2,c=dv(a[4],W);break;default:var
-f=a[1],G=1;if(ad(function(a){return dv(G,a)},f))var
-h=qm;else{var
-H=3;if(ad(function(a){return dv(H,a)},f))var
-h=qn;else{var
-I=2;if(ad(function(a){return dv(I,a)},f))var
-h=qo;else
+V=a[1]?0:1,q=bE(b,V),c=q?ja(q[1][1],a[2],a[3]):q;break;case
+13:var
+y=a[2],W=a[3],X=a[1]?y?6:7:y?0:1,z=bE(b,X),Y=z?f6(z[1][1],[0,W])?0:1:2,c=dz(a[4],Y);break;default:var
+f=a[1],H=1;if(aa(function(a){return dz(H,a)},f))var
+h=qG;else{var
+I=3;if(aa(function(a){return dz(I,a)},f))var
+h=qH;else{var
+J=2;if(aa(function(a){return dz(J,a)},f))var
+h=qI;else
 var
-J=f?qp:f,h=J}}var
-c=cc(dv,a[2],h)}return c?0:1}return 2}function
-i7(f,l){var
-r=g(2,g(2,g(2,g(2,g(2,g(2,t)))))),h=K(B(g(2,t),f),r),k=d4(l[2],f),q=[0,d1(u,bz(d4(K(k,l[1]),h),k)),aS(h)],e=bi(f),a=q;for(;;){if(e){var
-o=a[2],p=B(g(2,t),o),b=[0,B(a[1],a[1]),p],d=ap(hO(b[1]),h);if(R(u,d))var
-i=b[1],c=mI(d),m=K(b[2],d),n=0<=c?hn(i,c):mH(i,-c|0),j=[0,n,m];else
+K=f?qJ:f,h=K}}var
+c=ce(dz,a[2],h)}return c?0:1}return 2}function
+jl(g,l){var
+s=d(2,d(2,d(2,d(2,d(2,d(2,p)))))),h=M(C(d(2,p),g),s),k=ed(l[2],g),r=[0,d7(u,bs(ed(M(k,l[1]),h),k)),aW(h)],f=bj(g),a=r;for(;;){if(f){var
+o=a[2],q=C(d(2,p),o),b=[0,C(a[1],a[1]),q],e=al(h2(b[1]),h);if(T(u,e))var
+i=b[1],c=m2(e),m=M(b[2],e),n=0<=c?hB(i,c):m1(i,-c|0),j=[0,n,m];else
 var
 j=b;var
-e=e[1],a=j;continue}return a}}function
-i8(c,b,a){if(O(u,a[2]))return R(c,d4(B(a[1],b),a[2]));var
-d=B(a[1],b);return R(d4(c,aS(a[2])),d)}var
-qq=[0,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t)))))))))))))),0],qr=[0,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t))))))))))),qq],qs=[0,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t))))))))),qr],qt=[0,g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,t)))))))),qs],qu=[0,g(2,g(2,g(2,g(2,g(2,g(2,t)))))),qt];function
-eo(b,a){var
-c=b[1],e=b[2];if(R(c,e))return 0;if(R(a[1],u))return 0;if(w(c,e))return[0,hM(u,a[1])];var
-i=a[1],j=a[2];if(O(B(K(hO(c),t),j),i))return qx;if(O(B(ap(c,e),a[2]),B(a[1],e)))return qy;if(O(B(a[1],c),B(ap(c,e),a[2])))return qz;var
-d=qu;for(;;){if(d){var
-f=d[1],g=i7(f,a);if(i8(b[1],b[2],g))return qv;var
-h=i7(f,[0,aS(a[1]),a[2]]);if(i8(b[2],b[1],h))return qw;var
+f=f[1],a=j;continue}return a}}function
+jm(c,b,a){if(J(u,a[2]))return T(c,ed(C(a[1],b),a[2]));var
+d=C(a[1],b);return T(ed(c,aW(a[2])),d)}var
+qK=[0,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,p)))))))))))))),0],qL=[0,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,p))))))))))),qK],qM=[0,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,p))))))))),qL],qN=[0,d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,p)))))))),qM],qO=[0,d(2,d(2,d(2,d(2,d(2,d(2,p)))))),qN];function
+ez(b,a){var
+c=b[1],e=b[2];if(T(c,e))return 0;if(T(a[1],u))return 0;if(w(c,e))return[0,h0(u,a[1])];var
+i=a[1],j=a[2];if(J(C(M(h2(c),p),j),i))return qR;if(J(C(al(c,e),a[2]),C(a[1],e)))return qS;if(J(C(a[1],c),C(al(c,e),a[2])))return qT;var
+d=qO;for(;;){if(d){var
+f=d[1],g=jl(f,a);if(jm(b[1],b[2],g))return qP;var
+h=jl(f,[0,aW(a[1]),a[2]]);if(jm(b[2],b[1],h))return qQ;var
 d=d[2];continue}return d}}var
-f1=g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,t)))))))))))))))))))))))))))))))))))))))))))))))))));function
-i9(a){if(a){var
+f$=d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,d(2,d(2,z(d(2,d(2,z(d(2,d(2,d(2,z(d(2,d(2,z(d(2,d(2,d(2,z(d(2,d(2,z(d(2,d(2,z(d(2,z(d(2,d(2,d(2,d(2,z(d(2,d(2,z(d(2,z(d(2,p)))))))))))))))))))))))))))))))))))))))))))))))))));function
+jn(a){if(a){var
 b=a[2],c=a[1];if(46===c)return[0,0,b];var
-d=i9(b);return[0,[0,c,d[1]],d[2]]}return qF}function
-i_(C){var
-j=i9(C),b=j[1];if(b){var
+d=jn(b);return[0,[0,c,d[1]],d[2]]}return qZ}function
+jo(D){var
+j=jn(D),b=j[1];if(b){var
 k=j[2],m=0;if(48===b[1]){var
-l=b[2],D=l?1:l;if(D)m=1}if(!m&&!G(di(au(k),qG))){var
-f=u,c=x(b,k);for(;;){if(c){var
-y=c[1],w=g(2,g(2,g(2,g(2,F(g(2,t)))))),a=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(y),n=a(7),o=a(6),p=a(5),q=a(4),r=a(3),s=a(2),v=a(1),d=ap(hS([0,a(0),[0,v,[0,s,[0,r,[0,q,[0,p,[0,o,[0,n,0]]]]]]]]),w),h=O(u,d),i=h?O(d,F(g(2,g(2,g(2,t))))):h,e=i?[0,d]:i;if(e){var
-z=c[2],A=e[1],f=K(B(g(2,F(g(2,g(2,t)))),f),A),c=z;continue}return e}return[0,f]}}return 0}return b}var
-i$=k(qH),ja=k(qI);function
-ep(h,g){var
+l=b[2],E=l?1:l;if(E)m=1}if(!m&&!G(dk(aw(k),q0))){var
+g=u,c=x(b,k);for(;;){if(c){var
+y=c[1],w=d(2,d(2,d(2,d(2,z(d(2,p)))))),a=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(y),n=a(7),o=a(6),q=a(5),r=a(4),s=a(3),t=a(2),v=a(1),e=al(h6([0,a(0),[0,v,[0,t,[0,s,[0,r,[0,q,[0,o,[0,n,0]]]]]]]]),w),h=J(u,e),i=h?J(e,z(d(2,d(2,d(2,p))))):h,f=i?[0,e]:i;if(f){var
+A=c[2],B=f[1],g=M(C(d(2,z(d(2,d(2,p)))),g),B),c=A;continue}return f}return[0,g]}}return 0}return b}var
+jp=k(q1),jq=k(q2);function
+eA(h,g){var
 b=h,a=g;for(;;){if(b){if(a){var
-d=dT(b[1],a[1]);if(d){var
+d=dZ(b[1],a[1]);if(d){var
 b=b[2],a=a[2];continue}var
 e=d}else
 var
@@ -3253,41 +3333,41 @@ c=e}else
 var
 c=a?0:1;var
 f=c?1:c;return f}}var
-cX=k(qM),eq=k(qN),f2=k(qO),cY=k(qP),ba=k(qQ),aa=k(qR),cx=k(qS),er=k(qT),es=k(qU),bv=k(qV),jb=k(qW),bk=k(qX),f3=k(qY),f4=k(qZ),f5=k(q0),f6=k(q1),et=k(q2),eu=k(q3),bl=k(q4),bb=k(q5);function
-jc(d){var
-a=af(eq,d);if(a){var
+cY=k(q6),eB=k(q7),ga=k(q8),cZ=k(q9),bd=k(q_),ac=k(q$),cy=k(ra),eC=k(rb),eD=k(rc),bx=k(rd),jr=k(re),bk=k(rf),gb=k(rg),gc=k(rh),gd=k(ri),ge=k(rj),eE=k(rk),eF=k(rl),bl=k(rm),be=k(rn);function
+js(d){var
+a=ah(eB,d);if(a){var
 b=a[1];if(typeof
-b!=="number"&&4===b[0])return W(cx,b[1]);var
+b!=="number"&&4===b[0])return X(cy,b[1]);var
 c=0}else
 var
 c=a;return c}function
-q6(a){function
+ro(a){function
 b(a){function
 b(c){function
 b(b){function
 d(d){function
 g(a){var
-e=a?[0,a[1],0]:a,f=J(cu([0,c,x(b,x(d,e))]),q7,[0,[0,c,b,d,a]]),g=b?1:b;return J(g,q8,f)}var
-e=af(cx,a);if(e)var
-h=function(a){return[0,[0,a]]},f=i(_(e[1]),h);else
+e=a?[0,a[1],0]:a,f=K(cw([0,c,x(b,x(d,e))]),rp,[0,[0,c,b,d,a]]),g=b?1:b;return K(g,rq,f)}var
+e=ah(cy,a);if(e)var
+i=function(a){return[0,[0,a]]},f=h(_(e[1]),i);else
 var
-f=q9;return i(f,g)}return i(r(function(a){return ai(_,a)},aa,a),d)}return i(r(function(a){return ai(_,a)},ba,a),b)}return i(r(_,cY,a),b)}return i(T([0,cY,[0,ba,[0,aa,0]]],[0,cx,0],a),b)}function
-f7(a){function
+f=rr;return h(f,g)}return h(r(function(a){return ai(_,a)},ac,a),d)}return h(r(function(a){return ai(_,a)},bd,a),b)}return h(r(_,cZ,a),b)}return h(S([0,cZ,[0,bd,[0,ac,0]]],[0,cy,0],a),b)}function
+gf(a){function
 b(b){function
 d(d){function
 c(a){var
 e=[0,[0,b,d,a]];if(b)var
 f=a[4]?0:1,c=f;else
 var
-c=1;return J(c,q_,e)}return i(r(q6,eq,a),c)}if(b)var
-e=[0,[0,k(q$),2],0],c=[0,[0,k(ra),1],e];else
+c=1;return K(c,rs,e)}return h(r(ro,eB,a),c)}if(b)var
+e=[0,[0,k(rt),2],0],c=[0,[0,k(ru),1],e];else
 var
-c=[0,[0,k(rb),0],0];return i(r(function(a){return a$(c,a)},f2,a),d)}var
-c=[0,[0,k(rc),1],0],d=[0,[0,k(rd),0],c];return i(r(function(a){return a$(d,a)},cX,a),b)}function
-jd(e,a){var
+c=[0,[0,k(rv),0],0];return h(r(function(a){return bc(c,a)},ga,a),d)}var
+c=[0,[0,k(rw),1],0],d=[0,[0,k(rx),0],c];return h(r(function(a){return bc(d,a)},cY,a),b)}function
+jt(e,a){var
 c=e[3],b=a[3],h=H(c[1],b[1]);if(h){var
-i=ek(c[2],b[2]);if(i){var
-j=ek(c[3],b[3]);if(j){var
+i=ev(c[2],b[2]);if(i){var
+j=ev(c[3],b[3]);if(j){var
 k=c[4];if(k)var
 f=b[4],p=f?H(k[1],f[1]):f,l=p;else
 var
@@ -3307,10 +3387,10 @@ o=2<=a[2]?1:0,u=o?1:o,g=u}if(e[1])var
 m=a[1],r=m?1:m,n=r;else
 var
 s=a[1]?0:1,n=s;return[0,[0,n,g],d]}function
-X(a){return aH(au(a))}function
-je(a){function
+V(a){return aK(aw(a))}function
+ju(a){function
 b(c){var
-b=jc(c),d=b?[0,f6,0]:b;function
+b=js(c),d=b?[0,ge,0]:b;function
 e(a){function
 b(e){function
 c(c){function
@@ -3321,290 +3401,290 @@ c(l){function
 c(m){function
 f(f){function
 n(g){function
-h(a){return[0,[0,b,e,k,l,m,f,g]]}var
-c=af(f4,a);if(c)var
-j=function(a){return a1(ej,q(b9,a))},d=i(T(0,[0,bl,[0,bb,0]],c[1]),j);else
+i(a){return[0,[0,b,e,k,l,m,f,g]]}var
+c=ah(gc,a);if(c)var
+j=function(a){return aZ(eu,s(b$,a))},d=h(S(0,[0,bl,[0,be,0]],c[1]),j);else
 var
-d=re;return i(d,h)}var
-g=af(f5,a);if(g){var
+d=ry;return h(d,i)}var
+g=ah(gd,a);if(g){var
 c=g[1],j=0;if(typeof
 c==="number"||!(0===c[0]))j=1;else
 if(c[1])var
-o=b[1]?0:f?0:1,d=J(o,rh,rg);else
+o=b[1]?0:f?0:1,d=K(o,rB,rA);else
 var
-d=N(ri);if(j)var
-d=N(rf);var
-h=d}else
+d=O(rC);if(j)var
+d=O(rz);var
+i=d}else
 var
-h=rj;return i(h,n)}var
-c=af(f6,a);if(c)var
-g=function(a){return[0,[0,a]]},d=i(aV(f6,eh(c[1])),g);else
+i=rD;return h(i,n)}var
+c=ah(ge,a);if(c)var
+g=function(a){return[0,[0,a]]},d=h(aX(ge,es(c[1])),g);else
 var
-d=rk;return i(d,f)}var
-d=X(e);function
-f(a){return al(d,am,a)}return i(r(function(a){return bs(f,a)},bk,a),c)}var
-d=X(b[3][3]);return i(r(function(a){return ei(d,a)},jb,a),c)}var
-d=X(b[3][2]);return i(r(function(a){return ei(d,a)},bv,a),c)}return i(r(eh,es,a),c)}return i(f7(a),b)}var
-b=af(f3,a),d=b?aV(f3,ix(rl,1,b[1])):rm;return i(d,c)}var
-c=[0,[0,k(rn),0],0];return i(r(function(a){return a$(c,a)},er,a),b)}return i(T(x([0,er,[0,cX,[0,eq,[0,f2,[0,es,[0,bv,[0,jb,[0,bk,0]]]]]]]],d),[0,f3,[0,f4,[0,f5,0]]],a),e)}return i(a7(a),b)}function
-jf(a){if(typeof
-a!=="number"&&4===a[0])return W(f5,a[1]);return 0}var
-rv=k(ru);function
-rw(j){var
-b=0,a=fD(fK,j);for(;;){if(a){var
+d=rE;return h(d,f)}var
+d=V(e);function
+f(a){return am(d,an,a)}return h(r(function(a){return bt(f,a)},bk,a),c)}var
+d=V(b[3][3]);return h(r(function(a){return et(d,a)},jr,a),c)}var
+d=V(b[3][2]);return h(r(function(a){return et(d,a)},bx,a),c)}return h(r(es,eD,a),c)}return h(gf(a),b)}var
+b=ah(gb,a),d=b?aX(gb,iL(rF,1,b[1])):rG;return h(d,c)}var
+c=[0,[0,k(rH),0],0];return h(r(function(a){return bc(c,a)},eC,a),b)}return h(S(x([0,eC,[0,cY,[0,eB,[0,ga,[0,eD,[0,bx,[0,jr,[0,bk,0]]]]]]]],d),[0,gb,[0,gc,[0,gd,0]]],a),e)}return h(a4(a),b)}function
+jv(a){if(typeof
+a!=="number"&&4===a[0])return X(gd,a[1]);return 0}var
+rP=k(rO);function
+rQ(j){var
+b=0,a=fN(fU,j);for(;;){if(a){var
 d=a[2],f=a[1];if(d){var
 i=H(f,d[1])?b:[0,f,b],b=i,a=d;continue}var
-c=M(a,b)}else
+c=N(a,b)}else
 var
-c=M(a,b);if(c){var
+c=N(a,b);if(c){var
 e=c[2];if(e){var
-k=[0,c[1],[0,e[1],e[2]]],F=0,g=q(function(G){var
-e=F,d=G;for(;;){if(d){var
-g=d[2],a=d[1],k=dq(a),l=k||(11===a?1:0),m=l||(12===a?1:0);if(m){var
+k=[0,c[1],[0,e[1],e[2]]],I=0,g=s(function(F){var
+e=I,d=F;for(;;){if(d){var
+g=d[2],a=d[1],k=dt(a),l=k||(11===a?1:0),m=l||(12===a?1:0);if(m){var
 d=g;continue}var
-h=d5(33,a),i=h?d5(a,l9):h;if(i){var
+h=ee(33,a),i=h?ee(a,ms):h;if(i){var
 c=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),x=c(7),y=c(6),z=c(5),A=c(4),B=c(3),C=c(2),D=c(1),E=c(0);if(z||!(y&&!x))var
 f=a;else{var
-j=0;if(d5(65,a)&&d5(a,90))var
+j=0;if(ee(65,a)&&ee(a,90))var
 n=0,o=1,p=1,b=function(a,b){var
-c=a?1<<b:a;return c},q=b(n,7),r=b(o,6),s=b(p,5),t=b(A,4),u=b(B,3),v=b(C,2),w=b(D,1),f=fr(((((((b(E,0)+w|0)+v|0)+u|0)+t|0)+s|0)+r|0)+q|0);else
+c=a?1<<b:a;return c},q=b(n,7),r=b(o,6),s=b(p,5),t=b(A,4),u=b(B,3),v=b(C,2),w=b(D,1),f=fB(((((((b(E,0)+w|0)+v|0)+u|0)+t|0)+s|0)+r|0)+q|0);else
 j=1;if(j)var
 f=a}var
-e=[0,f,e],d=g;continue}return i}return[0,M(e,0)]}},k),h=E(function(a){if(a){var
-b=a[1],f=ad(function(a){return G(ad(function(b){return a===b?1:0},rv))},b),c=f||G(ad(ec,b));if(c)var
+e=[0,f,e],d=g;continue}return i}return[0,N(e,0)]}},k),h=F(function(a){if(a){var
+b=a[1],f=aa(function(a){return G(aa(function(b){return a===b?1:0},rP))},b),c=f||G(aa(en,b));if(c)var
 d=c;else
 var
-e=fP(b),g=e?1:e,d=g;return d}return a},g);return h?cu($(function(a){var
+e=fZ(b),g=e?1:e,d=g;return d}return a},g);return h?cw(ab(function(a){var
 b=a?[0,a[1],0]:a;return b},g)):h}return 1}return 1}}function
-f8(a,b){if(a)var
-d=q(bQ,b),e=f8(a[2],d),f=0,c=[0,q(function(a){return b_(f,a)},b),e];else
+gg(a,b){if(a)var
+d=s(bT,b),e=gg(a[2],d),f=0,c=[0,s(function(a){return ca(f,a)},b),e];else
 var
 c=a;return c}function
-f9(a){var
-c=a[1][3],b=a[6],d=b?[0,b[1],0]:b,e=x(f8(c[3],a[4]),d),f=x(f8(c[2],a[3]),e);return E(rw,[0,a[2],f])}var
-bm=k(rx),bc=k(ry),bn=k(rz),bo=k(rA),jg=k(rB),jh=k(rC),bp=k(rD),ji=k(rE),jj=k(rF),bd=k(rG),jk=k(rH),jl=k(rI),ev=k(rJ),jm=k(rK),cd=k(rL),jn=k(rM),jo=k(rN),jp=k(rO),jq=k(rP),jr=k(rQ),cZ=k(rR),js=k(rS);function
-f_(a){return w(a[1],u)}function
-jt(a,b){if(a)var
-d=q(bQ,b),e=jt(a[1],d),c=[0,q(function(a){return b_(P,a)},b),e];else
+gh(a){var
+c=a[1][3],b=a[6],d=b?[0,b[1],0]:b,e=x(gg(c[3],a[4]),d),f=x(gg(c[2],a[3]),e);return F(rQ,[0,a[2],f])}var
+bm=k(rR),bf=k(rS),bn=k(rT),bo=k(rU),jw=k(rV),jx=k(rW),bp=k(rX),jy=k(rY),jz=k(rZ),bg=k(r0),jA=k(r1),jB=k(r2),eG=k(r3),jC=k(r4),cf=k(r5),jD=k(r6),jE=k(r7),jF=k(r8),eH=k(r9),jG=k(r_),c0=k(r$),jH=k(sa);function
+gi(a){return w(a[1],u)}function
+jI(a,b){if(a)var
+d=s(bT,b),e=jI(a[1],d),c=[0,s(function(a){return ca(P,a)},b),e];else
 var
 c=a;return c}function
-ju(e,d){var
+jJ(e,d){var
 b=e,a=d;for(;;){if(b){if(a){var
-f=az(b[1],a[1]),c=E(function(a){return cT(a[1],a[2])},f);if(c){var
+f=aB(b[1],a[1]),c=F(function(a){return cU(a[1],a[2])},f);if(c){var
 b=b[2],a=a[2];continue}return c}return 1}return 1}}function
-rT(a){function
+sb(a){function
 b(a){function
 b(a){var
-c=ju(a,jt(au(a),a)),f=[0,a];if(c)var
-e=dk(u,a),b=E(function(a){var
-b=dk(u,a[2]);return E(function(b){var
-c=w(a[1],b[1]);return by(f_(b[2]),c)},b)},e),g=b?E(function(b){var
-c=az(b,a);return E(function(a){var
-c=az(b,a[2]);return E(function(b){var
-c=ak(b[1],b[2]);return I(a[1],c)},c)},c)},a):b,d=g;else
+c=jJ(a,jI(aw(a),a)),f=[0,a];if(c)var
+e=dn(u,a),b=F(function(a){var
+b=dn(u,a[2]);return F(function(b){var
+c=w(a[1],b[1]);return bA(gi(b[2]),c)},b)},e),g=b?F(function(b){var
+c=aB(b,a);return F(function(a){var
+c=aB(b,a[2]);return F(function(b){var
+c=aj(b[1],b[2]);return I(a[1],c)},c)},c)},a):b,d=g;else
 var
-d=c;return J(d,rU,f)}var
-c=X(a);return i(a1(function(a){return al(c,aQ,a)},a),b)}return i(bj(a),b)}function
-r1(a){function
+d=c;return K(d,sc,f)}var
+c=V(a);return h(aZ(function(a){return am(c,aF,a)},a),b)}return h(bb(a),b)}function
+sj(a){function
 b(a){function
 b(c){var
-b=X(c);function
+b=V(c);function
 d(c){function
 d(d){function
 e(e){function
 f(a){var
-b=[0,[0,[0,c,d,a],e]],f=az(c,d);return J(E(function(a){return I(a[1],a[2])},f),r2,b)}function
+b=[0,[0,[0,c,d,a],e]],f=aB(c,d);return K(F(function(a){return I(a[1],a[2])},f),sk,b)}function
 g(c){function
 a(a){function
 c(b){function
-c(a){return[0,[0,b,a]]}return i(r(am,ev,a),c)}return i(r(function(a){return al(b,am,a)},jp,a),c)}return i(T([0,jp,[0,ev,0]],0,c),a)}return i(r(function(a){return ai(g,a)},bd,a),f)}function
-f(a){return al(b,am,a)}function
-g(a){return ai(f,a)}return i(r(function(a){return ai(g,a)},jo,a),e)}return i(r(function(a){return al(b,am,a)},jn,a),d)}return i(r(function(a){return al(b,am,a)},cd,a),d)}return i(r(eh,jm,a),b)}return i(T([0,jm,[0,cd,[0,jn,[0,jo,[0,bd,0]]]]],0,a),b)}function
-jv(d,a,c,b){if(a)var
-f=bQ(b),g=bQ(c),h=jv(K(d,t),a[2],g,f),i=b_(P,c),j=b_(0,b),e=[0,[0,d,a[1],j,i],h];else
+c(a){return[0,[0,b,a]]}return h(r(an,eG,a),c)}return h(r(function(a){return am(b,an,a)},jF,a),c)}return h(S([0,jF,[0,eG,0]],0,c),a)}return h(r(function(a){return ai(g,a)},bg,a),f)}function
+f(a){return am(b,an,a)}function
+g(a){return ai(f,a)}return h(r(function(a){return ai(g,a)},jE,a),e)}return h(r(function(a){return am(b,an,a)},jD,a),d)}return h(r(function(a){return am(b,an,a)},cf,a),d)}return h(r(es,jC,a),b)}return h(S([0,jC,[0,cf,[0,jD,[0,jE,[0,bg,0]]]]],0,a),b)}function
+jK(d,a,c,b){if(a)var
+f=bT(b),g=bT(c),h=jK(M(d,p),a[2],g,f),i=ca(P,c),j=ca(0,b),e=[0,[0,d,a[1],j,i],h];else
 var
 e=a;return e}function
-jw(f,b,e){if(b){var
-k=bQ(e),l=jw(f,b[2],k),m=b_(0,e),a=b[1],c=f[5];if(c)var
+jL(f,b,e){if(b){var
+k=bT(e),l=jL(f,b[2],k),m=ca(0,e),a=b[1],c=f[5];if(c)var
 d=c[1];else
 var
-j=a[4],d=q(function(a){return a?a[1]:P},j);var
-h=a[5],i=jv(u,a[3],d,m),g=[0,[0,a[1],a[2],i,h],l]}else
+j=a[4],d=s(function(a){return a?a[1]:P},j);var
+h=a[5],i=jK(u,a[3],d,m),g=[0,[0,a[1],a[2],i,h],l]}else
 var
 g=b;return g}function
-jx(e,d){var
+jM(e,d){var
 a=d;for(;;){if(a){var
 b=a[2];if(b){var
-c=aJ(e,a[1],b[1]);if(c){var
+c=aM(e,a[1],b[1]);if(c){var
 a=b;continue}return c}return 1}return 1}}function
-sg(a){function
+sA(a){function
 b(a){if(a){var
 b=a[2];if(b){var
-c=b[1];if(b[2])return N(sh);var
+c=b[1];if(b[2])return O(sB);var
 d=function(b){function
-a(a){return J(G(f_(a)),si,[0,[0,b,a]])}return i(aQ(c),a)};return i(aI(a[1]),d)}return N(sj)}return N(sk)}return i(bj(a),b)}function
-sl(a){function
+a(a){return K(G(gi(a)),sC,[0,[0,b,a]])}return h(aF(c),a)};return h(aL(a[1]),d)}return O(sD)}return O(sE)}return h(bb(a),b)}function
+sF(a){function
 b(a){var
-b=[0,a];return J(jx(function(b,a){return R(b[1],a[1])},a),sm,b)}return i(ai(sg,a),b)}function
-sn(b,a){var
-d=R(b[1],a[1]);if(d)var
+b=[0,a];return K(jM(function(b,a){return T(b[1],a[1])},a),sG,b)}return h(ai(sA,a),b)}function
+sH(b,a){var
+d=T(b[1],a[1]);if(d)var
 c=d;else{var
 e=w(b[1],a[1]);if(e){var
-f=R(b[2],a[2]);if(f)var
+f=T(b[2],a[2]);if(f)var
 c=f;else{var
-g=w(b[2],a[2]);if(g)return R(b[3],a[3]);var
+g=w(b[2],a[2]);if(g)return T(b[3],a[3]);var
 c=g}}else
 var
 c=e}return c}function
-jy(c,b,d){var
+jN(c,b,d){var
 a=b?b[1][11]:b;function
 e(b){function
 d(c){function
-e(a){return J(jx(sn,c),so,[0,c])}if(a)var
-f=X(a[1][1]),d=r(function(a){return al(f,am,a)},jr,b);else
+e(a){return K(jM(sH,c),sI,[0,c])}if(a)var
+f=V(a[1][1]),d=r(function(a){return am(f,an,a)},jG,b);else
 var
-d=sp;return i(d,e)}function
+d=sJ;return h(d,e)}function
 e(f){function
 a(a){function
 b(b){function
 c(c){function
 d(d){function
-e(a){return[0,[0,b,c,d,a]]}return i(r(sl,js,a),e)}return i(r(aI,cd,a),d)}return i(r(aI,cZ,a),c)}var
-d=c?r(aI,aa,a):[0,aS(t)];return i(d,b)}var
-b=0,d=[0,cZ,[0,cd,[0,js,0]]],e=c?[0,aa,0]:c;return i(T(x(e,d),b,f),a)}return i(r(function(a){return ai(e,a)},jq,b),d)}var
-f=0,g=a?[0,jr,0]:a;return i(T([0,jq,g],f,d),e)}function
-dw(a){return a?au(a[1]):a}function
-jz(a){return av(hK,sq,a)}function
-f$(a){return jz(q(au,a))}function
-ga(a){return jz(q(dw,a))}function
-bC(a){return f$(a[1])}function
-jA(a){return ga(a[1])}function
-ce(b){var
-a=b[2];return 0===a[0]?f$(a[1]):a[1]}function
-jB(b){var
-a=b[2];return 0===a[0]?ga(a[1]):a[1]}function
-cy(b,a){return di(au(a),b)}function
-ew(e,a){var
-b=cy(e,a);if(b){var
-c=E(a0,a);if(c)return cT(aC(a),U);var
+e(a){return[0,[0,b,c,d,a]]}return h(r(sF,jH,a),e)}return h(r(aL,cf,a),d)}return h(r(aL,c0,a),c)}var
+d=c?r(aL,ac,a):[0,aW(p)];return h(d,b)}var
+b=0,d=[0,c0,[0,cf,[0,jH,0]]],e=c?[0,ac,0]:c;return h(S(x(e,d),b,f),a)}return h(r(function(a){return ai(e,a)},eH,b),d)}var
+f=0,g=a?[0,jG,0]:a;return h(S([0,eH,g],f,d),e)}function
+dA(a){return a?aw(a[1]):a}function
+jO(a){return ax(hY,sK,a)}function
+gj(a){return jO(s(aw,a))}function
+gk(a){return jO(s(dA,a))}function
+bF(a){return gj(a[1])}function
+jP(a){return gk(a[1])}function
+cg(b){var
+a=b[2];return 0===a[0]?gj(a[1]):a[1]}function
+jQ(b){var
+a=b[2];return 0===a[0]?gk(a[1]):a[1]}function
+cz(b,a){return dk(aw(a),b)}function
+eI(e,a){var
+b=cz(e,a);if(b){var
+c=F(a3,a);if(c)return cU(aE(a),U);var
 d=c}else
 var
 d=b;return d}function
-jC(a){return ad(ah,a)}function
-cz(b,a){if(a){var
-c=cz(b,a[2]),d=az(a[1],c);return q(function(a){return[0,a[1],a[2]]},d)}return dj(0,b)}function
-sr(a){var
-e=dw(a),b=E(function(a){return ew(e,a)},a);if(b){var
-c=G(cy(0,a));if(c)return E(jC,cz(dw(a),a));var
+jR(a){return aa(ag,a)}function
+cA(b,a){if(a){var
+c=cA(b,a[2]),d=aB(a[1],c);return s(function(a){return[0,a[1],a[2]]},d)}return dm(0,b)}function
+sL(a){var
+e=dA(a),b=F(function(a){return eI(e,a)},a);if(b){var
+c=G(cz(0,a));if(c)return F(jR,cA(dA(a),a));var
 d=c}else
 var
 d=b;return d}function
-jD(a){var
-b=G(cy(0,a));return b?E(sr,a):b}function
-gb(d,c,a){var
-b=cy(d,a);return b?E(function(a){return cy(c,a)},a):b}function
-gc(a){if(a){var
-b=a[2],c=a[1];return $(function(a){var
-c=gc(b);return q(function(b){return $(function(a){return q(function(b){return S(a,b)},b)},a)},c)},c)}return[0,[0,U,0],0]}function
-jE(a){if(a)var
-b=a[1],d=jE(b),e=q(function(a){return[0,P,a]},d),c=[0,[0,U,dj(P,b)],e];else
+jS(a){var
+b=G(cz(0,a));return b?F(sL,a):b}function
+gl(d,c,a){var
+b=cz(d,a);return b?F(function(a){return cz(c,a)},a):b}function
+gm(a){if(a){var
+b=a[2],c=a[1];return ab(function(a){var
+c=gm(b);return s(function(b){return ab(function(a){return s(function(b){return R(a,b)},b)},a)},c)},c)}return[0,[0,U,0],0]}function
+jT(a){if(a)var
+b=a[1],d=jT(b),e=s(function(a){return[0,P,a]},d),c=[0,[0,U,dm(P,b)],e];else
 var
 c=a;return c}function
-jF(a){return gc(a[1])}function
-gd(b){var
-a=b[2];return 0===a[0]?gc(a[1]):jE(a[1])}function
-ge(a){return av(function(b,a){return fB(b[2],a)},t,a)}function
-jG(b,a){var
-c=bz(b,a[2]);return B(a[1],c)}function
-ex(a){return ge(bh(a))}function
-ey(a){var
-b=ex(a);function
-c(a){return jG(b,a)}return q(function(a){return q(c,a)},a)}function
-gf(a){return av(function(b,a){return B(ex(b),a)},t,a)}function
-c0(d,c,e){if(d){var
+jU(a){return gm(a[1])}function
+gn(b){var
+a=b[2];return 0===a[0]?gm(a[1]):jT(a[1])}function
+go(a){return ax(function(b,a){return fL(b[2],a)},p,a)}function
+jV(b,a){var
+c=bs(b,a[2]);return C(a[1],c)}function
+eJ(a){return go(bi(a))}function
+eK(a){var
+b=eJ(a);function
+c(a){return jV(b,a)}return s(function(a){return s(c,a)},a)}function
+gp(a){return ax(function(b,a){return C(eJ(b),a)},p,a)}function
+c1(d,c,e){if(d){var
 b=c,a=e;for(;;){if(b&&a){var
 b=b[1],a=a[2];continue}var
-g=c0(d[1],c,a),f=[0,hP(c,e),g];break}}else
+g=c1(d[1],c,a),f=[0,h3(c,e),g];break}}else
 var
 f=d;return f}function
-jH(c,b,a){if(b){var
+jW(c,b,a){if(b){var
 d=b[1];if(a){var
-f=a[1],e=jH(c,b[2],a[2]),g=aT(d);if(0===g)return e;if(0<g){var
-i=az(f,e);return q(function(a){return K(B(d,a[1]),a[2])},i)}var
-h=az(f,e);return q(function(a){return K(B(d,a[1]),a[2])},h)}return dj(u,c)}return dj(u,c)}function
-gg(b,a,d){if(a){var
-c=a[2],e=a[1],f=d2(ga(c),b),g=c0(dw(e),f,d),h=q(function(a){return gg(b,c,a)},g),i=ey(e);return $(function(a){return jH(d2(f$(c),b),a,h)},i)}return d}function
-jI(a){var
-f=a[4],b=d2(bC(a),f),g=ge(bh(bh(a[5]))),h=a[5],c=q(function(b){var
-c=bh(b),d=q(function(a){return jG(g,a)},c);return gg(a[4],a[1],d)},h),d=a[2];if(0===d[0])var
-i=bh(c),e=gg(b,d[1],i);else
+f=a[1],e=jW(c,b[2],a[2]),g=aT(d);if(0===g)return e;if(0<g){var
+i=aB(f,e);return s(function(a){return M(C(d,a[1]),a[2])},i)}var
+h=aB(f,e);return s(function(a){return M(C(d,a[1]),a[2])},h)}return dm(u,c)}return dm(u,c)}function
+gq(b,a,d){if(a){var
+c=a[2],e=a[1],f=d8(gk(c),b),g=c1(dA(e),f,d),h=s(function(a){return gq(b,c,a)},g),i=eK(e);return ab(function(a){return jW(d8(gj(c),b),a,h)},i)}return d}function
+jX(a){var
+f=a[4],b=d8(bF(a),f),g=go(bi(bi(a[5]))),h=a[5],c=s(function(b){var
+c=bi(b),d=s(function(a){return jV(g,a)},c);return gq(a[4],a[1],d)},h),d=a[2];if(0===d[0])var
+i=bi(c),e=gq(b,d[1],i);else
 var
-e=bh(c);var
-j=c0(ce(a),b,e),k=a[4],l=bC(a);return q(function(a){return c0(l,k,a)},j)}function
-jJ(a){var
-b=av(hL,u,a),c=aT(b);return 0===c?q(function(a){return P},a):0<c?q(function(a){return cS([0,a,b])},a):q(function(a){return P},a)}function
-dx(b,a){return I(b,a)?a:b}function
-jK(b,a){return I(b,a)?b:a}function
-ez(a){return a?av(dx,a[1],a[2]):P}function
-c1(a){return a?av(jK,a[1],a[2]):P}function
-eA(a){var
-b=c1(a),c=ez(a);return ah(b)?[0,S(c,aU(b))]:ah(c)?0:[0,U]}function
-dy(c,b,a){var
-d=b?a?[0,aJ(c,b[1],a[1])]:a:b;return d}function
-jL(a){var
-b=q(eA,cz(dw(a),a)),c=[0,U];return av(function(a,b){return dy(dx,a,b)},c,b)}function
-jM(a){var
-b=q(jL,a),c=[0,U];return av(function(a,b){return dy(S,a,b)},c,b)}function
-dz(d,c,b){var
-a=d[7];return 0===a[0]?a[1]:bA(b,bA(c,a[1],0),0)}function
-gh(d,c,b){var
-a=d[6];return a?bA(b,bA(c,a[1],0),P):U}function
-cf(a){return az(b$(0,au(a)),a)}function
-gi(a,b){if(O(b,t))return a;var
-e=bf(b,be(2)),f=e[1];if(w(e[2],u)){var
-c=gi(a,f);return B(c,c)}var
-d=gi(a,f);return B(a,B(d,d))}function
-cA(c,a){var
-b=aT(a);return 0===b?t:0<b?gi(c,a):t}function
-jN(f,e,d){var
+e=bi(c);var
+j=c1(cg(a),b,e),k=a[4],l=bF(a);return s(function(a){return c1(l,k,a)},j)}function
+jY(a){var
+b=ax(hZ,u,a),c=aT(b);return 0===c?s(function(a){return P},a):0<c?s(function(a){return cT([0,a,b])},a):s(function(a){return P},a)}function
+dB(b,a){return I(b,a)?a:b}function
+jZ(b,a){return I(b,a)?b:a}function
+eL(a){return a?ax(dB,a[1],a[2]):P}function
+c2(a){return a?ax(jZ,a[1],a[2]):P}function
+eM(a){var
+b=c2(a),c=eL(a);return ag(b)?[0,R(c,aU(b))]:ag(c)?0:[0,U]}function
+dC(c,b,a){var
+d=b?a?[0,aM(c,b[1],a[1])]:a:b;return d}function
+j0(a){var
+b=s(eM,cA(dA(a),a)),c=[0,U];return ax(function(a,b){return dC(dB,a,b)},c,b)}function
+j1(a){var
+b=s(j0,a),c=[0,U];return ax(function(a,b){return dC(R,a,b)},c,b)}function
+dD(d,c,b){var
+a=d[7];return 0===a[0]?a[1]:bB(b,bB(c,a[1],0),0)}function
+gr(d,c,b){var
+a=d[6];return a?bB(b,bB(c,a[1],0),P):U}function
+ch(a){return aB(cb(0,aw(a)),a)}function
+gs(a,b){if(J(b,p))return a;var
+e=as(b,aq(2)),f=e[1];if(w(e[2],u)){var
+c=gs(a,f);return C(c,c)}var
+d=gs(a,f);return C(a,C(d,d))}function
+cB(c,a){var
+b=aT(a);return 0===b?p:0<b?gs(c,a):p}function
+j2(f,e,d){var
 c=f,b=e,a=d;for(;;){if(c){var
-c=c[1],g=B(a,b),b=ap(b,t),a=g;continue}return a}}var
-st=g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t)))))))),gj=cA(g(2,t),st),su=g(2,g(2,g(2,g(2,g(2,g(2,t)))))),jO=cA(g(2,t),su);function
-jP(c,b,C,a){var
-d=C[1],f=ap(C[2],d);if(!O(d,u)&&!O(c,b)){if(O(f,u))return O(u,a[1]);var
-i=bi(b),s=cA(f,ap(c,b)),k=i,e=b,j=gj,g=gj,F=a[2];for(;;){if(k){var
-o=B(e,f),p=B(K(ap(c,e),t),d),D=0;if(w(j,t)&&O(o,p)){var
-v=K(g,e);D=1}if(!D){var
-n=aS(bz(aS(B(j,o)),p)),k=k[1],e=ap(e,t),j=n,g=K(g,n);continue}}else
+c=c[1],g=C(a,b),b=al(b,p),a=g;continue}return a}}var
+sN=d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,p)))))))),gt=cB(d(2,p),sN),sO=d(2,d(2,d(2,d(2,d(2,d(2,p)))))),j3=cB(d(2,p),sO);function
+j4(c,b,B,a){var
+d=B[1],f=al(B[2],d);if(!J(d,u)&&!J(c,b)){if(J(f,u))return J(u,a[1]);var
+i=bj(b),t=cB(f,al(c,b)),k=i,e=b,j=gt,g=gt,F=a[2];for(;;){if(k){var
+o=C(e,f),q=C(M(al(c,e),p),d),D=0;if(w(j,p)&&J(o,q)){var
+v=M(g,e);D=1}if(!D){var
+n=aW(bs(aW(C(j,o)),q)),k=k[1],e=al(e,p),j=n,g=M(g,n);continue}}else
 var
 v=g;var
-G=cA(d,b),x=B(B(B(B(jN(i,c,t),G),s),v),F),H=cA(K(d,f),c),y=B(jN(i,b,t),H),z=B(B(a[1],y),gj);if(O(x,z))return 1;var
-A=O(B(x,jO),B(z,K(jO,t)));if(A){var
-m=i,h=t,q=t,l=t,I=B(a[1],y),J=a[2];for(;;){if(m){var
-r=B(B(q,K(ap(c,h),t)),d),m=m[1],E=K(B(B(l,h),f),r),h=K(h,t),q=r,l=E;continue}return O(B(B(l,s),J),I)}}return A}}return O(a[2],a[1])}function
-eB(a){var
-b=R(u,a[2]);return b?ah(a[4]):b}var
-jQ=g(2,g(2,g(2,F(g(2,g(2,g(2,g(2,F(g(2,F(g(2,F(g(2,g(2,g(2,t))))))))))))))));function
-sv(a){var
-b=G(eB(a));return b?b:O(a[2],jQ)}function
-jR(b,a){return S(a,aU(b[4]))}function
-cB(a){return ak(U,ca(a))}function
-jS(r,y,x){var
+G=cB(d,b),x=C(C(C(C(j2(i,c,p),G),t),v),F),H=cB(M(d,f),c),y=C(j2(i,b,p),H),z=C(C(a[1],y),gt);if(J(x,z))return 1;var
+A=J(C(x,j3),C(z,M(j3,p)));if(A){var
+m=i,h=p,r=p,l=p,I=C(a[1],y),K=a[2];for(;;){if(m){var
+s=C(C(r,M(al(c,h),p)),d),m=m[1],E=M(C(C(l,h),f),s),h=M(h,p),r=s,l=E;continue}return J(C(C(l,t),K),I)}}return A}}return J(a[2],a[1])}function
+eN(a){var
+b=T(u,a[2]);return b?ag(a[4]):b}var
+j5=d(2,d(2,d(2,z(d(2,d(2,d(2,d(2,z(d(2,z(d(2,z(d(2,d(2,d(2,p))))))))))))))));function
+sP(a){var
+b=G(eN(a));return b?b:J(a[2],j5)}function
+j6(b,a){return R(a,aU(b[4]))}function
+cC(a){return aj(U,bC(a))}function
+j7(r,y,x){var
 h=y,b=x;for(;;){if(h){if(b){var
-s=b[1],a=h[1],c=s[2],d=s[1],j=a0(d),i=0;if(j){var
+s=b[1],a=h[1],c=s[2],d=s[1],j=a3(d),i=0;if(j){var
 k=I(d,c);if(k){var
-l=I(c,a[4]);if(l)if(eB(a)){var
-m=O(a[2],jQ);if(m){var
+l=I(c,a[4]);if(l)if(eN(a)){var
+m=J(a[2],j5);if(m){var
 n=I(d,P);if(n)var
 f=n;else
 var
-w=cB(jR(a,d)),f=jP(a[2],ap(a[2],a[3]),w,r)}else
+w=cC(j6(a,d)),f=j4(a[2],al(a[2],a[3]),w,r)}else
 var
 f=m;var
 u=0;if(f){var
 o=I(a[4],c);if(o)var
 p=o;else{var
-v=jR(a,c),e=jP(a[2],a[3],v,r);i=1;u=1}}else
+v=j6(a,c),e=j4(a[2],a[3],v,r);i=1;u=1}}else
 var
 p=f;if(!u){var
 e=p;i=1}}else{var
@@ -3623,288 +3703,308 @@ h=h[2],b=b[2];continue}var
 t=e}else
 var
 t=b;return t}return b?0:1}}function
-eC(a){return[0,a,t]}function
-jT(b,a){var
-c=cA(b[2],a),d=aT(c),e=0===d?t:0<d?c:t;return[0,cA(b[1],a),e]}function
-eD(a){return aH(au(aw(eB,a)))}function
-jU(b,a){return O(b,a)?b:a}function
-jV(c){var
-f=aw(eB,c),a=q(function(a){return a[1]},f);for(;;){if(a){var
+eO(a){return[0,a,p]}function
+j8(b,a){var
+c=cB(b[2],a),d=aT(c),e=0===d?p:0<d?c:p;return[0,cB(b[1],a),e]}function
+eP(a){return aK(aw(az(eN,a)))}function
+j9(b,a){return J(b,a)?b:a}function
+j_(c){var
+g=az(eN,c),a=s(function(a){return a[1]},g);for(;;){if(a){var
 b=a[2];if(b){var
-e=R(a[1],b[1]);if(e){var
+f=T(a[1],b[1]);if(f){var
 a=b;continue}var
-d=e}else
+e=f}else
 var
-d=1}else
+e=1}else
 var
-d=1;if(d)return jU(t,eD(c));var
-h=eD(c);return jU(g(2,t),h)}}function
-gk(h,f,e,b,d,a){var
-l=S(eC(ap(B(g(2,t),e),b)),a),i=I(ak(ak(S(eC(b),d),l),h),U);if(i)var
+e=1;if(e)return j9(p,eP(c));var
+h=eP(c);return j9(d(2,p),h)}}function
+gu(h,g,f,b,e,a){var
+l=R(eO(al(C(d(2,p),f),b)),a),i=I(aj(aj(R(eO(b),e),l),h),U);if(i)var
 c=i;else
-if(f){var
-j=ah(cB(ak(d,a)));if(j){var
-k=ah(cB(ak(a,a)));if(k){var
-m=jT(cB(ak(a,a)),ap(e,b));return I(h,S(jT(cB(ak(d,a)),b),m))}var
+if(g){var
+j=ag(cC(aj(e,a)));if(j){var
+k=ag(cC(aj(a,a)));if(k){var
+m=j8(cC(aj(a,a)),al(f,b));return I(h,R(j8(cC(aj(e,a)),b),m))}var
 c=k}else
 var
 c=j}else
 var
-c=f;return c}function
-jW(c,b,a){var
-d=S(c,a[1]);return I(b[2],d)}function
-jX(d,c){var
+c=g;return c}function
+j$(c,b,a){var
+d=R(c,a[1]);return I(b[2],d)}function
+ka(d,c){var
 a=d,b=c;for(;;){if(a){if(w(b,u))return[0,a[1]];var
-a=a[2],b=ap(b,t);continue}return a}}function
-jY(b,a){return az(q(function(a){return a[1]},b),a)}function
-gl(k){var
+a=a[2],b=al(b,p);continue}return a}}function
+kb(b,a){return aB(s(function(a){return a[1]},b),a)}function
+gv(k){var
 b=k[1];if(0===b[0])return b[1];var
-a=b[1],d=cf(jI(a)),e=$(function(e){var
-b=cf(e[2]);return q(function(f){var
-b=f[1],c=e[1],l=f[2],h=gh(a,c,b),g=0;if(0===a[7][0])var
+a=b[1],d=ch(jX(a)),e=ab(function(e){var
+b=ch(e[2]);return s(function(f){var
+b=f[1],c=e[1],l=f[2],h=gr(a,c,b),g=0;if(0===a[7][0])var
 d=0;else
 var
-k=dz(a,c,b),d=q(function(a){return[0,a]},k);var
-i=jJ(l),j=aH(b);return[0,aH(c),j,i,d,h,g]},b)},d),c=a[7],f=0,g=0===c[0]?[0,c[1]]:0,h=a[6]?1:2,i=aH(a[4]),j=aH(bC(a));return[0,aH(ce(a)),j,i,h,g,f,e]}function
-jZ(a,b){return b?a[2]:a[3]}var
-eE=k(sw),c2=k(sx),c3=k(sy),eF=k(sz),eG=k(sA),bU=k(sB),j0=k(sC),bV=k(sD),dA=k(sE),dB=k(sF),eH=k(sG),eI=k(sH),c4=k(sI),eJ=k(sJ),gm=k(sK),j1=k(sL),gn=k(sM),eK=k(sN),eL=k(sO),eM=k(sP),j2=k(sQ),eN=k(sR),eO=k(sS),go=k(sT),j3=k(sU),dC=k(sV),gp=k(sW),cC=k(sX),eP=k(sY),eQ=k(sZ),j4=k(s0),eR=k(s1),s3=k(s2),cg=k(s4),j5=k(s5),j6=k(s6),j7=k(s7),j8=k(s8),eS=k(s9),j9=k(s_),gq=k(s$),gr=k(ta),j_=k(tb),j$=k(tc),ka=k(td);function
-kb(a){var
-b=0;return av(function(b,a){return M(M(b,0),a)},b,a)}function
-gs(b,a){var
-c=k(te),d=x(iu(a),c),e=x(k(tf),d);return x(k(b),e)}function
-bD(b,a){return A(du(function(b){return ek(a,b)}),b)}function
-kc(a,b){function
-c(b){return a1(function(a){return r(_,a,b)},a)}return i(T(a,0,b),c)}function
-gt(c,b,a){function
-d(a){return[0,bD(b[3],a)]}return i(kc(c[3][2],a),d)}function
-kd(c,b,a){function
-d(a){return[0,bD(b[4],a)]}return i(kc(c[3][3],a),d)}function
-ke(b,a){function
+k=dD(a,c,b),d=s(function(a){return[0,a]},k);var
+i=jY(l),j=aK(b);return[0,aK(c),j,i,d,h,g]},b)},d),c=a[7],f=0,g=0===c[0]?[0,c[1]]:0,h=a[6]?1:2,i=aK(a[4]),j=aK(bF(a));return[0,aK(cg(a)),j,i,h,g,f,e]}function
+kc(a,b){return b?a[2]:a[3]}var
+eQ=k(sQ),c3=k(sR),c4=k(sS),eR=k(sT),eS=k(sU),bV=k(sV),kd=k(sW),bW=k(sX),dE=k(sY),dF=k(sZ),eT=k(s0),eU=k(s1),c5=k(s2),eV=k(s3),gw=k(s4),ke=k(s5),gx=k(s6),eW=k(s7),eX=k(s8),eY=k(s9),kf=k(s_),eZ=k(s$),e0=k(ta),gy=k(tb),kg=k(tc),dG=k(td),gz=k(te),ci=k(tf),e1=k(tg),e2=k(th),kh=k(ti),e3=k(tj),tl=k(tk),cj=k(tm),ki=k(tn),kj=k(to),kk=k(tp),kl=k(tq),dH=k(tr),km=k(ts),gA=k(tt),gB=k(tu),kn=k(tv),ko=k(tw),kp=k(tx),e4=k(ty),kq=k(tz),kr=k(tA);function
+ks(a){var
+b=0;return ax(function(b,a){return N(N(b,0),a)},b,a)}function
+gC(b,a){var
+c=k(tB),d=x(iI(a),c),e=x(k(tC),d);return x(k(b),e)}function
+bG(b,a){return A(dx(function(b){return ev(a,b)}),b)}function
+kt(a,b){function
+c(b){return aZ(function(a){return r(_,a,b)},a)}return h(S(a,0,b),c)}function
+gD(c,b,a){function
+d(a){return[0,bG(b[3],a)]}return h(kt(c[3][2],a),d)}function
+ku(c,b,a){function
+d(a){return[0,bG(b[4],a)]}return h(kt(c[3][3],a),d)}function
+kv(b,a){function
 c(a){var
-c=b[2];return[0,A(du(function(b){return H(a,b)}),c)]}return i(_(a),c)}function
-eT(b,a){function
+c=b[2];return[0,A(dx(function(b){return H(a,b)}),c)]}return h(_(a),c)}function
+dI(b,a){function
 c(a){if(a){var
-b=a[2];return b?b[2]?N(tg):[0,[0,a[1],b[1]]]:N(th)}return N(ti)}return i(al(g(2,t),b,a),c)}var
-tk=[0,[0,k(tj),t],0],tm=[0,[0,k(tl),u],tk];function
+b=a[2];return b?b[2]?O(tD):[0,[0,a[1],b[1]]]:O(tE)}return O(tF)}return h(am(d(2,p),b,a),c)}var
+tH=[0,[0,k(tG),p],0],tJ=[0,[0,k(tI),u],tH];function
 bq(a,b){var
 c=a?[0,b,0]:a;return c}function
-bE(c,b,a){return c?a:[0,b]}function
-kf(d,c,a,f,e){var
-b=a[6],g=b?[0,[0,b[1],b[2]],0]:b,h=x([0,cZ,[0,cd,0]],g),j=x(bq(a[5],eR),h),k=x(bq(a[4],es),j),l=x(bq(a[3],cY),k),m=x(bq(a[2],aa),l);function
+bH(c,b,a){return c?a:[0,b]}function
+kw(d,c,a,f,e){var
+b=a[6],g=b?[0,[0,b[1],b[2]],0]:b,i=x([0,c0,[0,cf,0]],g),j=x(bq(a[5],e3),i),k=x(bq(a[4],eD),j),l=x(bq(a[3],cZ),k),m=x(bq(a[2],ac),l);function
 n(b){function
 e(e){function
 g(g){function
-h(h){function
+i(i){function
 j(j){function
 k(k){function
 l(l){function
-m(a){return[0,[0,f,[0,j,e,g,k,l],a,h]]}var
+m(a){return[0,[0,f,[0,j,e,g,k,l],a,i]]}var
 c=a[6];if(c)var
-n=function(a){return[0,[0,a]]},o=[0,c[1],c[2]],d=i(r(function(a){return eT(am,a)},o,b),n);else
+n=function(a){return[0,[0,a]]},o=[0,c[1],c[2]],d=h(r(function(a){return dI(an,a)},o,b),n);else
 var
-d=tp;return i(d,m)}return i(r(function(a){return gt(d,c,a)},cd,b),l)}return i(r(function(a){return gt(d,c,a)},cZ,b),k)}var
-k=r(function(a){return a$(tm,a)},eR,b);return i(bE(a[5],a2,k),j)}function
-j(a){return ke(c,a)}var
-k=r(function(a){return ai(j,a)},es,b);return i(bE(a[4],0,k),h)}var
-h=r(function(a){return ke(c,a)},cY,b);return i(bE(a[3],a2,h),g)}var
-g=r(function(a){return kd(d,c,a)},aa,b);return i(bE(a[2],a2,g),e)}return i(T(m,0,e),n)}function
-tr(a){function
+d=tM;return h(d,m)}return h(r(function(a){return gD(d,c,a)},cf,b),l)}return h(r(function(a){return gD(d,c,a)},c0,b),k)}var
+k=r(function(a){return bc(tJ,a)},e3,b);return h(bH(a[5],a5,k),j)}function
+j(a){return kv(c,a)}var
+k=r(function(a){return ai(j,a)},eD,b);return h(bH(a[4],0,k),i)}var
+i=r(function(a){return kv(c,a)},cZ,b);return h(bH(a[3],a5,i),g)}var
+g=r(function(a){return ku(d,c,a)},ac,b);return h(bH(a[2],a5,g),e)}return h(S(m,0,e),n)}function
+tO(a){function
 b(a){var
-q=H(a,k(tq)),r=[0,a],c=q||H(a,iD),n=0;if(c)var
-d=c;else{var
-e=iB(46,0,a),b=e[2],o=0;if(b){var
-f=b[1],h=fP(e[1]),p=0;if(h){var
-i=bt(g(2,g(2,F(g(2,t)))),f);if(i){var
-m=E(ec,f);n=1;o=1;p=1}else
+r=H(a,k(tN)),s=[0,a],c=r||H(a,iR),n=0;if(c)var
+e=c;else{var
+f=iP(46,0,a),b=f[2],o=0;if(b){var
+g=b[1],h=fZ(f[1]),q=0;if(h){var
+i=bv(d(2,d(2,z(d(2,p)))),g);if(i){var
+m=F(en,g);n=1;o=1;q=1}else
 var
 j=i}else
 var
-j=h;if(!p)var
+j=h;if(!q)var
 l=j}else
 var
 l=b;if(!o)var
-d=l}if(!n)var
-m=d;return J(m,ts,r)}return i(_(a),b)}function
-eU(f,e,b,c){if(typeof
+e=l}if(!n)var
+m=e;return K(m,tP,s)}return h(_(a),b)}function
+e5(f,e,b,c){if(typeof
 c==="number")return[0,[0,[0,[0,[1,b,0]],0],0]];if(typeof
 b==="number")switch(b){case
 0:var
-a=[0,1,1,0,0,0,eQ];break;case
+a=[0,1,1,0,0,0,e2];break;case
 1:var
-a=[0,1,0,0,0,0,eQ];break;case
+a=[0,1,0,0,0,0,e2];break;case
 2:var
-a=tn;break;case
+a=tK;break;case
 3:var
-a=to;break;case
+a=tL;break;case
 4:var
-a=[0,1,1,1,0,0,j4];break;case
+a=[0,1,1,1,0,0,kh];break;case
 5:var
-a=[0,1,0,1,0,0,j4];break;case
+a=[0,1,0,1,0,0,kh];break;case
 6:var
-a=[0,0,1,0,0,0,eQ];break;default:var
-a=[0,0,0,0,0,0,eQ]}else
+a=[0,0,1,0,0,0,e2];break;default:var
+a=[0,0,0,0,0,0,e2]}else
 var
-a=[0,0,G(b[1]),0,0,1,s3];if(a[1]){var
+a=[0,0,G(b[1]),0,0,1,tl];if(a[1]){var
 d=function(c){function
 d(d){function
 g(g){function
-h(a){return[0,[0,[0,[0,[1,b,[0,a]]],[0,[2,d,g[1],g[2]],0]],[0,d]]]}return i(r(function(b){return kf(f,e,a,d,b)},eP,c),h)}return i(r(function(a){return eT(tr,a)},gp,c),g)}return i(r(bS,dC,c),d)};return i(T([0,dC,[0,gp,[0,eP,0]]],0,c),d)}function
+i(a){return[0,[0,[0,[0,[1,b,[0,a]]],[0,[2,d,g[1],g[2]],0]],[0,d]]]}return h(r(function(b){return kw(f,e,a,d,b)},e1,c),i)}return h(r(function(a){return dI(tO,a)},gz,c),g)}return h(r(bu,dG,c),d)};return h(S([0,dG,[0,gz,[0,e1,0]]],0,c),d)}function
 g(c){function
 d(d){function
 g(a){return[0,[0,[0,[0,[1,b,[0,a]]],0],[0,[0,d]]]]}var
-h=[0,d];return i(r(function(b){return kf(f,e,a,h,b)},eP,c),g)}return i(r(am,cC,c),d)}return i(T([0,cC,[0,eP,0]],0,c),g)}var
-tt=F(g(2,g(2,t))),tv=[0,[0,k(tu),tt],0],tw=g(2,g(2,t)),ty=[0,[0,k(tx),tw],tv],tz=F(g(2,t)),tB=[0,[0,k(tA),tz],ty],tC=g(2,t),tE=[0,[0,k(tD),tC],tB],tG=[0,[0,k(tF),t],tE],tI=[0,[0,k(tH),u],tG],tK=[0,[0,k(tJ),[0,t,1]],0],tM=[0,[0,k(tL),[0,t,0]],tK],tO=[0,[0,k(tN),[0,u,1]],tM],kg=[0,[0,k(tP),[0,u,0]],tO];function
-dD(b,a){var
-c=E(function(b){return W(b,a)},b);return c?E(function(a){return cv(b,a[1])},a):c}function
-kh(f,d,c,a){function
+i=[0,d];return h(r(function(b){return kw(f,e,a,i,b)},e1,c),g)}return h(r(an,ci,c),d)}return h(S([0,ci,[0,e1,0]],0,c),g)}var
+tQ=z(d(2,d(2,p))),tS=[0,[0,k(tR),tQ],0],tT=d(2,d(2,p)),tV=[0,[0,k(tU),tT],tS],tW=z(d(2,p)),tY=[0,[0,k(tX),tW],tV],tZ=d(2,p),t1=[0,[0,k(t0),tZ],tY],t3=[0,[0,k(t2),p],t1],t5=[0,[0,k(t4),u],t3],t7=[0,[0,k(t6),[0,p,1]],0],t9=[0,[0,k(t8),[0,p,0]],t7],t$=[0,[0,k(t_),[0,u,1]],t9],kx=[0,[0,k(ua),[0,u,0]],t$];function
+dJ(b,a){var
+c=F(function(b){return X(b,a)},b);return c?F(function(a){return cd(b,a[1])},a):c}function
+ky(g,e,c,a){function
 b(a){function
-b(b){return c?dD([0,bm,b],a):c}var
-e=[0,b([0,bv,[0,cg,0]]),0],h=[0,b([0,aa,[0,cg,0]]),e],j=[0,b([0,aa,[0,bv,[0,cg,0]]]),h],k=[0,dD([0,bm,[0,cg,0]],a),j],l=[0,dD([0,bv,[0,cg,0]],a),k],m=[0,dD([0,aa,[0,cg,0]],a),l],n=[0,dD([0,aa,[0,bv,[0,cg,0]]],a),m];function
+b(b){return c?dJ([0,bm,b],a):c}var
+f=[0,b([0,bx,[0,cj,0]]),0],i=[0,b([0,ac,[0,cj,0]]),f],j=[0,b([0,ac,[0,bx,[0,cj,0]]]),i],k=[0,dJ([0,bm,[0,cj,0]],a),j],l=[0,dJ([0,bx,[0,cj,0]],a),k],m=[0,dJ([0,ac,[0,cj,0]],a),l],n=[0,dJ([0,ac,[0,bx,[0,cj,0]]],a),m];function
 o(c){function
-b(B){function
+b(C){function
+b(f){function
 b(e){function
-b(d){function
 b(k){var
-l=dt(tI,B),b=0===l[0]?l[1]:fR,m=dt(kg,k),f=0===m[0]?[0,m[1]]:0,h=d?1:d;if(W(bm,a)){var
-A=0;if(H(k,bb)&&G(W(aa,a))&&G(W(bv,a)))if(w(b,F(g(2,t))))var
-c=tQ;else
+l=dw(t5,C),b=0===l[0]?l[1]:f1,m=dw(kx,k),g=0===m[0]?[0,m[1]]:0,h=e?1:e;if(X(bm,a)){var
+B=0;if(H(k,be)&&G(X(ac,a))&&G(X(bx,a)))if(w(b,z(d(2,p))))var
+c=ub;else
 var
-n=w(b,t),c=n?tR:n;else
-A=1;if(A)if(f){var
-o=f[1],i=o[1],C=W(aa,a);if(by(o[2],C))var
+n=w(b,p),c=n?uc:n;else
+B=1;if(B)if(g){var
+o=g[1],i=o[1],D=X(ac,a);if(bA(o[2],D))var
 j=0;else
-if(W(bv,a))var
-D=w(i,u)?g(2,g(2,t)):F(g(2,g(2,t))),p=w(b,D),q=p?h:p,j=q?[0,[3,i,e,d]]:q;else
+if(X(bx,a))var
+E=w(i,u)?d(2,d(2,p)):z(d(2,d(2,p))),q=w(b,E),r=q?h:q,j=r?[0,[3,i,f,e]]:r;else
 var
-r=w(b,t),j=r?[0,[4,i,e]]:r;var
+s=w(b,p),j=s?[0,[4,i,f]]:s;var
 c=j}else
 var
-c=f}else
-if(W(aa,a))if(W(bv,a))var
-s=w(b,u),v=s?h:s,c=v?[0,[0,e,d]]:v;else
+c=g}else
+if(X(ac,a))if(X(bx,a))var
+t=w(b,u),v=t?h:t,c=v?[0,[0,f,e]]:v;else
 var
-x=w(b,t),c=x?[0,[1,e]]:x;else
+x=w(b,p),c=x?[0,[1,f]]:x;else
 var
-y=w(b,g(2,t)),z=y?h:y,c=z?[0,[2,d]]:z;return[0,c]}var
-c=r(_,bm,a);return i(bE(W(bm,a),0,c),b)}function
+y=w(b,d(2,p)),A=y?h:y,c=A?[0,[2,e]]:A;return[0,c]}var
+c=r(_,bm,a);return h(bH(X(bm,a),0,c),b)}function
 c(b){function
-a(a){return[0,bD(d[3],a)]}return i(al(X(f[3][2]),_,b),a)}var
-h=r(function(a){return ai(c,a)},bv,a);return i(bE(W(bv,a),0,h),b)}var
+a(a){return[0,bG(e[3],a)]}return h(am(V(g[3][2]),_,b),a)}var
+i=r(function(a){return ai(c,a)},bx,a);return h(bH(X(bx,a),0,i),b)}var
 c=r(function(b){function
-a(a){return[0,bD(d[4],a)]}return i(al(X(f[3][3]),_,b),a)},aa,a);return i(bE(W(aa,a),a2,c),b)}return i(r(_,cg,a),b)}return i(J(ad(function(a){return a},n),tT,tS),o)}return i(a7(a),b)}function
-dE(e,d){var
+a(a){return[0,bG(e[4],a)]}return h(am(V(g[3][3]),_,b),a)},ac,a);return h(bH(X(ac,a),a5,c),b)}return h(r(_,cj,a),b)}return h(K(aa(function(a){return a},n),ue,ud),o)}return h(a4(a),b)}function
+dK(e,d){var
 a=e,b=d;for(;;){if(a){var
 c=a[1];if(c){var
-a=a[2],b=[0,c[1],b];continue}return c}return[0,M(b,0)]}}var
-tV=[0,[0,k(tU),5],0],tX=[0,[0,k(tW),4],tV],tZ=[0,[0,k(tY),2],tX],ki=[0,[0,bl,0],[0,[0,bb,1],[0,[0,k(t0),3],tZ]]],t2=[0,[0,k(t1),7],0],dF=[0,[0,k(t3),6],t2];function
-kj(a){if(a)var
-c=[0,[0,k(t5),t4],0],b=[0,[0,k(t7),t6],c];else
+a=a[2],b=[0,c[1],b];continue}return c}return[0,N(b,0)]}}var
+ug=[0,[0,k(uf),5],0],ui=[0,[0,k(uh),4],ug],uk=[0,[0,k(uj),2],ui],kz=[0,[0,bl,0],[0,[0,be,1],[0,[0,k(ul),3],uk]]],un=[0,[0,k(um),7],0],dL=[0,[0,k(uo),6],un];function
+kA(a){if(a)var
+c=[0,[0,k(uq),up],0],b=[0,[0,k(us),ur],c];else
 var
 b=a;var
-d=[0,[0,k(t9),t8],0];return x([0,[0,k(t$),t_],d],b)}var
-ua=x(dF,kj(1)),uc=[0,[0,k(ub),2],0],ue=[0,[0,k(ud),3],uc],ug=[0,[0,k(uf),1],ue],ui=x([0,[0,k(uh),0],ug],ua),gu=k(uj),c5=k(uk),gv=k(ul),un=k(um),kk=k(uo),kl=k(up),eV=k(uq),km=k(ur),kn=k(us),eW=k(ut),eX=k(uu);function
-ch(c,b){var
-a=dt(c,b);return 0===a[0]?[0,a[1]]:0}function
-ko(a,h){var
-c=H(a,kk);if(c)var
+d=[0,[0,k(uu),ut],0];return x([0,[0,k(uw),uv],d],b)}var
+ux=x(dL,kA(1)),uz=[0,[0,k(uy),2],0],uB=[0,[0,k(uA),3],uz],uD=[0,[0,k(uC),1],uB],uF=x([0,[0,k(uE),0],uD],ux),gE=k(uG),c6=k(uH),gF=k(uI),gG=k(uJ),uL=k(uK),kB=k(uM),kC=k(uN),e6=k(uO),kD=k(uP),kE=k(uQ),kF=k(uR),e7=k(uS),e8=k(uT);function
+bX(c,b){var
+a=dw(c,b);return 0===a[0]?[0,a[1]]:0}function
+kG(a,h){var
+c=H(a,kB);if(c)var
 b=c;else{var
-d=H(a,km);if(d)var
+d=H(a,kD);if(d)var
 b=d;else{var
-e=H(a,kn);if(e)var
+e=H(a,kE);if(e)var
 b=e;else{var
-f=H(a,kl);if(f)var
+f=H(a,kC);if(f)var
 b=f;else{var
-g=H(a,eV);if(g)return H(h,gv);var
+g=H(a,e6);if(g)return H(h,gG);var
 b=g}}}}return b}function
-kp(a){function
-b(a){return uB}return i(a7(a),b)}function
-gw(N,u,M,a){function
+kH(b,a){return K(J(V(a),b),u2,[0,a])}function
+u3(a){function
+b(a){function
 b(b){function
-a(c){function
+c(b){function
+c(c){function
+d(a){return[0,[0,c,a,b]]}return h(r(bu,kr,a),d)}return h(r(aF,kq,a),c)}return h(kH(d(2,d(2,d(2,d(2,p)))),b),c)}function
+c(a){return dI(aF,a)}return h(r(function(a){return ai(c,a)},eH,a),b)}return h(S([0,kq,[0,kr,[0,eH,0]]],0,a),b)}function
+kI(a){function
+b(a){function
+b(a){var
+b=aZ(u3,a),c=a?1:a;return K(c,u4,b)}return h(kH(d(2,d(2,d(2,p))),a),b)}return h(bb(a),b)}function
+kJ(a){function
+b(a){return u5}return h(a4(a),b)}function
+gH(Q,v,P,a){function
+b(c){function
+a(b){function
 a(d){function
 a(a){function
 e(g){function
-e(j){function
-e(O){var
-n=af(cC,b);if(n){var
-o=n[1],q=0;if(typeof
-o==="number")q=1;else
+e(i){function
+e(R){var
+n=ah(ci,c);if(n){var
+o=n[1],s=0;if(typeof
+o==="number")s=1;else
 switch(o[0]){case
 2:var
 p=o[1];break;case
 0:case
-1:q=1;break;default:var
-p=0}if(q)var
+1:s=1;break;default:var
+p=0}if(s)var
 p=0;var
-v=p}else
+w=p}else
 var
-v=n;var
-P=[0,fM([2,a]),0],Q=[0,v,[0,k(uC),P]],R=[0,k(uD),Q],S=[0,fM([2,d]),R],U=[0,k(uE),S],V=[0,fM([2,c]),U],W=[0,k(uF),V],X=kb([0,gs(uG,M),W]);function
-e(a){return r(a,eS,b)}var
-w=H(a,kl);if(w)var
-x=H(d,c5),y=x?H(g,un):x;else
+w=n;var
+T=[0,fW([2,a]),0],U=[0,w,[0,k(u6),T]],V=[0,k(u7),U],W=[0,fW([2,d]),V],X=[0,k(u8),W],Y=[0,fW([2,b]),X],Z=[0,k(u9),Y],_=ks([0,gC(u_,P),Z]);function
+e(a){return r(a,dH,c)}var
+x=H(a,kC);if(x)var
+y=H(d,c6),z=y?H(g,uL):y;else
 var
-y=w;function
-Y(b){if(b&&typeof
-b[1]==="number")var
-e=b[2],f=e?1:e;else
+z=x;function
+$(c){if(c&&typeof
+c[1]==="number")var
+e=c[2],f=e?1:e;else
 var
-f=1;return[0,[0,[0,c,[0,d,[0,a,[0,g,0]]]],X,b,f,O]]}if(G(H(g,gv)))var
+f=1;return[0,[0,[0,b,[0,d,[0,a,[0,g,0]]]],_,c,f,R]]}if(G(H(g,gG)))var
 f=0;else{var
-B=0;if(H(d,gu)&&H(a,kk))var
-E=ch(ui,c),f=ay(function(a){return[0,function(b){return[9,a,b]}]},E);else
+B=0;if(H(d,gE)&&H(a,kB))var
+F=bX(uF,b),f=ay(function(a){return[0,function(b){return[9,a,b]}]},F);else
 B=1;if(B){var
-C=0;if(H(d,gu)&&H(a,km))var
-F=[0,[0,k(uv),0],0],I=ch([0,[0,k(uw),1],F],c),f=ay(function(a){return[0,function(b){return[10,a,b]}]},I);else
+C=0;if(H(d,gE)&&H(a,kD))var
+I=[0,[0,k(uU),0],0],J=bX([0,[0,k(uV),1],I],b),f=ay(function(a){return[0,function(b){return[10,a,b]}]},J);else
 C=1;if(C){var
-D=0;if(H(d,c5)&&H(a,kn))var
-J=[0,[0,k(uy),ux],0],K=ch([0,[0,k(uA),uz],J],c),f=ay(function(a){return[1,a[1],a[2]]},K);else
+D=0;if(H(d,c6)&&H(a,kE))var
+K=[0,[0,k(uX),uW],0],L=bX([0,[0,k(uZ),uY],K],b),f=ay(function(a){return[1,a[1],a[2]]},L);else
 D=1;if(D){var
-s=H(d,c5);if(s)var
-t=H(a,eV),m=t?H(c,eX):t;else
+E=0;if(H(d,gF)&&H(a,kF))var
+M=[0,[0,k(u0),0],0],N=bX([0,[0,k(u1),1],M],b),f=ay(function(a){return[2,a]},N);else
+E=1;if(E){var
+t=H(d,c6);if(t)var
+u=H(a,e6),m=u?H(b,e8):u;else
 var
-m=s;var
-L=m?[0,[0,function(a){return[11,0,1,a]}]]:m,f=L}}}}if(f){var
-l=f[1];if(0===l[0])var
-Z=l[1],_=function(a){var
-b=[0,[7,H(a,N)],0];return[0,[0,[0,A(Z,j)],b]]},z=i(e(function(a){function
-b(a){return r(ej,dB,a)}return i(T([0,dB,0],0,a),b)}),_);else
+m=t;var
+O=m?[0,[0,function(a){return[11,0,1,a]}]]:m,f=O}}}}}if(f){var
+j=f[1];switch(j[0]){case
+0:var
+aa=j[1],ab=function(a){var
+b=[0,[7,H(a,Q)],0];return[0,[0,[0,A(aa,i)],b]]},q=h(e(function(a){function
+b(a){return r(eu,dF,a)}return h(S([0,dF,0],0,a),b)}),ab);break;case
+1:var
+ac=j[2],ad=j[1],ae=function(a){return[0,[0,[0,[11,1,ac,i]],[0,[0,[10,ad,a]],0]]]},q=h(e(function(a){function
+b(a){return r(bu,km,a)}return h(S([0,km,0],0,a),b)}),ae);break;default:var
+af=j[1],ag=function(a){return[0,[0,[0,[12,af,i,a]],0]]},q=h(e(function(a){function
+b(a){return r(kI,e4,a)}return h(S([0,e4,0],0,a),b)}),ag)}var
+l=q}else
+if(z)if(H(b,e7))var
+ai=function(a){return[0,[0,[1,1,i,a],0]]},aj=1,l=h(e(function(a){return jN(aj,v,a)}),ai);else
+if(H(b,e8))var
+ak=function(a){return[0,[0,[1,0,i,a],0]]},al=0,l=h(e(function(a){return jN(al,v,a)}),ak);else
 var
-$=l[2],aa=l[1],ab=function(a){return[0,[0,[0,[11,1,$,j]],[0,[0,[10,aa,a]],0]]]},z=i(e(function(a){function
-b(a){return r(bS,j9,a)}return i(T([0,j9,0],0,a),b)}),ab);var
-h=z}else
-if(y)if(H(c,eW))var
-ac=function(a){return[0,[0,[1,1,j,a],0]]},ad=1,h=i(e(function(a){return jy(ad,u,a)}),ac);else
-if(H(c,eX))var
-ae=function(a){return[0,[0,[1,0,j,a],0]]},ag=0,h=i(e(function(a){return jy(ag,u,a)}),ae);else
+am=function(e){var
+b=kG(a,g),c=0,d=b?u$:b;return[0,[0,d,c]]},l=h(e(kJ),am);else
 var
-ah=function(e){var
-b=ko(a,g),c=0,d=b?uH:b;return[0,[0,d,c]]},h=i(e(kp),ah);else
-var
-ai=function(e){var
-b=ko(a,g),c=0,d=b?uI:b;return[0,[0,d,c]]},h=i(e(kp),ai);return i(h,Y)}return i(r(function(a){return ai(_,a)},j8,b),e)}return i(r(bS,cC,b),e)}return i(r(_,j6,b),e)}return i(r(_,j7,b),a)}return i(r(_,j5,b),a)}return i(r(_,bm,b),a)}return i(T([0,bm,[0,j5,[0,cC,[0,j6,[0,j7,[0,j8,[0,eS,0]]]]]]],0,a),b)}function
-gx(c,a){if(a)var
-b=a[1],e=gx([0,b[1],c],a[2]),f=b[1],g=ad(function(a){return ek(f,a)},c)?uJ:b[3],d=[0,[0,b[2],g],e];else
+an=function(e){var
+b=kG(a,g),c=0,d=b?va:b;return[0,[0,d,c]]},l=h(e(kJ),an);return h(l,$)}return h(r(function(a){return ai(_,a)},kl,c),e)}return h(r(bu,ci,c),e)}return h(r(_,kj,c),e)}return h(r(_,kk,c),a)}return h(r(_,ki,c),a)}return h(r(_,bm,c),a)}return h(S([0,bm,[0,ki,[0,ci,[0,kj,[0,kk,[0,kl,[0,dH,0]]]]]]],0,a),b)}function
+gI(c,a){if(a)var
+b=a[1],e=gI([0,b[1],c],a[2]),f=b[1],g=aa(function(a){return ev(f,a)},c)?vb:b[3],d=[0,[0,b[2],g],e];else
 var
 d=a;return d}var
-uL=[0,[0,k(uK),0],0],uO=[0,[0,k(uN),uM],uL],uR=[0,[0,k(uQ),uP],uO],uU=[0,[0,k(uT),uS],uR],kq=[0,[0,k(uW),uV],uU];function
-eY(f,e){var
+vd=[0,[0,k(vc),0],0],vg=[0,[0,k(vf),ve],vd],vj=[0,[0,k(vi),vh],vg],vm=[0,[0,k(vl),vk],vj],kK=[0,[0,k(vo),vn],vm];function
+c7(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=dT(b[1],a[1]);if(c){var
+c=dZ(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
-d=a;return d}return 1}}var
-uY=[0,k(uX),0],u0=[0,k(uZ),uY],u2=[0,k(u1),u0],u4=[0,k(u3),u2];function
-kr(v,n,u,t,a){function
+d=a;return d}return 1}}function
+kL(b,a){var
+c=N(a,0);return c7(N(b,0),c)}var
+vq=[0,k(vp),0],vs=[0,k(vr),vq],vu=[0,k(vt),vs],kM=[0,k(vv),vu];function
+kN(v,n,u,t,a){function
 b(b){function
 a(d){function
 a(e){function
-a(h){function
+a(i){function
 a(j){function
 a(a){function
 g(f){var
-a=af(f,b);if(a){var
+a=ah(f,b);if(a){var
 c=a[1],e=0;if(typeof
 c!=="number")switch(c[0]){case
 2:return c[1];case
@@ -3913,376 +4013,379 @@ c!=="number")switch(c[0]){case
 d=0;e=1}if(!e)return 0}else
 var
 d=a;return d}var
-w=[0,g(bU),0],x=[0,k(u_),w],y=[0,g(gq),x],z=[0,k(u$),y],B=[0,g(gr),z],C=[0,k(va),B],D=[0,g(bm),C],E=[0,k(vb),D],F=kb([0,gs(vc,t),E]),i=d?0:1,o=H(j,k(vd)),s=eY(k(u5),j),K=s||ad(function(b){var
-a=M(j,0);return eY(M(b,0),a)},u4);if(K)var
-c=ve;else
+w=[0,g(bV),0],x=[0,k(vB),w],y=[0,g(gA),x],z=[0,k(vC),y],B=[0,g(gB),z],C=[0,k(vD),B],D=[0,g(bm),C],E=[0,k(vE),D],F=ks([0,gC(vF,t),E]),h=d?0:1,o=H(j,k(vG)),s=c7(k(vw),j),J=s||aa(function(a){return kL(a,j)},kM);if(J)var
+c=vH;else
 if(G(o))var
-c=vh;else
-switch(h){case
+c=vK;else
+switch(i){case
 0:var
 r=A(v,d);if(r)if(a)var
-m=a[1],f=r[1],l=1===m?[0,[0,[9,i,f]],[0,[3,f,e,0],0]]:m?u6:[0,[0,[9,i,f]],[0,[3,f,e,1],0]];else
+m=a[1],f=r[1],l=1===m?[0,[0,[9,h,f]],[0,[3,f,e,0],0]]:m?vx:[0,[0,[9,h,f]],[0,[3,f,e,1],0]];else
 var
-l=u7;else
+l=vy;else
 var
-l=a?2===a[1]?[0,[0,[1,i,0]],0]:u8:u9;var
+l=a?2===a[1]?[0,[0,[1,h,0]],0]:vz:vA;var
 c=[0,[7,G(n)],l];break;case
 1:if(a)var
-R=[0,[0,[12,0,d,e,a[1]]],0],c=[0,[7,G(n)],R];else
+Q=[0,[0,[13,0,d,e,a[1]]],0],c=[0,[7,G(n)],Q];else
 var
-c=vi;break;default:var
-c=u?a?[0,[0,[12,1,d,e,a[1]]],0]:vj:vk}var
-p=G(o),L=[0,[0,d,h,F,c,a]];if(p)var
+c=vL;break;default:var
+c=u?a?[0,[0,[13,1,d,e,a[1]]],0]:vM:vN}var
+p=G(o),L=[0,[0,d,i,F,c,a]];if(p)var
 q=p;else
 var
-P=W(j$,b),Q=P||W(ka,b),q=G(Q);var
-N=J(q,vf,L),O=1===h?I(U,e):1;return J(O,vg,N)}return i(r(function(a){return a$(kq,a)},bU,b),a)}return i(r(_,j_,b),a)}var
-c=[0,[0,gp,0],[0,[0,dC,1],[0,[0,k(vl),2],0]]];return i(r(function(a){return a$(c,a)},gr,b),a)}return i(r(aQ,gq,b),a)}var
-c=[0,[0,bl,1],[0,[0,bb,0],0]];return i(r(function(a){return a$(c,a)},bm,b),a)}return i(T([0,bm,[0,gq,[0,gr,[0,j_,[0,bU,0]]]]],[0,j$,[0,ka,0]],a),b)}function
-gy(c,b){if(b)var
-a=b[1],e=gy([0,a,c],b[2]),f=ad(function(e){var
-d=by(a[1],e[1]);if(d){var
+O=X(ko,b),P=O||X(kp,b),q=G(P);var
+M=K(q,vI,L),N=1===i?I(U,e):1;return K(N,vJ,M)}return h(r(function(a){return bc(kK,a)},bV,b),a)}return h(r(_,kn,b),a)}var
+c=[0,[0,gz,0],[0,[0,dG,1],[0,[0,k(vO),2],0]]];return h(r(function(a){return bc(c,a)},gB,b),a)}return h(r(aF,gA,b),a)}var
+c=[0,[0,bl,1],[0,[0,be,0],0]];return h(r(function(a){return bc(c,a)},bm,b),a)}return h(S([0,bm,[0,gA,[0,gB,[0,kn,[0,bV,0]]]]],[0,ko,[0,kp,0]],a),b)}function
+gJ(c,b){if(b)var
+a=b[1],e=gJ([0,a,c],b[2]),f=aa(function(e){var
+d=bA(a[1],e[1]);if(d){var
 b=e[2];switch(a[2]){case
 0:return b?0:1;case
 1:return 1===b?1:0;default:var
-c=2<=b?1:0,f=c?1:c;return f}}return d},c)?vm:a[4],d=[0,[0,a[3],f],e];else
+c=2<=b?1:0,f=c?1:c;return f}}return d},c)?vP:a[4],d=[0,[0,a[3],f],e];else
 var
 d=b;return d}function
-ks(a,b){function
-d(c){if(ad(function(a){var
-b=a[4];return ad(function(b){var
+kO(a,b){function
+d(c){if(aa(function(a){var
+b=a[4];return aa(function(b){var
 a=typeof
 b==="number"?1:0,c=a?1:a;return c},b)},a))var
-d=vn;else{var
-f=0,e=dE(q(function(a){return a[5]},a),f);if(e)if(c)var
-g=$(function(a){return a[4]},a),b=[0,[0,[13,e[1],c[1]]],g];else
+d=vQ;else{var
+f=0,e=dK(s(function(a){return a[5]},a),f);if(e)if(c)var
+g=ab(function(a){return a[4]},a),b=[0,[0,[14,e[1],c[1]]],g];else
 var
-b=vo;else
+b=vR;else
 var
-b=vp;var
-d=b}return[0,d]}if(H(b,k(vq)))var
-c=vr;else
+b=vS;var
+d=b}return[0,d]}if(H(b,k(vT)))var
+c=vU;else
 var
-e=function(a){return[0,ay(function(a){return[0,a]},a)]},c=i(dt(kq,b),e);return i(c,d)}function
-kt(a){var
-b=a[2];return O(b,t)?[0,a[1]]:w(bf(b,be(2))[2],u)?0:0}function
-ci(d,a){if(a){var
+e=function(a){return[0,ay(function(a){return[0,a]},a)]},c=h(dw(kK,b),e);return h(c,d)}function
+kP(a){var
+b=a[2];return J(b,p)?[0,a[1]]:w(as(b,aq(2))[2],u)?0:0}function
+ck(d,a){if(a){var
 b=A(d,a[1]);if(b)var
-c=ci(d,a[2]),f=c?[0,[0,b[1],c[1]]]:c,e=f;else
+c=ck(d,a[2]),f=c?[0,[0,b[1],c[1]]]:c,e=f;else
 var
-e=b;return e}return vs}function
-gz(d,e,f){var
+e=b;return e}return vV}function
+gK(d,e,f){var
 b=f;for(;;){if(b){var
-a=b[2],c=b[1];if(w(c[1],e))return[0,[0,d,c],gz(d,e,a)];var
-g=a?w(a[1][1],c[1]):a;if(g)return[0,[0,K(d,t),c],gz(K(d,t),c[1],a)];var
+a=b[2],c=b[1];if(w(c[1],e))return[0,[0,d,c],gK(d,e,a)];var
+g=a?w(a[1][1],c[1]):a;if(g)return[0,[0,M(d,p),c],gK(M(d,p),c[1],a)];var
 b=a;continue}return b}}function
-ku(b,a){if(b){if(a){var
-c=ku(b[2],a[2]);return[0,K(b[1],a[1]),c]}return b}return a}function
-kv(a,h){if(a[4])return 0;if(h){var
-c=gz(aS(t),aS(t),a[7]);return ci(function(c){var
+kQ(b,a){if(b){if(a){var
+c=kQ(b[2],a[2]);return[0,M(b[1],a[1]),c]}return b}return a}function
+kR(a,h){if(a[4])return 0;if(h){var
+c=gK(aW(p),aW(p),a[7]);return ck(function(c){var
 e=a[5],h=c[2];if(e)var
 b=[0,e[1]];else
 var
-g=h[4],b=ci(function(a){return a},g);if(b)var
-d=ci(kt,c[2][3]),i=d?[0,[0,c[1],b[1],d[1]]]:d,f=i;else
+g=h[4],b=ck(function(a){return a},g);if(b)var
+d=ck(kP,c[2][3]),i=d?[0,[0,c[1],b[1],d[1]]]:d,f=i;else
 var
 f=b;return f},c)}var
 b=a[5];if(b){var
 d=b[1],e=function(b){var
-c=a[7];return aw(function(a){return w(a[2],b)},c)},f=q(e,dl(a[2])),g=aw(function(a){var
-b=a?1:a;return b},f);return ci(function(a){var
-b=ci(function(a){return ci(kt,a[3])},a);return ay(function(a){return[0,u,d,bg(ku,a,0)]},b)},g)}return b}function
-kw(a){return bg(hL,a,u)}function
-kx(a){return w(a[1],u)}function
-vt(a){var
-f=a[2],b=bg(function(b,a){return I(a,b)?b:a},f,P),d=a0(b);if(d)var
-g=a[2],c=E(function(a){var
-c=kx(a);if(c)var
+c=a[7];return az(function(a){return w(a[2],b)},c)},f=s(e,dp(a[2])),g=az(function(a){var
+b=a?1:a;return b},f);return ck(function(a){var
+b=ck(function(a){return ck(kP,a[3])},a);return ay(function(a){return[0,u,d,bh(kQ,a,0)]},b)},g)}return b}function
+kS(a){return bh(hZ,a,u)}function
+kT(a){return w(a[1],u)}function
+vW(a){var
+f=a[2],b=bh(function(b,a){return I(a,b)?b:a},f,P),d=a3(b);if(d)var
+g=a[2],c=F(function(a){var
+c=kT(a);if(c)var
 d=c;else{var
 e=I(a,b);if(e)return I(b,a);var
 d=e}return d},g);else
 var
 c=d;if(c)var
-h=az(a[2],a[3]),i=kw(q(function(a){return kx(a[1])?u:a[2]},h)),j=kw(a[3]),e=[0,[0,a[1],j,i,b]];else
+h=aB(a[2],a[3]),i=kS(s(function(a){return kT(a[1])?u:a[2]},h)),j=kS(a[3]),e=[0,[0,a[1],j,i,b]];else
 var
 e=c;return e}var
-gA=k(vu),ky=k(vv),kz=k(vw),kA=k(vx),kB=k(vy),kC=k(vz),kD=k(vA),eZ=k(vB),e0=k(vC),kE=k(vD),kF=k(vE),vG=k(vF),vI=q(function(a){return[0,k(a),0]},vH);function
-dG(h,g,f,e){var
+gL=k(vX),kU=k(vY),kV=k(vZ),kW=k(v0),kX=k(v1),kY=k(v2),kZ=k(v3),e9=k(v4),e_=k(v5),k0=k(v6),k1=k(v7),v9=k(v8),v$=s(function(a){return[0,k(a),0]},v_);function
+dM(h,g,f,e){var
 a=h,b=g,c=e;for(;;){if(a){var
 d=a[2];if(w(a[1][1],f)){if(w(c,u))return[0,b];var
-a=d,b=K(b,t),c=ap(c,t);continue}var
-a=d,b=K(b,t);continue}return a}}var
-dH=aS(t);function
-v9(a){return eT(aQ,a)}function
-kG(a){return ai(v9,a)}var
-kH=k(v_),kI=k(v$);function
-kJ(n,f,e){var
-o=f?bl:bb,a=af(o,e);if(a){var
-c=kv(n,f);if(c){var
-h=E(function(d){var
+a=d,b=M(b,p),c=al(c,p);continue}var
+a=d,b=M(b,p);continue}return a}}var
+dN=aW(p);function
+wA(a){return dI(aF,a)}function
+k2(a){return ai(wA,a)}var
+gM=k(wB),gN=k(wC);function
+k3(n,g,f){var
+o=g?bl:be,a=ah(o,f);if(a){var
+c=kR(n,g);if(c){var
+i=F(function(d){var
 a=d[2];if(typeof
 a!=="number"&&4===a[0]){var
-b=a[1],c=G(W(vG,b));return c?G(W(f4,b)):c}return 0},e);if(h){var
-b=c[1],p=a[1],m=function(a){function
+b=a[1],c=G(X(v9,b));return c?G(X(gc,b)):c}return 0},f);if(i){var
+b=c[1],q=a[1],m=function(a){function
 c(c){function
-d(j){function
-d(e){function
-d(f){function
-d(k){function
-d(f){function
-d(f){function
-d(d){function
-h(l){function
-h(m){function
-d(n){function
-d(o){function
-d(i){var
-p=e?kI:kH,q=x(p,j),r=[0,[0,[0,c,e,k,l,m,n,o,i,f[1],f[2]],q]],d=ah(c),s=d?ah(ak(U,ca(c))):d,t=J(s,wa,r),b=af(kC,a);if(b)var
+e(i){function
+e(e){function
+f(g){function
+f(j){function
+f(g){function
+f(f){function
+g(g){function
+k(k){function
+l(l){function
+g(m){function
+g(n){function
+g(o){var
+p=e?gN:gM,q=x(p,i),r=[0,[0,[0,c,e,j,k,l,m,n,o,f[1],f[2]],q]],d=ag(c),s=d?ag(aj(U,bC(c))):d,t=K(s,wD,r),b=ah(kY,a);if(b)var
 g=typeof
 b[1]==="number"?1:0,h=g?1:g;else
 var
-h=b;return J(h,wb,t)}return i(r(function(a){if(typeof
-a==="number")return vJ;else
+h=b;return K(h,wE,t)}return h(r(function(a){if(typeof
+a==="number")return wa;else
 switch(a[0]){case
 0:var
 c=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return N(vK);var
+d=c[2];if(d){if(d[2])return O(wb);var
 e=function(c){var
-a=dG(b,u,f,c);return a?a[1]:dH},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(E(function(a){return O(u,a)},a),vL,h)}return N(vM)}return N(vN)}return N(vO)};return i(al(F(g(2,t)),aI,a),c);case
+a=dM(b,u,f,c);return a?a[1]:dN},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return K(F(function(a){return J(u,a)},a),wc,h)}return O(wd)}return O(we)}return O(wf)};return h(am(z(d(2,p)),aL,a),c);case
 1:var
-d=function(a){if(a){var
-c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return N(vP);var
-e=function(c){var
-a=dG(b,u,f,c);return a?a[1]:dH},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(E(function(a){return O(u,a)},a),vQ,h)}return N(vR)}return N(vS)}return N(vT)};return i(al(F(g(2,t)),aI,a),d);case
-2:var
 e=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return N(vU);var
+d=c[2];if(d){if(d[2])return O(wg);var
 e=function(c){var
-a=dG(b,u,f,c);return a?a[1]:dH},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(E(function(a){return O(u,a)},a),vV,h)}return N(vW)}return N(vX)}return N(vY)};return i(al(F(g(2,t)),aI,a),e);case
-3:var
+a=dM(b,u,f,c);return a?a[1]:dN},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return K(F(function(a){return J(u,a)},a),wh,h)}return O(wi)}return O(wj)}return O(wk)};return h(am(z(d(2,p)),aL,a),e);case
+2:var
 f=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return N(vZ);var
+d=c[2];if(d){if(d[2])return O(wl);var
 e=function(c){var
-a=dG(b,u,f,c);return a?a[1]:dH},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(E(function(a){return O(u,a)},a),v0,h)}return N(v1)}return N(v2)}return N(v3)};return i(al(F(g(2,t)),aI,a),f);default:var
-h=function(a){if(a){var
+a=dM(b,u,f,c);return a?a[1]:dN},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return K(F(function(a){return J(u,a)},a),wm,h)}return O(wn)}return O(wo)}return O(wp)};return h(am(z(d(2,p)),aL,a),f);case
+3:var
+g=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return N(v4);var
+d=c[2];if(d){if(d[2])return O(wq);var
 e=function(c){var
-a=dG(b,u,f,c);return a?a[1]:dH},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(E(function(a){return O(u,a)},a),v5,h)}return N(v6)}return N(v7)}return N(v8)};return i(al(F(g(2,t)),aI,a),h)}},kE,a),d)}return i(r(kG,e0,a),d)}return i(r(kG,eZ,a),d)}return i(r(aQ,e0,d),h)}return i(r(aQ,eZ,d),h)}var
-h=0,l=[0,eZ,[0,e0,0]];return i(r(function(a){return T(l,h,a)},kD,a),d)}return i(r(function(a){return eT(bS,a)},dC,a),d)}return i(r(function(a){return a$(vI,a)},kB,a),d)}return i(r(fN,kA,a),d)}var
-f=[0,[0,k(wc),0],0];return i(r(function(a){return a$(f,a)},kz,a),d)}var
-e=[0,[0,k(wd),1],0],f=[0,[0,k(we),0],e];return i(r(function(a){return a$(f,a)},ky,a),d)}return i(r(_,gA,a),d)}return i(r(am,gA,a),c)},d=i(T([0,gA,[0,ky,[0,kz,[0,kA,[0,kB,[0,kC,[0,dC,[0,kD,[0,eZ,[0,e0,[0,kE,0]]]]]]]]]]],0,p),m);return 0===d[0]?[0,d[1]]:0}var
-j=h}else
+a=dM(b,u,f,c);return a?a[1]:dN},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return K(F(function(a){return J(u,a)},a),wr,h)}return O(ws)}return O(wt)}return O(wu)};return h(am(z(d(2,p)),aL,a),g);default:var
+i=function(a){if(a){var
+c=a[2],f=a[1];if(c){var
+d=c[2];if(d){if(d[2])return O(wv);var
+e=function(c){var
+a=dM(b,u,f,c);return a?a[1]:dN},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return K(F(function(a){return J(u,a)},a),ww,h)}return O(wx)}return O(wy)}return O(wz)};return h(am(z(d(2,p)),aL,a),i)}},k0,a),g)}return h(r(k2,e_,a),g)}return h(r(k2,e9,a),g)}return h(r(aF,e_,g),l)}return h(r(aF,e9,g),k)}var
+k=0,l=[0,e9,[0,e_,0]];return h(r(function(a){return S(l,k,a)},kZ,a),g)}return h(r(function(a){return dI(bu,a)},dG,a),f)}return h(r(function(a){return bc(v$,a)},kX,a),f)}return h(r(fX,kW,a),f)}var
+g=[0,[0,k(wF),0],0];return h(r(function(a){return bc(g,a)},kV,a),f)}var
+f=[0,[0,k(wG),1],0],g=[0,[0,k(wH),0],f];return h(r(function(a){return bc(g,a)},kU,a),e)}return h(r(_,gL,a),e)}return h(r(an,gL,a),c)},e=h(S([0,gL,[0,kU,[0,kV,[0,kW,[0,kX,[0,kY,[0,dG,[0,kZ,[0,e9,[0,e_,[0,k0,0]]]]]]]]]]],0,q),m);return 0===e[0]?[0,e[1]]:0}var
+j=i}else
 var
 j=c;var
 l=j}else
 var
 l=a;return l}var
-wg=k(wf),wi=k(wh),wk=k(wj),wm=k(wl),wp=k(wo),wr=k(wq),wt=k(ws),wv=k(wu),kK=k(wA),gB=k(wB),kL=k(wC),gC=k(wD),gD=k(wE),kM=k(wF),gE=k(wG),kN=k(wH),e1=k(wI),wK=k(wJ);function
-kO(a){return q(function(a){if(H(a[1],cX)){var
-b=[2,k(wL)];return[0,a[1],b]}return a},a)}function
-gF(g,f){var
+wJ=k(wI);function
+k4(d){var
+a=d[1];if(a){var
+b=a[1],c=H(b,e7);return c?c:H(b,k(wK))}return 1}var
+wO=k(wN),wQ=k(wP),wT=k(wS),wV=k(wU),wX=k(wW),wZ=k(wY),k5=k(w4),gO=k(w5),k6=k(w6),gP=k(w7),gQ=k(w8),k7=k(w9),gR=k(w_),k8=k(w$),e$=k(xa),xc=k(xb);function
+k9(a){return s(function(a){if(H(a[1],cY)){var
+b=[2,k(xd)];return[0,a[1],b]}return a},a)}function
+gS(g,f){var
 b=g,a=f;for(;;){if(b){if(a){var
 c=a[2],d=b[2];if(b[1]){var
-h=gF(d,c);return[0,a[1],h]}var
+h=gS(d,c);return[0,a[1],h]}var
 b=d,a=c;continue}var
 e=a}else
 var
 e=b;return e}}function
-wM(a){function
+xe(a){function
 b(a){function
 b(c){function
 g(b){function
 c(d){function
 c(c){var
-e=X(c);function
+e=V(c);function
 f(a){var
-e=q(jC,cz(au(c),a)),f=q(function(a){return gF(e,a)},a),g=[0,[0,b,d,gF(e,c),f]];return J(R(u,b),wO,J(E(function(a){return cT(aC(a),U)},a),wN,g))}function
-g(a){return al(e,aQ,a)}var
-h=X(d);return i(r(function(a){return al(h,g,a)},bd,a),f)}return i(r(function(a){return ei(b,a)},kL,a),c)}return i(r(function(a){return ei(b,a)},gB,a),c)}if(c){var
+e=s(jR,cA(aw(c),a)),f=s(function(a){return gS(e,a)},a),g=[0,[0,b,d,gS(e,c),f]];return K(T(u,b),xg,K(F(function(a){return cU(aE(a),U)},a),xf,g))}function
+g(a){return am(e,aF,a)}var
+i=V(d);return h(r(function(a){return am(i,g,a)},bg,a),f)}return h(r(function(a){return et(b,a)},k6,a),c)}return h(r(function(a){return et(b,a)},gO,a),c)}if(c){var
 b=c[1],f=0;if(typeof
 b!=="number"&&3===b[0]){var
-d=[0,X(b[1])];f=1}if(!f)var
-d=N(wP);var
+d=[0,V(b[1])];f=1}if(!f)var
+d=O(xh);var
 e=d}else
 var
-e=N(wQ);return i(e,g)}return i(r(bj,gB,a),b)}return i(T([0,gB,[0,kL,[0,bd,0]]],0,a),b)}function
-kP(c,a){function
+e=O(xi);return h(e,g)}return h(r(bb,gO,a),b)}return h(S([0,gO,[0,k6,[0,bg,0]]],0,a),b)}function
+k_(c,a){function
 b(a){var
-d=[0,a],b=a?1:a,e=b?w(av(function(b,a){return K(b[1],a)},u,a),c):b;return J(e,wR,d)}return i(ai(wM,a),b)}function
+d=[0,a],b=a?1:a,e=b?w(ax(function(b,a){return M(b[1],a)},u,a),c):b;return K(e,xj,d)}return h(ai(xe,a),b)}function
 cD(a){if(a){var
-b=cD(a[2]),c=a[1];return $(function(a){return q(function(b){return x(a,b)},b)},c)}return wS}function
-aR(a){return av(function(b,a){return B(X(b),a)},t,a)}function
-cj(a){var
-b=a[1];return q(function(a){return a[2]},b)}function
-ck(c,b){var
+b=cD(a[2]),c=a[1];return ab(function(a){return s(function(b){return x(a,b)},b)},c)}return xk}function
+aV(a){return ax(function(b,a){return C(V(b),a)},p,a)}function
+cl(a){var
+b=a[1];return s(function(a){return a[2]},b)}function
+cm(c,b){var
 a=b[2];if(a){var
-d=a[1];return q(function(a){return a[2]},d)}return[0,c[4],0]}function
-e2(a){var
-b=a[1];return q(function(a){return a[3]},b)}function
-gG(c,b){var
+d=a[1];return s(function(a){return a[2]},d)}return[0,c[4],0]}function
+fa(a){var
+b=a[1];return s(function(a){return a[3]},b)}function
+gT(c,b){var
 a=b[2];if(a){var
-d=a[1];return q(function(a){return a[3]},d)}return[0,c[4],0]}function
-wV(b,a){var
-i=aR(cj(a)),f=B(aR(ck(b,a)),i),h=R(g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,g(2,g(2,F(g(2,F(g(2,F(g(2,g(2,g(2,t)))))))))))))))))),f);if(h)var
+d=a[1];return s(function(a){return a[3]},d)}return[0,c[4],0]}function
+xn(b,a){var
+i=aV(cl(a)),g=C(aV(cm(b,a)),i),h=T(d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,d(2,d(2,z(d(2,z(d(2,z(d(2,d(2,d(2,p)))))))))))))))))),g);if(h)var
 c=h;else
 var
-q=B(f,X(b[2])),c=R(g(2,g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,g(2,g(2,g(2,g(2,F(g(2,t)))))))))))))))))))))),q);if(c)var
-d=c;else
+r=C(g,V(b[2])),c=T(d(2,d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,z(d(2,d(2,z(d(2,z(d(2,d(2,d(2,d(2,d(2,z(d(2,p)))))))))))))))))))))),r);if(c)var
+e=c;else
 var
-o=aR(e2(a)),p=B(aR(cj(a)),o),d=R(g(2,g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,g(2,g(2,g(2,g(2,F(g(2,t)))))))))))))))))))))),p);if(d)var
-e=d;else
+o=aV(fa(a)),q=C(aV(cl(a)),o),e=T(d(2,d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,z(d(2,d(2,z(d(2,z(d(2,d(2,d(2,d(2,d(2,z(d(2,p)))))))))))))))))))))),q);if(e)var
+f=e;else
 var
-m=aR(gG(b,a)),n=B(aR(ck(b,a)),m),e=R(g(2,g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,g(2,g(2,g(2,g(2,F(g(2,t)))))))))))))))))))))),n);if(e)return e;var
-j=X(b[2]),k=aR(e2(a)),l=B(B(aR(ck(b,a)),k),j);return R(g(2,g(2,g(2,g(2,g(2,g(2,F(g(2,g(2,F(g(2,g(2,F(g(2,F(g(2,g(2,g(2,g(2,g(2,F(g(2,t)))))))))))))))))))))),l)}function
-kQ(a,d,c,b){var
-e=a[3],f=q(function(a){return bD(e,a)},b),g=0;return dE(q(function(b){var
-e=bD(a[4],b),c=aw(function(a){return w(a[1],e)},d),g=0;return dE(q(function(d){var
+m=aV(gT(b,a)),n=C(aV(cm(b,a)),m),f=T(d(2,d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,z(d(2,d(2,z(d(2,z(d(2,d(2,d(2,d(2,d(2,z(d(2,p)))))))))))))))))))))),n);if(f)return f;var
+j=V(b[2]),k=aV(fa(a)),l=C(C(aV(cm(b,a)),k),j);return T(d(2,d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,z(d(2,d(2,z(d(2,z(d(2,d(2,d(2,d(2,d(2,z(d(2,p)))))))))))))))))))))),l)}function
+k$(a,d,c,b){var
+e=a[3],f=s(function(a){return bG(e,a)},b),g=0;return dK(s(function(b){var
+e=bG(a[4],b),c=az(function(a){return w(a[1],e)},d),g=0;return dK(s(function(d){var
 a=c;for(;;){if(a){var
 b=a[1];if(w(b[2],d))return[0,b[3]];var
 a=a[2];continue}return a}},f),g)},c),g)}function
-dI(a){return 1===a[1][2]?1:0}function
-e3(a){return a[5]?0:1}function
-kR(a){return q(function(a){return a[4]},a)}function
-bW(a,c){var
-b=af(a,c);if(b){var
-d=function(a){return[0,[0,a]]};return i(aV(a,aQ(b[1])),d)}return w3}function
-gH(b,a){function
+dO(a){return 1===a[1][2]?1:0}function
+fb(a){return a[5]?0:1}function
+la(a){return s(function(a){return a[4]},a)}function
+bY(a,c){var
+b=ah(a,c);if(b){var
+d=function(a){return[0,[0,a]]};return h(aX(a,aF(b[1])),d)}return xv}function
+gU(b,a){function
 g(a){if(b){if(a){var
-h=a[1],c=h[2],d=h[1],i=a[2],j=b[1],e=j[2],f=j[1],k=b[2];switch(hM(B(f,c),B(d,e))){case
-0:return[0,[0,K(f,d),K(e,c)],gH(k,i)];case
-1:return[0,[0,f,e],gH(k,a)];default:return[0,[0,d,c],g(i)]}}return b}return a}return g(a)}function
-kS(a){if(a){var
+h=a[1],c=h[2],d=h[1],i=a[2],j=b[1],e=j[2],f=j[1],k=b[2];switch(h0(C(f,c),C(d,e))){case
+0:return[0,[0,M(f,d),M(e,c)],gU(k,i)];case
+1:return[0,[0,f,e],gU(k,a)];default:return[0,[0,d,c],g(i)]}}return b}return a}return g(a)}function
+lb(a){if(a){var
 b=a[2];if(b){var
-c=kS(b[2]);return[0,gH(a[1],b[1]),c]}return a}return a}function
-kT(f){var
-g=aw(function(a){var
-b=w(a[1],u),c=b?w(a[2],u):b;return G(c)},f),b=w9,a=q(function(a){return[0,a,0]},g);for(;;){if(b){if(a){if(a[2]){var
-e=kS(a),b=b[1],a=e;continue}var
+c=lb(b[2]);return[0,gU(a[1],b[1]),c]}return a}return a}function
+lc(f){var
+g=az(function(a){var
+b=w(a[1],u),c=b?w(a[2],u):b;return G(c)},f),b=xB,a=s(function(a){return[0,a,0]},g);for(;;){if(b){if(a){if(a[2]){var
+e=lb(a),b=b[1],a=e;continue}var
 c=a[1]}else
 var
-c=a;return c}if(a){if(a[2])return bh(a);var
+c=a;return c}if(a){if(a[2])return bi(a);var
 d=a[1]}else
 var
 d=a;return d}}function
-kU(a,b){return kT($(function(a){return q(function(b){return[0,B(a[1],b[1]),B(a[2],b[2])]},b)},a))}function
-kV(e,d){var
+ld(a,b){return lc(ab(function(a){return s(function(b){return[0,C(a[1],b[1]),C(a[2],b[2])]},b)},a))}function
+le(e,d){var
 a=e,b=d;for(;;){if(b){var
-c=b[1],f=b[2],g=ad(function(i){return function(h){var
+c=b[1],f=b[2],g=aa(function(i){return function(h){var
 b=i,a=h;for(;;){if(b){if(a){var
 c=a[1],d=b[1],e=w(d[1],c[1]),f=e?w(d[2],c[2]):e;if(f){var
 b=b[2],a=a[2];continue}var
 g=f}else
 var
 g=a;return g}return a?0:1}}}(c),a)?a:[0,c,a],a=g,b=f;continue}return a}}function
-gI(b,a){if(a){var
-c=a[2],d=a[1],e=gI([0,d,b],c),f=x(b,c);return x(q(function(a){return[0,d,a]},f),e)}return a}function
-gJ(b,a){return kT(az(b,a))}function
-gK(a){if(a){var
-b=a[2],c=a[1],e=gI(0,ey(c)),f=kV(0,q(function(a){return gJ(a[1],a[2])},e)),d=gK(b),g=ex(c),h=[0,[0,ex(c),g],0],i=q(function(a){return kU(h,a)},d);return kV(0,x($(function(a){var
-c=gf(b),e=[0,[0,[0,gf(b),c],0],d];return q(function(b){return kU(a,b)},e)},f),i))}return a}function
-kW(b,a,d){var
+gV(b,a){if(a){var
+c=a[2],d=a[1],e=gV([0,d,b],c),f=x(b,c);return x(s(function(a){return[0,d,a]},f),e)}return a}function
+gW(b,a){return lc(aB(b,a))}function
+gX(a){if(a){var
+b=a[2],c=a[1],e=gV(0,eK(c)),f=le(0,s(function(a){return gW(a[1],a[2])},e)),d=gX(b),g=eJ(c),h=[0,[0,eJ(c),g],0],i=s(function(a){return ld(h,a)},d);return le(0,x(ab(function(a){var
+c=gp(b),e=[0,[0,[0,gp(b),c],0],d];return s(function(b){return ld(a,b)},e)},f),i))}return a}function
+lf(b,a,d){var
 c=aT(b);if(0===c)return P;if(0<c){var
-e=B(b,a[2]);return cS([0,av(function(b,c){return K(d1(u,ap(B(b[1],a[2]),B(b[2],a[1]))),c)},u,d),e])}return P}function
-cl(b,a){return b?a?I(b[1],a[1]):1:a?0:1}function
-e4(b,a){if(b){if(a){var
+e=C(b,a[2]);return cT([0,ax(function(b,c){return M(d7(u,al(C(b[1],a[2]),C(b[2],a[1]))),c)},u,d),e])}return P}function
+cn(b,a){return b?a?I(b[1],a[1]):1:a?0:1}function
+fc(b,a){if(b){if(a){var
 c=a[1],d=b[1],e=I(d,c);if(e)return I(c,d);var
 f=e}else
 var
 f=a;return f}return a?0:1}function
-gL(b,a){return dy(dx,b,a)}function
-bF(b,a){return ak(b,ca(a))}function
-e5(b){var
-a=b[7];return 0===a[0]?a[1]:bh(bh(a[1]))}function
-kX(a){var
+gY(b,a){return dC(dB,b,a)}function
+bI(b,a){return aj(b,bC(a))}function
+fd(b){var
+a=b[7];return 0===a[0]?a[1]:bi(bi(a[1]))}function
+lg(a){var
 b=a[7];if(0===b[0])return P;var
-c=b[1];return av(function(d,c){var
-b=cz(a[4],d);return dx(av(function(a,b){var
-c=c1(a);return dx(bF(ez(a),c),b)},P,b),c)},P,c)}function
-gM(a,b){return a?a[1]:b}function
-cm(a){var
-b=ez(e5(a));return gM(a[8][1],b)}function
-dJ(a){var
-b=c1(e5(a));return gM(a[8][2],b)}function
-cn(a){var
-b=kX(a);return gM(a[8][4],b)}function
-kY(a){var
-e=cm(a),b=I(ez(e5(a)),e);if(b){var
-f=c1(e5(a)),c=I(dJ(a),f);if(c){var
-g=cn(a);return I(kX(a),g)}var
+c=b[1];return ax(function(d,c){var
+b=cA(a[4],d);return dB(ax(function(a,b){var
+c=c2(a);return dB(bI(eL(a),c),b)},P,b),c)},P,c)}function
+gZ(a,b){return a?a[1]:b}function
+co(a){var
+b=eL(fd(a));return gZ(a[8][1],b)}function
+dP(a){var
+b=c2(fd(a));return gZ(a[8][2],b)}function
+cp(a){var
+b=lg(a);return gZ(a[8][4],b)}function
+lh(a){var
+e=co(a),b=I(eL(fd(a)),e);if(b){var
+f=c2(fd(a)),c=I(dP(a),f);if(c){var
+g=cp(a);return I(lg(a),g)}var
 d=c}else
 var
 d=b;return d}function
-dK(a){return w(cn(a)[1],u)}function
-bX(a){return fA(a[3],t)}function
-bG(a){return jM(a[1])}function
-dL(b,a){var
-c=az(b,a);return aC(q(function(a){return S(a[1],a[2])},c))}function
-gN(a,b){var
+dQ(a){return w(cp(a)[1],u)}function
+bZ(a){return fK(a[3],p)}function
+bJ(a){return j1(a[1])}function
+dR(b,a){var
+c=aB(b,a);return aE(s(function(a){return R(a[1],a[2])},c))}function
+g0(a,b){var
 c=a[5];function
-d(c){return dL(c,dz(a,b,0))}return q(function(a){return q(d,a)},c)}function
-kZ(a){var
-b=cf(gd(a));return av(gL,[0,U],q(eA,q(function(b){var
-c=gN(a,b[1]),d=cz(jA(a),c),e=b[2];return q(function(a){return dL(e,a)},d)},b)))}function
-k0(a,b){var
-c=b$(0,ce(a));return q(function(c){return gh(a,c,b)},c)}function
-gO(a){var
-b=b$(0,bC(a));return aw(function(b){return ah(aC(k0(a,b)))},b)}function
-k1(c,b){var
-a=k0(c,b),d=aU(aC(a));return q(function(a){return S(d,a)},a)}function
-k2(a){return fy(w_,au(gO(a)))}function
-k3(a){var
-b=gO(a),c=q(function(b){return k1(a,b)},b),d=gd(a),e=cz(jB(a),d);return av(gL,[0,U],q(eA,q(function(a){return q(function(b){return dL(a,b)},c)},e)))}function
-dM(b,i,h){switch(i){case
+d(c){return dR(c,dD(a,b,0))}return s(function(a){return s(d,a)},c)}function
+li(a){var
+b=ch(gn(a));return ax(gY,[0,U],s(eM,s(function(b){var
+c=g0(a,b[1]),d=cA(jP(a),c),e=b[2];return s(function(a){return dR(e,a)},d)},b)))}function
+lj(a,b){var
+c=cb(0,cg(a));return s(function(c){return gr(a,c,b)},c)}function
+g1(a){var
+b=cb(0,bF(a));return az(function(b){return ag(aE(lj(a,b)))},b)}function
+lk(c,b){var
+a=lj(c,b),d=aU(aE(a));return s(function(a){return R(d,a)},a)}function
+ll(a){return fI(xC,aw(g1(a)))}function
+lm(a){var
+b=g1(a),c=s(function(b){return lk(a,b)},b),d=gn(a),e=cA(jQ(a),d);return ax(gY,[0,U],s(eM,s(function(a){return s(function(b){return dR(a,b)},c)},e)))}function
+dS(b,i,h){switch(i){case
 0:var
-f=cf(jI(b)),a=[0,c1(bh(q(function(a){var
-c=cf(a[2]);return q(function(c){var
-d=dz(b,a[1],c[1]);return dL(jJ(c[2]),d)},c)},f)))];break;case
+f=ch(jX(b)),a=[0,c2(bi(s(function(a){var
+c=ch(a[2]);return s(function(c){var
+d=dD(b,a[1],c[1]);return dR(jY(c[2]),d)},c)},f)))];break;case
 2:var
 a=b[8][3];break;case
 7:var
-g=cf(gd(b)),a=[0,c1($(function(a){var
-c=gN(b,a[1]),d=az(a[2],c);return $(function(a){var
-b=ah(a[1]);return b?a[2]:b},d)},g))];break;default:var
+g=ch(gn(b)),a=[0,c2(ab(function(a){var
+c=g0(b,a[1]),d=aB(a[2],c);return ab(function(a){var
+b=ag(a[1]);return b?a[2]:b},d)},g))];break;default:var
 a=0}if(a){var
-c=a[1],d=ah(c);if(d)return A(h,c);var
+c=a[1],d=ag(c);if(d)return A(h,c);var
 e=d}else
 var
 e=a;return e}function
-e6(b,i,h,g,f,a,e,c){if(b){var
-j=b[1];return E(function(k){return ad(function(a){var
-c=a0(a);if(c){var
-d=S(bF(a,U),g),b=bF(ak(i,S(h,kW(e,a,k))),d),l=a0(b)?ak(a,S(b,aU(f))):a;return I(l,j)}return c},a)},c)}var
+fe(b,i,h,g,f,a,e,c){if(b){var
+j=b[1];return F(function(k){return aa(function(a){var
+c=a3(a);if(c){var
+d=R(bI(a,U),g),b=bI(aj(i,R(h,lf(e,a,k))),d),l=a3(b)?aj(a,R(b,aU(f))):a;return I(l,j)}return c},a)},c)}var
 d=a?1:a;return d}function
-co(a){var
-b=gK(a[1]);return[0,gf(a[1]),b]}function
-k4(e){var
-c=bG(e);if(c){var
-d=c[1],a=d[1],b=d[2];return[0,K(a,b),[0,[0,[0,a,b],[0,[0,b,a],0]],0]]}return[0,t,[0,[0,[0,t,u],[0,[0,u,t],0]],0]]}function
-e7(b,a){if(!(3<=a))switch(a){case
+cq(a){var
+b=gX(a[1]);return[0,gp(a[1]),b]}function
+ln(e){var
+c=bJ(e);if(c){var
+d=c[1],a=d[1],b=d[2];return[0,M(a,b),[0,[0,[0,a,b],[0,[0,b,a],0]],0]]}return[0,p,[0,[0,[0,p,u],[0,[0,u,p],0]],0]]}function
+ff(b,a){if(!(3<=a))switch(a){case
 0:return 1;case
-2:return bX(b)}return 0}function
-w$(a,c,e){var
+2:return bZ(b)}return 0}function
+xD(a,c,e){var
 d=c[3],b=G(c[1]);if(typeof
 e==="number")switch(e){case
 0:if(b){var
-v=e7(a,c[4]);if(v){var
-w=d8(bG(a));if(w){var
+v=ff(a,c[4]);if(v){var
+w=eh(bJ(a));if(w){var
 an=function(b){var
-c=aU(b),e=[0,ak(U,S(cn(a),c))];return cl(dy(S,bG(a),e),d)};return dM(a,c[4],an)}var
+c=aU(b),e=[0,aj(U,R(cp(a),c))];return cn(dC(R,bJ(a),e),d)};return dS(a,c[4],an)}var
 l=w}else
 var
 l=v}else
 var
 l=b;return l;case
 1:if(1===c[4]){if(b){var
-x=bX(a);if(x){var
-y=dK(a);if(y){var
-z=d8(bG(a));if(z)return cl(bG(a),d);var
+x=bZ(a);if(x){var
+y=dQ(a);if(y){var
+z=eh(bJ(a));if(z)return cn(bJ(a),d);var
 h=z}else
 var
 h=y}else
@@ -4292,23 +4395,23 @@ var
 h=b;return h}return 0;case
 2:if(1===c[4]){var
 A=G(b);if(A){var
-B=k2(a);if(B){var
-C=bX(a);if(C){var
-D=dK(a);if(D){var
-F=d8(bG(a));if(F){var
-ai=gO(a),k=q(function(b){return k1(a,b)},ai);if(k)var
-aj=k[2],al=k[1],m=E(function(e){var
+B=ll(a);if(B){var
+C=bZ(a);if(C){var
+D=dQ(a);if(D){var
+E=eh(bJ(a));if(E){var
+ai=g1(a),k=s(function(b){return lk(a,b)},ai);if(k)var
+ak=k[2],al=k[1],m=F(function(e){var
 b=al,a=e;for(;;){if(b){if(a){var
-c=cT(b[1],a[1]);if(c){var
+c=cU(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
-d=a;return d}return a?0:1}},aj);else
+d=a;return d}return a?0:1}},ak);else
 var
-m=1;if(m)return cl(bG(a),d);var
+m=1;if(m)return cn(bJ(a),d);var
 f=m}else
 var
-f=F}else
+f=E}else
 var
 f=D}else
 var
@@ -4321,8 +4424,8 @@ f=A;return f}return 0;case
 H=8<=c[4]?1:0;if(H)if(b){var
 J=0===a[7][0]?1:0;if(J){var
 K=0===a[2][0]?1:0;if(K){var
-ag=gN(a,0);return cl(av(gL,[0,U],q(eA,q(function(b){var
-c=jF(a);return q(function(a){return dL(a,b)},c)},ag))),d)}var
+ah=g0(a,0);return cn(ax(gY,[0,U],s(eM,s(function(b){var
+c=jU(a);return s(function(a){return dR(a,b)},c)},ah))),d)}var
 i=K}else
 var
 i=J}else
@@ -4330,40 +4433,40 @@ var
 i=b;else
 var
 i=H;return i;default:if(b){var
-L=e7(a,c[4]);if(L){var
+L=ff(a,c[4]);if(L){var
 ao=function(b){var
-c=aU(b);return cl([0,S(cm(a),c)],d)};return dM(a,c[4],ao)}var
+c=aU(b);return cn([0,R(co(a),c)],d)};return dS(a,c[4],ao)}var
 M=L}else
 var
 M=b;return M}else
 switch(e[0]){case
 0:var
 ap=e[1];if(b){var
-N=e7(a,c[4]);if(N){var
+N=ff(a,c[4]);if(N){var
 aq=function(b){var
-c=co(a)[2],e=co(a)[1],f=cm(a);return e6(d,cn(a),f,P,b,ap,e,c)};return dM(a,c[4],aq)}var
+c=cq(a)[2],e=cq(a)[1],f=co(a);return fe(d,cp(a),f,P,b,ap,e,c)};return dS(a,c[4],aq)}var
 O=N}else
 var
 O=b;return O;case
 1:var
 Q=e[1],n=c[4];if(7===n){if(b){var
-R=dK(a);if(R)return dM(a,7,function(b){var
-c=I(b,cm(a));if(c){var
-e=k4(a)[2],f=k4(a)[1];return e6(d,P,cm(a),P,b,Q,f,e)}return c});var
-T=R}else
+S=dQ(a);if(S)return dS(a,7,function(b){var
+c=I(b,co(a));if(c){var
+e=ln(a)[2],f=ln(a)[1];return fe(d,P,co(a),P,b,Q,f,e)}return c});var
+T=S}else
 var
 T=b;return T}if(b){var
-V=e7(a,n);if(V)return dM(a,n,function(b){var
-e=cn(a),c=I(b,bF(cm(a),e));if(c){var
-f=co(a)[2],g=co(a)[1],h=cn(a),i=bF(cm(a),h);return e6(d,cn(a),i,P,b,Q,g,f)}return c});var
+V=ff(a,n);if(V)return dS(a,n,function(b){var
+e=cp(a),c=I(b,bI(co(a),e));if(c){var
+f=cq(a)[2],g=cq(a)[1],h=cp(a),i=bI(co(a),h);return fe(d,cp(a),i,P,b,Q,g,f)}return c});var
 W=V}else
 var
 W=b;return W;case
 2:if(1===c[4]){if(b){var
-X=bX(a);if(X){var
-Y=dK(a);if(Y){var
-Z=ah(dJ(a));if(Z){var
-ar=co(a)[2],as=co(a)[1],at=e[1],au=dJ(a),aw=dJ(a),ax=dJ(a);return e6(d,P,bF(cm(a),ax),aw,au,at,as,ar)}var
+X=bZ(a);if(X){var
+Y=dQ(a);if(Y){var
+Z=ag(dP(a));if(Z){var
+ar=cq(a)[2],as=cq(a)[1],at=e[1],au=dP(a),av=dP(a),aw=dP(a);return fe(d,P,bI(co(a),aw),av,au,at,as,ar)}var
 j=Z}else
 var
 j=Y}else
@@ -4373,12 +4476,12 @@ var
 j=b;return j}return 0;case
 3:if(1===c[4]){var
 _=G(b);if(_){var
-$=k2(a);if($){var
-aa=bX(a);if(aa){var
+$=ll(a);if($){var
+aa=bZ(a);if(aa){var
 ab=0===a[7][0]?1:0;if(ab){var
-ac=d8(bG(a));if(ac){var
-ay=k3(a),ad=e4(e[1],ay);if(ad){var
-az=k3(a);return cl(dy(S,bG(a),az),d)}var
+ac=eh(bJ(a));if(ac){var
+ay=lm(a),ad=fc(e[1],ay);if(ad){var
+az=lm(a);return cn(dC(R,bJ(a),az),d)}var
 g=ad}else
 var
 g=ac}else
@@ -4391,28 +4494,28 @@ g=$}else
 var
 g=_;return g}return 0;case
 4:if(7===c[4]){if(b){var
-ae=dK(a);if(ae){var
-aA=kZ(a),af=e4(e[1],aA);if(af){var
-o=kZ(a),p=bG(a);if(p)if(o)var
-t=o[1],u=p[1],am=aU(ak(t,u)),r=[0,S(ak(U,S(t,u)),am)];else
+ae=dQ(a);if(ae){var
+aA=li(a),af=fc(e[1],aA);if(af){var
+o=li(a),p=bJ(a);if(p)if(o)var
+t=o[1],u=p[1],am=aU(aj(t,u)),q=[0,R(aj(U,R(t,u)),am)];else
 var
-r=p;else
+q=p;else
 var
-r=o;return cl(r,d)}var
-s=af}else
+q=o;return cn(q,d)}var
+r=af}else
 var
-s=ae}else
+r=ae}else
 var
-s=b;return s}return 0;default:return 0}}var
-k5=k(xa),k6=k(xb),k7=k(xc),xe=k(xd),xg=k(xf),gP=k(xh),gQ=k(xi);function
-k8(a){function
+r=b;return r}return 0;default:return 0}}var
+lo=k(xE),lp=k(xF),lq=k(xG),xI=k(xH),xK=k(xJ),g2=k(xL),g3=k(xM);function
+lr(a){function
 b(a){function
 b(b){function
-c(a){return[0,[0,b,a]]}return i(r(function(a){return ai(bS,a)},k6,a),c)}return i(r(bS,k5,a),b)}return i(T([0,k5,[0,k6,0]],0,a),b)}function
-k9(l,g,d){var
-b=x(k(xj),l);if(g){if(d){var
-h=d[1],i=g[1],o=q(jL,h),c=i[2],a=o,m=0,n=0;for(;;){if(c){if(a){var
-e=e4(c[1],a[1]);if(e){var
+c(a){return[0,[0,b,a]]}return h(r(function(a){return ai(bu,a)},lp,a),c)}return h(r(bu,lo,a),b)}return h(S([0,lo,[0,lp,0]],0,a),b)}function
+ls(l,g,d){var
+b=x(k(xN),l);if(g){if(d){var
+h=d[1],i=g[1],o=s(j0,h),c=i[2],a=o,m=0,n=0;for(;;){if(c){if(a){var
+e=fc(c[1],a[1]);if(e){var
 c=c[2],a=a[2];continue}var
 f=e}else
 var
@@ -4420,30 +4523,30 @@ f=a;var
 j=f}else
 var
 j=a?0:1;var
-p=[0,[0,x(b,k(xk)),[0,[7,j],n]],m],r=jM(h),s=[0,[7,e4(i[1],r)],0];return[0,[0,x(b,k(xl)),s],p]}}return[0,[0,b,xm],0]}return d?[0,[0,b,xn],0]:[0,[0,b,xo],0]}function
-e8(e,a,d,c){if(a)var
-f=[0,[0,d],[0,[7,A(c,a[1])],0]],b=[0,[0,x(k(xp),e),f],0];else
+p=[0,[0,x(b,k(xO)),[0,[7,j],n]],m],q=j1(h),r=[0,[7,fc(i[1],q)],0];return[0,[0,x(b,k(xP)),r],p]}}return[0,[0,b,xQ],0]}return d?[0,[0,b,xR],0]:[0,[0,b,xS],0]}function
+fg(e,a,d,c){if(a)var
+f=[0,[0,d],[0,[7,A(c,a[1])],0]],b=[0,[0,x(k(xT),e),f],0];else
 var
 b=a;return b}function
-k_(c,b,a){if(a)var
-d=a[1][1],f=a[2],g=k_(K(c,t),d1(b,d),f),h=R(b,d)?xq:xs,e=[0,[0,gs(xr,c),h],g];else
+lt(c,b,a){if(a)var
+d=a[1][1],f=a[2],g=lt(M(c,p),d7(b,d),f),h=T(b,d)?xU:xW,e=[0,[0,gC(xV,c),h],g];else
 var
 e=a;return e}var
-e9=k(xv),k$=x(e9,k(xw)),la=x(e9,k(xx)),xz=k(xy),lb=[0,[0,gv,0],[0,[0,e9,1],[0,[0,k$,2],[0,[0,la,5],[0,[0,xz,7],[0,[0,k(xA),8],0]]]]]];function
-c6(b,a){function
-c(a){return[0,b]}return i(T(0,0,a),c)}function
-lc(a,c,b){function
+fh=k(xZ),lu=x(fh,k(x0)),lv=x(fh,k(x1)),x3=k(x2),lw=[0,[0,gG,0],[0,[0,fh,1],[0,[0,lu,2],[0,[0,lv,5],[0,[0,x3,7],[0,[0,k(x4),8],0]]]]]];function
+c8(b,a){function
+c(a){return[0,b]}return h(S(0,0,a),c)}function
+lx(a,c,b){function
 d(b){function
-d(a){return[0,A(c,a)]}return i(r(bS,a,b),d)}return i(T([0,a,0],0,b),d)}function
-e_(b,a){function
+d(a){return[0,A(c,a)]}return h(r(bu,a,b),d)}return h(S([0,a,0],0,b),d)}function
+fi(b,a){function
 c(a){function
 c(a){var
-c=[0,A(b,a)],d=a?1:a;return J(d,xB,c)}return i(r(function(a){return ai(aQ,a)},k7,a),c)}return i(T([0,k7,0],0,a),c)}var
-ld=k(xC),le=k(xD);function
-lf(f,a,e,d){var
+c=[0,A(b,a)],d=a?1:a;return K(d,x5,c)}return h(r(function(a){return ai(aF,a)},lq,a),c)}return h(S([0,lq,0],0,a),c)}var
+ly=k(x6),lz=k(x7);function
+lA(f,a,e,d){var
 b=A(f,a);if(b){var
-c=b[1],g=[0,[7,cl(c,e)],0],h=a?0:1;return[0,d,[0,[0,[9,h,c]],g]]}return xO}function
-lg(a){if(a){var
+c=b[1],g=[0,[7,cn(c,e)],0],h=a?0:1;return[0,d,[0,[0,[9,h,c]],g]]}return yg}function
+lB(a){if(a){var
 c=typeof
 a[1]==="number"?1:0;if(c){if(a[2])return 0;var
 b=1}else
@@ -4451,168 +4554,168 @@ var
 b=c}else
 var
 b=a;return b}var
-lh=k(x3),x5=k(x4);function
-li(a){return a?av(d1,a[1],a[2]):u}function
-e$(a){return li(q(bP,a))}function
-ya(a){return li(q(function(b){var
-c=e$(a);return w(b[1],c)?b[2]:u},a))}function
-fa(g,f,e,d,c,a){return av(function(b,h){var
-a=az(d,c);return K(A(g,q(function(a){return[0,ap(B(B(b[1],a[1]),e),B(B(b[2],a[2]),f)),B(b[2],a[2])]},a)),h)},u,a)}function
-gR(a,c){var
-b=b$(0,bC(a));return ey(q(function(b){return dz(a,c,b)},b))}function
-gS(a){return ey(jF(a))}function
-lj(f,e,d,a){var
-g=f[8][7],b=cR(function(a){var
-b=aH(d);return w(a[1],b)},g);if(b){var
+lC=k(yv),yx=k(yw);function
+lD(a){return a?ax(d7,a[1],a[2]):u}function
+fj(a){return lD(s(bS,a))}function
+yE(a){return lD(s(function(b){var
+c=fj(a);return w(b[1],c)?b[2]:u},a))}function
+fk(g,f,e,d,c,a){return ax(function(b,h){var
+a=aB(d,c);return M(A(g,s(function(a){return[0,al(C(C(b[1],a[1]),e),C(C(b[2],a[2]),f)),C(b[2],a[2])]},a)),h)},u,a)}function
+g4(a,c){var
+b=cb(0,bF(a));return eK(s(function(b){return dD(a,c,b)},b))}function
+g5(a){return eK(jU(a))}function
+lE(f,e,d,a){var
+g=f[8][7],b=cS(function(a){var
+b=aK(d);return w(a[1],b)},g);if(b){var
 c=A(e,b[1]);return c?c[1]:a}return a}function
-lk(b){var
-a=pm(pn,0,b);return a?[0,a[1]]:N(yc)}function
-ll(j,c,h){if(!W(c4,c)&&!W(bd,c)){if(h){var
-e=h[1],n=function(a){return[0,[0,[0,[0,a,0],A(j,e)]]]},d=0,b=0,a=e,k=function(a){function
-b(a){return J(H(ef(a),e),yd,[0,a])}return i(a1(lk,a),b)};for(;;){if(a){var
+lF(b){var
+a=pG(pH,0,b);return a?[0,a[1]]:O(yG)}function
+lG(j,c,i){if(!X(c5,c)&&!X(bg,c)){if(i){var
+e=i[1],n=function(a){return[0,[0,[0,[0,a,0],A(j,e)]]]},d=0,b=0,a=e,k=function(a){function
+b(a){return K(H(eq(a),e),yH,[0,a])}return h(aZ(lF,a),b)};for(;;){if(a){var
 f=a[2],g=a[1];if(10===g){var
-d=[0,M(b,0),d],b=0,a=f;continue}var
+d=[0,N(b,0),d],b=0,a=f;continue}var
 b=[0,g,b],a=f;continue}var
-l=b?N(yb):[0,M(d,0)];return i(i(l,k),n)}}return ye}function
+l=b?O(yF):[0,N(d,0)];return h(h(l,k),n)}}return yI}function
 m(a){function
-b(b){return[0,[0,[0,[0,[0,a,b],1],A(j,ef([0,a,b]))]]]}return i(r(bj,bd,c),b)}return i(r(function(a){return[0,a]},c4,c),m)}function
-lm(a){function
+b(b){return[0,[0,[0,[0,[0,a,b],1],A(j,eq([0,a,b]))]]]}return h(r(bb,bg,c),b)}return h(r(function(a){return[0,a]},c5,c),m)}function
+lH(a){function
 b(a){function
-b(h){function
+b(i){function
 b(j){function
 b(l){function
 b(m){function
-b(i){function
-b(b,a){return[0,x(k(yf),b),[0,[0,a],0]]}var
-n=[0,b(go,[7,i]),0],o=[0,b(bp,[6,m]),n],p=[0,b(bo,[5,l]),o],q=[0,b(bn,[4,j]),p],r=[0,[0,b(bc,[3,h]),q]],d=af(j3,a);if(d){var
+b(h){function
+b(b,a){return[0,x(k(yJ),b),[0,[0,a],0]]}var
+n=[0,b(gy,[7,h]),0],o=[0,b(bp,[6,m]),n],p=[0,b(bo,[5,l]),o],q=[0,b(bn,[4,j]),p],r=[0,[0,b(bf,[3,i]),q]],d=ah(kg,a);if(d){var
 c=d[1],g=0;if(typeof
 c!=="number"&&0===c[0]){var
 e=c[1];g=1}if(!g)var
 e=0;var
 f=e}else
 var
-f=1;return J(f,yg,r)}return i(r(fN,go,a),b)}return i(r(am,bp,a),b)}return i(r(function(a){return bs(am,a)},bo,a),b)}return i(r(am,bn,a),b)}return i(r(am,bc,a),b)}return i(T([0,bc,[0,bn,[0,bo,[0,bp,[0,go,0]]]]],[0,j3,0],a),b)}function
-fb(a){return x(k(yh),a)}function
-fc(c,b,a){var
-d=aw(function(a){return W(a,b)},c);return q(function(b){return[0,x(k(a),b),yi]},d)}function
-yj(a){function
+f=1;return K(f,yK,r)}return h(r(fX,gy,a),b)}return h(r(an,bp,a),b)}return h(r(function(a){return bt(an,a)},bo,a),b)}return h(r(an,bn,a),b)}return h(r(an,bf,a),b)}return h(S([0,bf,[0,bn,[0,bo,[0,bp,[0,gy,0]]]]],[0,kg,0],a),b)}function
+fl(a){return x(k(yL),a)}function
+fm(c,b,a){var
+d=az(function(a){return X(a,b)},c);return s(function(b){return[0,x(k(a),b),yM]},d)}function
+yN(a){function
 b(a){function
 b(c){function
-b(a){return yk}return i(a1(function(a){return _(a[2])},a),b)}return i(a1(function(a){return _([2,a[1]])},a),b)}return i(a7(a),b)}var
-yl=[0,er,[0,eE,[0,c2,[0,c3,[0,eF,[0,eG,[0,bU,[0,j0,0]]]]]]]];function
-dN(b,a){var
-c=dk(u,a);return a1(function(a){return aJ(b,a[1],a[2])},c)}var
-ln=[0,eK,[0,eL,[0,eM,[0,j2,[0,eN,[0,eO,0]]]]]];function
-c7(a){return a?a[1]?0:1:2}function
-lo(aO,aN){var
-O=jZ(aO,aN);if(O){var
-a=O[1][1],N=kv(gl(aO),aN);if(N){var
-J=ci(vt,N[1]);if(J){var
+b(a){return yO}return h(aZ(function(a){return _(a[2])},a),b)}return h(aZ(function(a){return _([2,a[1]])},a),b)}return h(a4(a),b)}var
+yP=[0,eC,[0,eQ,[0,c3,[0,c4,[0,eR,[0,eS,[0,bV,[0,kd,0]]]]]]]];function
+dT(b,a){var
+c=dn(u,a);return aZ(function(a){return aM(b,a[1],a[2])},c)}var
+lI=[0,eW,[0,eX,[0,eY,[0,kf,[0,eZ,[0,e0,0]]]]]];function
+c9(a){return a?a[1]?0:1:2}function
+lJ(aO,aN){var
+O=kc(aO,aN);if(O){var
+a=O[1][1],N=kR(gv(aO),aN);if(N){var
+J=ck(vW,N[1]);if(J){var
 b=J[1];if(b){var
-aK=E(sv,b);if(aK){var
+aK=F(sP,b);if(aK){var
 aL=I(a[1],U);if(aL){var
-ac=eD(b),ad=jV(b),ae=a[2],aP=0;if(ae)var
+ac=eP(b),ad=j_(b),ae=a[2],aP=0;if(ae)var
 x=ae;else{var
 af=w(ac,u);if(af)var
 x=af;else{var
-aS=a[4],ag=S(eC(ad),aS),aT=a[5],ai=S(eC(ap(B(g(2,t),ac),ad)),aT),aj=I(ag,ai);if(aj){var
-K=I(ai,ag);aP=1}else
+aS=a[4],ah=R(eO(ad),aS),aT=a[5],ai=R(eO(al(C(d(2,p),ac),ad)),aT),aj=I(ah,ai);if(aj){var
+K=I(ai,ah);aP=1}else
 var
 x=aj}}if(!aP)var
 K=x;if(K){var
-j=eD(b),v=jV(b),e=a[4],c=a[5];if(w(j,u)){var
-V=I(e,P);if(V){var
+j=eP(b),v=j_(b),f=a[4],c=a[5];if(w(j,u)){var
+V=I(f,P);if(V){var
 W=I(c,P);if(W)var
-X=a0(e),f=X?a0(c):X;else
+X=a3(f),g=X?a3(c):X;else
 var
-f=W}else
+g=W}else
 var
-f=V}else{var
-$=ah(e);if($){var
-aa=ah(c);if(aa)var
-ab=ah(cB(e)),f=ab?ah(cB(c)):ab;else
+g=V}else{var
+$=ag(f);if($){var
+aa=ag(c);if(aa)var
+ab=ag(cC(f)),g=ab?ag(cC(c)):ab;else
 var
-f=aa}else
+g=aa}else
 var
-f=$}var
-Q=0;if(f)if(a[2])var
-Y=gk(a[1],a[3],j,v,e,P),p=Y?gk(a[1],a[3],j,v,c,c):Y;else{var
-Z=I(c,e);if(Z)var
-p=gk(a[1],a[3],j,v,e,c);else{var
+g=$}var
+Q=0;if(g)if(a[2])var
+Y=gu(a[1],a[3],j,v,f,P),q=Y?gu(a[1],a[3],j,v,c,c):Y;else{var
+Z=I(c,f);if(Z)var
+q=gu(a[1],a[3],j,v,f,c);else{var
 _=Z;Q=1}}else{var
-_=f;Q=1}if(Q)var
-p=_;var
-T=0;if(p){var
-aE=jS(a[4],b,a[6]);if(aE){var
-aV=jY(b,a[6]),aF=a[10];if(aF){var
-y=aF[1],ao=I(U,y);if(ao){var
+_=g;Q=1}if(Q)var
+q=_;var
+S=0;if(q){var
+aE=j7(a[4],b,a[6]);if(aE){var
+aV=kb(b,a[6]),aF=a[10];if(aF){var
+y=aF[1],ap=I(U,y);if(ap){var
 m=aV;b:for(;;){if(m){var
-an=m[2],n=m[1],k=an;for(;;){if(k){var
+ao=m[2],n=m[1],k=ao;for(;;){if(k){var
 l=k[1];if(w(n[1],l[1])){var
-ak=jW(y,n[2],l[2]);if(ak){var
-al=jW(y,l[2],n[2]);if(al){var
+ak=j$(y,n[2],l[2]);if(ak){var
+am=j$(y,l[2],n[2]);if(am){var
 k=k[2];continue}var
-am=al}else
+an=am}else
 var
-am=ak;var
-o=am}else
+an=ak;var
+o=an}else
 var
-o=R(n[1],l[1])}else
+o=T(n[1],l[1])}else
 var
 o=1;if(o){var
-m=an;continue b}var
+m=ao;continue b}var
 h=o;break}}else
 var
 h=1;break}}else
 var
-h=ao}else
+h=ap}else
 var
 h=1}else
 var
 h=aE;if(h){var
-aG=jS(a[5],b,a[7]);if(aG){var
-aH=jY(b,a[7]),aI=a[8],i=a[9];if(aI){var
-aq=aI[1],ar=aq[2],as=aq[1],z=jX(aH,as),q=0;if(z){var
-A=z[1],C=jX(aH,ar),r=0;if(C){var
-D=C[1],at=w(A[1],D[1]),s=0;if(at){var
+aG=j7(a[5],b,a[7]);if(aG){var
+aH=kb(b,a[7]),aI=a[8],i=a[9];if(aI){var
+aq=aI[1],ar=aq[2],as=aq[1],z=ka(aH,as),r=0;if(z){var
+A=z[1],B=ka(aH,ar),s=0;if(B){var
+D=B[1],at=w(A[1],D[1]),t=0;if(at){var
 au=G(w(as,ar));if(au){var
-av=ah(A[2][1]);if(av)if(i){var
-F=i[1],aw=I(U,F),aQ=0;if(aw){var
-ax=G(I(F,U));if(ax){var
-aU=A[2][1],d=I(S(F,D[2][2]),aU);q=1;r=1;s=1;aQ=1}else
+av=ag(A[2][1]);if(av)if(i){var
+E=i[1],aw=I(U,E),aQ=0;if(aw){var
+ax=G(I(E,U));if(ax){var
+aU=A[2][1],e=I(R(E,D[2][2]),aU);r=1;s=1;t=1;aQ=1}else
 var
 ay=ax}else
 var
 ay=aw;if(!aQ){var
-d=ay;q=1;r=1;s=1}}else{var
-d=I(D[2][2],P);q=1;r=1;s=1}else
+e=ay;r=1;s=1;t=1}}else{var
+e=I(D[2][2],P);r=1;s=1;t=1}else
 var
 H=av}else
 var
 H=au}else
 var
-H=at;if(!s)var
+H=at;if(!t)var
 az=H}else
 var
-az=C;if(!r)var
+az=B;if(!s)var
 aA=az}else
 var
-aA=z;if(!q)var
-d=aA}else{var
+aA=z;if(!r)var
+e=aA}else{var
 aR=0;if(i){var
 aB=i[1],aC=I(aB,U);if(aC){var
-d=I(U,aB);aR=1}else
+e=I(U,aB);aR=1}else
 var
 aD=aC}else
 var
 aD=i;if(!aR)var
-d=aD}}else
+e=aD}}else
 var
-d=aG}else{var
-aJ=h;T=1}}else{var
-aJ=p;T=1}if(T)var
-d=aJ;var
-L=d}else
+e=aG}else{var
+aJ=h;S=1}}else{var
+aJ=q;S=1}if(S)var
+e=aJ;var
+L=e}else
 var
 L=K}else
 var
@@ -4625,90 +4728,90 @@ M=b;var
 aM=M}else
 var
 aM=J;return aM}return N}return O}function
-zc(ap,aK,h){function
-aL(b){function
+zG(ap,aJ,g){function
+aM(b){function
 a(b){function
 a(c){function
 a(c){function
-a(e){var
-c=af(cX,e);if(c){var
-d=c[1],l=0;if(typeof
-d!=="number"&&2===d[0]){var
-y=k(y_),f=H(d[1],y);l=1}if(!l)var
-f=0;var
-a=f}else
+a(f){var
+c=ah(cY,f);if(c){var
+e=c[1],l=0;if(typeof
+e!=="number"&&2===e[0]){var
+y=k(zC),i=H(e[1],y);l=1}if(!l)var
+i=0;var
+a=i}else
 var
 a=c;var
-j=jc(e),m=j?[0,gm,0]:j,n=a?[0,j1,[0,gn,0]]:a,o=x([0,cX,[0,eq,[0,f2,[0,dB,[0,bk,0]]]]],x(n,m)),p=a?0:[0,eJ,[0,j2,[0,eN,[0,eO,0]]]],s=x([0,eK,[0,eL,[0,eM,0]]],p);function
+j=js(f),m=j?[0,gw,0]:j,n=a?[0,ke,[0,gx,0]]:a,o=x([0,cY,[0,eB,[0,ga,[0,dF,[0,bk,0]]]]],x(n,m)),q=a?0:[0,eV,[0,kf,[0,eZ,[0,e0,0]]]],t=x([0,eW,[0,eX,[0,eY,0]]],q);function
 v(c){if(a){var
-f=function(a){return[0,[1,a]]},d=function(a){function
+i=function(a){return[0,[1,a]]},e=function(a){function
 b(a){var
-b=[0,[0,eG,yn],[0,[0,bU,ym],0]];return[0,x([0,[0,eE,yr],[0,[0,c2,yq],[0,[0,c3,yp],0]]],x(q(function(a){return[0,a[2],yo]},a),b))]}var
-c=0,d=0;return i(dN(function(a,b){return gw(d,c,a,b)},a),b)},o=i(i(r(bj,eF,b),d),f),j=function(l){function
+b=[0,[0,eS,yR],[0,[0,bV,yQ],0]];return[0,x([0,[0,eQ,yV],[0,[0,c3,yU],[0,[0,c4,yT],0]]],x(s(function(a){return[0,a[2],yS]},a),b))]}var
+c=0,d=0;return h(dT(function(a,b){return gH(d,c,a,b)},a),b)},o=h(h(r(bb,eR,b),e),i),j=function(l){function
 a(a){function
-d(Y){function
-d(Z){function
-d(d){if(d){var
-e=d[1],f=e[1],y=f[2],a=f[1],z=e[2];if(a){var
-C=a[2],D=a[1],j=function(e){var
-a=af(cX,e),m=0;if(a){var
-d=a[1],n=0;if(typeof
-d!=="number"&&2===d[0]){var
-j=H(d[1],wK);m=1;n=1}if(!n)var
-f=0}else
+e(Y){function
+e(Z){function
+e(e){if(e){var
+f=e[1],i=f[1],y=i[2],a=i[1],B=f[2];if(a){var
+D=a[2],E=a[1],j=function(f){var
+a=ah(cY,f),m=0;if(a){var
+e=a[1],n=0;if(typeof
+e!=="number"&&2===e[0]){var
+j=H(e[1],xc);m=1;n=1}if(!n)var
+i=0}else
 var
-f=a;if(!m)var
-j=f;if(G(j))return o;function
-p(a){function
-f(d){if(wV(a,d))return o;var
-v=a[5],F=cD(ck(a,d)),L=cD(cj(d)),e=[0,a[1],a[2],L,F,v,0,0],f=C,g=0;for(;;){if(f){var
-j=f[1],s=0;if(typeof
+i=a;if(!m)var
+j=i;if(G(j))return o;function
+q(a){function
+i(d){if(xn(a,d))return o;var
+v=a[5],z=cD(cm(a,d)),L=cD(cl(d)),e=[0,a[1],a[2],L,z,v,0,0],f=D,i=0;for(;;){if(f){var
+j=f[1],t=0;if(typeof
 j!=="number"&&4===j[0]){var
-n=W(gE,j[1]);s=1}if(!s)var
+n=X(gR,j[1]);t=1}if(!t)var
 n=0;if(!n){var
-f=f[2],g=[0,j,g];continue}var
-m=[0,M(g,0),f]}else
+f=f[2],i=[0,j,i];continue}var
+m=[0,N(i,0),f]}else
 var
-m=[0,M(g,0),0];var
-p=m[2],P=function(f){function
-s(F){var
-g=N(yR);function
-n(V){function
-g(g){var
-m=bi(aR(ck(a,d))),n=bi(aR(cj(d))),o=a[5],K=o?[0,o[1]]:[1,c0(m,n,q(b9,F))],s=dI(a),L=s?[0,c0(m,n,q(bP,F))]:s,M=au(a[2]),v=d[2],P=d[3],Q=v?[0,kR(v[1])]:[1,au(a[4])],j=[0,kR(d[1]),Q,P,M,V,L,K,g],S=cD(cj(d)),U=kQ(a,f,cD(ck(a,d)),S),p=ay(function(b){var
-c=cf(b),e=$(function(b){var
-d=cf(b[2]),c=b[1];return q(function(b){var
-g=gh(j,c,b[1]),d=e3(a),f=0;if(d)var
-h=dz(j,c,b[1]),e=q(function(a){return[0,a]},h);else
+m=[0,N(i,0),0];var
+q=m[2],P=function(f){function
+t(z){var
+i=O(zj);function
+n(W){function
+i(i){var
+m=bj(aV(cm(a,d))),n=bj(aV(cl(d))),o=a[5],L=o?[0,o[1]]:[1,c1(m,n,s(b$,z))],t=dO(a),M=t?[0,c1(m,n,s(bS,z))]:t,N=aw(a[2]),v=d[2],P=d[3],Q=v?[0,la(v[1])]:[1,aw(a[4])],j=[0,la(d[1]),Q,P,N,W,M,L,i],R=cD(cl(d)),U=k$(a,f,cD(cm(a,d)),R),q=ay(function(b){var
+c=ch(b),e=ab(function(b){var
+d=ch(b[2]),c=b[1];return s(function(b){var
+g=gr(j,c,b[1]),d=fb(a),f=0;if(d)var
+h=dD(j,c,b[1]),e=s(function(a){return[0,a]},h);else
 var
 e=d;var
-i=b[2],k=aH(b[1]);return[0,aH(c),k,i,e,g,f]},d)},c),g=a[5],f=0,h=dI(a)?1:2,i=X(a[2]),k=aR(cj(d));return[0,aR(ck(a,d)),k,i,h,g,f,e]},U);function
-ab($){function
+i=b[2],k=aK(b[1]);return[0,aK(c),k,i,e,g,f]},d)},c),g=a[5],f=0,h=dO(a)?1:2,i=V(a[2]),k=aV(cl(d));return[0,aV(cm(a,d)),k,i,h,g,f,e]},U);function
+$($){function
 m(o){var
-n=ad(function(a){return W(a[1],o)},dF),s=n?dF:n,m=x(ki,s);function
+n=aa(function(a){return X(a[1],o)},dL),t=n?dL:n,m=x(kz,t);function
 v(o){function
-s(F){function
-s(K){function
+t(z){function
+t(L){function
 o(b){var
-c=b?bl:bb,a=ch(F,c),d=a?a[1][2]:a;return d}function
-m(ab){var
-an=fA(d[3],t);function
+c=b?bl:be,a=bX(z,c),d=a?a[1][2]:a;return d}function
+m(aa){var
+am=fK(d[3],p);function
 m(m){function
 d(A){function
 d(d){var
-n=W(eM,c),_=n||W(dA,b);function
-o(aa){function
+n=X(eY,c),_=n||X(dE,b);function
+o(ab){function
 d(ac){function
 d(ad){function
-d(s){function
+d(p){function
 d(ae){var
-I=jd(l,a[1]),L=I[1],M=I[2];function
-N(a){return _?yS:a}function
-O(a){return M?a:[0,yT,a]}var
-ag=[0,[0,bU,N(aa)],0],ah=gy(0,A),ai=x(q(function(a){var
-b=N(a[2]);return[0,a[1],b]},ah),ag),aj=m?1:m,T=0;if(aj&&E(function(l){function
+I=jt(l,a[1]),J=I[1],M=I[2];function
+N(a){return _?zk:a}function
+O(a){return M?a:[0,zl,a]}var
+af=[0,[0,bV,N(ab)],0],ag=gJ(0,A),ai=x(s(function(a){var
+b=N(a[2]);return[0,a[1],b]},ag),af),aj=m?1:m,S=0;if(aj&&F(function(l){function
 n(f,e){var
-a=af(e,f);if(a){var
+a=ah(e,f);if(a){var
 b=a[1],d=0;if(typeof
 b!=="number")switch(b[0]){case
 2:return b[1];case
@@ -4717,23 +4820,23 @@ b!=="number")switch(b[0]){case
 c=0;d=1}if(!d)return 0}else
 var
 c=a;return c}function
-b(a){return n(s,a)}var
+b(a){return n(p,a)}var
 h=l[1],m=0;if(h){var
 i=h[2],e=0;if(i){var
 c=i[2],f=0;if(c){var
 d=c[2],g=0;if(d)if(d[2]){var
 a=0;e=1;f=1;g=1}else{var
-j=d[1],o=c[1];if(H(j,la))if(W(e1,s)){var
+j=d[1],o=c[1];if(H(j,lv))if(X(e$,p)){var
 a=0;e=1;f=1;g=1}else{var
-G=0,I=W(bp,s)?b(bp):n(ae,bp),J=b(bc),K=b(bn),C=x(I,k(x8)),D=x(J,x(k(x9),C)),F=x(K,x(k(x_),D)),a=[0,[0,lh,[0,x(k(x$),F),G]]];e=1;f=1;g=1}else{var
-L=b(bo),A=x(L,k(x6)),B=x(k(x7),A),M=bq(H(j,k$),B),p=H(j,e9);if(p)var
-N=H(o,eV),q=N||H(o,le);else
+G=0,I=X(bp,p)?b(bp):n(ae,bp),J=b(bf),K=b(bn),C=x(I,k(yA)),D=x(J,x(k(yB),C)),E=x(K,x(k(yC),D)),a=[0,[0,lC,[0,x(k(yD),E),G]]];e=1;f=1;g=1}else{var
+L=b(bo),A=x(L,k(yy)),B=x(k(yz),A),M=bq(H(j,lu),B),q=H(j,fh);if(q)var
+N=H(o,e6),r=N||H(o,lz);else
 var
-q=p;var
-r=[0,[0,lh,x(bq(q,x5),M)]]}}else
+r=q;var
+s=[0,[0,lC,x(bq(r,yx),M)]]}}else
 var
-r=d;if(!g)var
-t=r}else
+s=d;if(!g)var
+t=s}else
 var
 t=c;if(!f)var
 u=t}else
@@ -4742,53 +4845,53 @@ u=i;if(!e){var
 v=u;m=1}}else{var
 v=h;m=1}if(m)var
 a=v;if(a){var
-w=a[1],O=l[5],y=bt(X(w),O);if(y){var
-P=l[5];return E(function(a){return cv(P,a)},w)}var
+w=a[1],O=l[5],y=bv(V(w),O);if(y){var
+P=l[5];return F(function(a){return cd(P,a)},w)}var
 z=y}else
 var
 z=a;return z},m)){var
-P=0;T=1}if(!T)var
-P=[0,[0,k(y7),y6],0];var
-ak=x(P,ai),al=x(gx(0,m),ak),Q=dE(ab,0),am=0,an=0,ao=Q?[0,[8,Q[1]]]:y5,ap=x([0,[0,c3,[0,ao,an]],am],al),aq=O(K[2]),ar=x([0,[0,K[1],aq],0],ap),as=x(q(function(a){var
-b=O(a[2][1]);return[0,fb(a[1]),b]},F),ar),at=x(fc([0,bV,[0,dA,0]],b,0),as),U=0;if(!W(eL,c)){var
-V=0;if(f9(a)&&f9(e))V=1;if(!V){var
-S=[0,[0,k(y4),y3],0];U=1}}if(!U)var
-S=0;var
-au=x(S,at),av=x(ac,x($,x(ad,x(fc(ln,c,yU),au))));if(h)if(y)var
-aw=ef([0,D,C]),ax=[0,[7,H(h[1],aw)],0],r=[0,[0,k(yV),ax],0];else
+P=0;S=1}if(!S)var
+P=[0,[0,k(zz),zy],0];var
+ak=x(P,ai),al=x(gI(0,m),ak),Q=dK(aa,0),am=0,an=0,ao=Q?[0,[8,Q[1]]]:zx,ap=x([0,[0,c4,[0,ao,an]],am],al),aq=O(L[2]),ar=x([0,[0,L[1],aq],0],ap),as=x(s(function(a){var
+b=O(a[2][1]);return[0,fl(a[1]),b]},z),ar),at=x(fm([0,bW,[0,dE,0]],b,0),as),U=0;if(!X(eX,c)){var
+W=0;if(gh(a)&&gh(e))W=1;if(!W){var
+R=[0,[0,k(zw),zv],0];U=1}}if(!U)var
+R=0;var
+au=x(R,at),av=x(ac,x($,x(ad,x(fm(lI,c,zm),au))));if(g)if(y)var
+aw=eq([0,E,D]),ax=[0,[7,H(g[1],aw)],0],r=[0,[0,k(zn),ax],0];else
 var
 r=y;else
 var
-r=h;var
-ay=x(r,av),az=[0,[0,k(yW),[0,[7,M],0]],0],aA=[0,[7,L[2]],0],aB=[0,[0,k(yX),aA],az],aC=[0,[7,L[1]],0],aD=[0,[0,k(yY),aC],aB],aE=X(a[2]),aF=[0,[7,w(Z,B(X(f),aE))],0],aG=[0,[0,k(yZ),aF],aD],aH=[0,[7,H(Y,z)],0],aI=[0,[0,[0,[1,j,p],0,0,x([0,[0,k(y0),aH],aG],ay),0]]],aJ=E(function(a){return a[4]},f),aK=aJ||E(function(a){return G(a[4])},f),d=f,aL=J(aK,y1,aI);for(;;){if(d){var
-g=d[2];if(g){var
-i=g[1],n=d[1],u=R(n[1],i[1]);if(u)var
+r=g;var
+ay=x(r,av),az=[0,[0,k(zo),[0,[7,M],0]],0],aA=[0,[7,J[2]],0],aB=[0,[0,k(zp),aA],az],aC=[0,[7,J[1]],0],aD=[0,[0,k(zq),aC],aB],aE=V(a[2]),aF=[0,[7,w(Z,C(V(f),aE))],0],aG=[0,[0,k(zr),aF],aD],aH=[0,[7,H(Y,B)],0],aI=[0,[0,[0,[1,j,q],0,0,x([0,[0,k(zs),aH],aG],ay),0]]],aJ=F(function(a){return a[4]},f),aK=aJ||F(function(a){return G(a[4])},f),d=f,aL=K(aK,zt,aI);for(;;){if(d){var
+h=d[2];if(h){var
+i=h[1],n=d[1],u=T(n[1],i[1]);if(u)var
 o=u;else
 var
-v=w(n[1],i[1]),o=v?R(n[2],i[2]):v;if(o){var
-d=g;continue}var
+v=w(n[1],i[1]),o=v?T(n[2],i[2]):v;if(o){var
+d=h;continue}var
 t=o}else
 var
 t=1}else
 var
-t=1;return J(t,y2,aL)}}return i(r(a7,bk,c),d)}return i(r(a7,gn,c),d)}return i(r(function(b){function
+t=1;return K(t,zu,aL)}}return h(r(a4,bk,c),d)}return h(r(a4,gx,c),d)}return h(r(function(b){function
 a(a){function
 b(c){function
 b(d){function
 b(b){function
 e(a){var
-f=k_(u,aS(t),g[7]),e=g[5],h=e?[0,[0,k(xu),xt],0]:e,i=x(h,f);function
+f=lt(u,aW(p),i[7]),e=i[5],g=e?[0,[0,k(xY),xX],0]:e,h=x(g,f);function
 j(b){return I(a,b)}var
-l=x(e8(bp,g[4],[6,a],j),i);function
+l=x(fg(bp,i[4],[6,a],j),h);function
 m(a){return b?I(a,b[1]):b}var
-n=x(e8(bo,g[3],[5,b],m),l);function
+n=x(fg(bo,i[3],[5,b],m),l);function
 o(a){return I(a,d)}var
-p=x(e8(bn,g[2],[4,d],o),n);function
-q(a){return I(c,a)}return[0,x(e8(bc,g[1],[3,c],q),p)]}return i(r(am,bp,a),e)}return i(r(function(a){return bs(am,a)},bo,a),b)}return i(r(am,bn,a),b)}return i(r(am,bc,a),b)}return i(a7(b),a)},bk,c),d)}return i(r(lm,bk,c),d)}return i(ks(A,d),o)}return i(r(_,bU,b),d)}return i(r(function(a){function
+q=x(fg(bn,i[2],[4,d],o),n);function
+r(a){return I(c,a)}return[0,x(fg(bf,i[1],[3,c],r),q)]}return h(r(an,bp,a),e)}return h(r(function(a){return bt(an,a)},bo,a),b)}return h(r(an,bn,a),b)}return h(r(an,bf,a),b)}return h(a4(b),a)},bk,c),d)}return h(r(lH,bk,c),d)}return h(kO(A,d),o)}return h(r(_,bV,b),d)}return h(r(function(a){function
 b(a){var
-b=0;return dN(function(a,c){return kr(o,b,n,a,c)},a)}return i(bj(a),b)},eG,b),d)}return i(r(function(a){function
-b(a){return dN(function(b,h){function
-a(a){if(lg(a[3])){var
+b=0;return dT(function(a,c){return kN(o,b,n,a,c)},a)}return h(bb(a),b)},eS,b),d)}return h(r(function(a){function
+b(a){return dT(function(b,i){function
+a(a){if(lB(a[3])){var
 b=a[1];if(b){var
 c=b[2];if(c){var
 d=c[2];if(d){var
@@ -4796,195 +4899,195 @@ f=d[2];if(f){if(f[2])return[0,a];var
 n=f[1],p=d[1],q=c[1],g=b[1],j=function(b){function
 c(c){function
 d(b){var
-c=a[5],d=G(lg(b));return[0,[0,a[1],a[2],b,d,c]]}return i(r(function(s){if(H(g,eX))var
-d=xS;else
+c=a[5],d=G(lB(b));return[0,[0,a[1],a[2],b,d,c]]}return h(r(function(s){if(H(g,e8))var
+d=yk;else
 var
-m=H(g,eW),d=m?x2:m;if(d){var
-b=d[1],f=ch(lb,n);if(f){var
-h=f[1];if(H(q,c5)){var
-t=0,v=4,w=function(a){return c6(v,a)},x=[0,[0,k(xE),w],t],y=function(a){return[1,a]},z=function(a){return e_(y,a)},B=[0,[0,k(xF),z],x],C=function(a){return[0,a]},D=function(a){return e_(C,a)},E=[0,[0,k(xG),D],B],F=0,I=function(a){return c6(F,a)},J=[0,[0,k(xH),I],E];switch(h){case
+m=H(g,e7),d=m?yu:m;if(d){var
+b=d[1],f=bX(lw,n);if(f){var
+i=f[1];if(H(q,c6)){var
+t=0,v=4,w=function(a){return c8(v,a)},x=[0,[0,k(x8),w],t],y=function(a){return[1,a]},z=function(a){return fi(y,a)},B=[0,[0,k(x9),z],x],C=function(a){return[0,a]},D=function(a){return fi(C,a)},E=[0,[0,k(x_),D],B],F=0,I=function(a){return c8(F,a)},K=[0,[0,k(x$),I],E];switch(i){case
 1:if(b)var
-K=0,L=function(a){return[3,a]},M=[0,[0,le,function(a){return lc(xg,L,a)}],K],P=2,a=[0,[0,eV,function(a){return c6(P,a)}],M];else
+L=0,M=function(a){return[3,a]},N=[0,[0,lz,function(a){return lx(xK,M,a)}],L],P=2,a=[0,[0,e6,function(a){return c8(P,a)}],N];else
 var
-Q=0,R=function(a){return[2,a]},S=function(a){return e_(R,a)},U=[0,[0,k(xI),S],Q],V=1,W=function(a){return c6(V,a)},a=[0,[0,k(xJ),W],U];break;case
+Q=0,R=function(a){return[2,a]},T=function(a){return fi(R,a)},U=[0,[0,k(ya),T],Q],V=1,W=function(a){return c8(V,a)},a=[0,[0,k(yb),W],U];break;case
 5:if(b)var
 a=0;else
 var
-X=0,a=[0,[0,ld,function(a){return c6(xK,a)}],X];break;case
+X=0,a=[0,[0,ly,function(a){return c8(yc,a)}],X];break;case
 7:if(b)var
 a=0;else
 var
-Y=0,Z=function(a){return[4,a]},$=function(a){return lc(xe,Z,a)},ab=[0,[0,k(xL),$],Y],ac=function(a){return[1,a]},ad=function(a){return e_(ac,a)},a=[0,[0,k(xM),ad],ab];break;case
+Y=0,Z=function(a){return[4,a]},$=function(a){return lx(xI,Z,a)},aa=[0,[0,k(yd),$],Y],ab=function(a){return[1,a]},ad=function(a){return fi(ab,a)},a=[0,[0,k(ye),ad],aa];break;case
 8:if(b)var
 a=0;else
 var
-ae=0,ag=3,ah=function(a){return c6(ag,a)},a=[0,[0,k(xN),ah],ae];break;case
+ae=0,af=3,ag=function(a){return c8(af,a)},a=[0,[0,k(yf),ag],ae];break;case
 0:case
 2:var
-a=b?0:J;break;default:var
+a=b?0:K;break;default:var
 a=0}var
-j=ch(a,p);if(j){var
-ak=function(a){return[0,lf(o,G(b),c,[4,[0,b,0,c,h],a])]};return i(A(j[1],s),ak)}return xT}return xU}return xV}var
-l=ch(lb,n);if(l){if(1===l[1]){if(H(g,k(xW))&&H(q,gu)&&H(p,ld)&&an){if(c){var
+j=bX(a,p);if(j){var
+ak=function(a){return[0,lA(o,G(b),c,[4,[0,b,0,c,i],a])]};return h(A(j[1],s),ak)}return yl}return ym}return yn}var
+l=bX(lw,n);if(l){if(1===l[1]){if(H(g,k(yo))&&H(q,gE)&&H(p,ly)&&am){if(c){var
 al=function(a){var
-b=a?lf(o,1,c,[4,[0,0,1,c,1],[5,a[1]]]):xX;return[0,b]},aj=function(c){var
-b=af(gP,c);if(b){var
+b=a?lA(o,1,c,[4,[0,0,1,c,1],[5,a[1]]]):yp;return[0,b]},aj=function(c){var
+b=ah(g2,c);if(b){var
 a=b[1];if(typeof
-a==="number")return xP;else{if(4===a[0]){var
+a==="number")return yh;else{if(4===a[0]){var
 d=function(a){function
 b(b){function
 c(j){function
 c(k){var
-a=bD(e[3],j),c=bD(e[3],k),d=b?bD(e[4],b[1]):fR,f=O(u,a),g=f?O(u,c):f,h=g?O(u,d):g;if(h)var
-l=bi(c),m=bi(a),i=[0,[0,[0,[0,bi(d)],m,l]]];else
+a=bG(e[3],j),c=bG(e[3],k),d=b?bG(e[4],b[1]):f1,f=J(u,a),g=f?J(u,c):f,h=g?J(u,d):g;if(h)var
+l=bj(c),m=bj(a),i=[0,[0,[0,[0,bj(d)],m,l]]];else
 var
-i=h;return[0,i]}return i(r(function(a){return ai(_,a)},cd,a),c)}return i(r(function(a){return ai(_,a)},cZ,a),c)}function
-c(a){return ai(_,a)}return i(r(function(a){return bs(c,a)},aa,a),b)};return i(aV(gP,T([0,aa,[0,cZ,[0,cd,0]]],0,a)),d)}return N(xQ)}}return N(xR)};return i(i(T([0,gP,0],0,s),aj),al)}return xY}return xZ}return x0}return x1},eS,b),d)}return i(r(bS,cC,b),c)};return i(a7(h),j)}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return i(gw(z,0,b,h),a)},a)}return i(bj(a),b)},eF,b),m)}var
-s=0;function
-v(a){return kh(l,e,s,a)}return i(r(function(a){return ai(v,a)},c3,b),m)}var
-m=p?1:p;return i(r(function(b){function
-c(a){return[0,[0,fb(gQ),a]]}if(typeof
+i=h;return[0,i]}return h(r(function(a){return ai(_,a)},cf,a),c)}return h(r(function(a){return ai(_,a)},c0,a),c)}function
+c(a){return ai(_,a)}return h(r(function(a){return bt(c,a)},ac,a),b)};return h(aX(g2,S([0,ac,[0,c0,[0,cf,0]]],0,a)),d)}return O(yi)}}return O(yj)};return h(h(S([0,g2,0],0,s),aj),al)}return yq}return yr}return ys}return yt},dH,b),d)}return h(r(bu,ci,b),c)};return h(a4(i),j)}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return h(gH(B,0,b,i),a)},a)}return h(bb(a),b)},eR,b),m)}var
+t=0;function
+v(a){return ky(l,e,t,a)}return h(r(function(a){return ai(v,a)},c4,b),m)}var
+m=q?1:q;return h(r(function(b){function
+c(a){return[0,[0,fl(g3),a]]}if(typeof
 b==="number")var
 a=[0,[0,[7,G(m)],0]];else
 var
 d=function(a){function
 b(b){function
 c(c){if(m)var
-d=x(b[1],c[1]),a=q(function(a){if(typeof
+d=x(b[1],c[1]),a=s(function(a){if(typeof
 a!=="number"&&0===a[0])return[5,a[1]];return a},d);else
 var
-a=yQ;return[0,a]}var
-d=1;return i(r(function(a){return eU(l,e,d,a)},bb,a),c)}var
-c=0;return i(r(function(a){return eU(l,e,c,a)},bl,a),b)},a=i(T([0,bl,[0,bb,0]],0,b),d);return i(a,c)},gQ,o),s)}return i(a1(function(a){function
+a=zi;return[0,a]}var
+d=1;return h(r(function(a){return e5(l,e,d,a)},be,a),c)}var
+c=0;return h(r(function(a){return e5(l,e,c,a)},bl,a),b)},a=h(S([0,bl,[0,be,0]],0,b),d);return h(a,c)},g3,o),t)}return h(aZ(function(a){function
 b(b){return[0,[0,a[1],b]]}var
-c=a[1],d=a[2];return i(r(function(a){return eU(l,e,d,a)},c,o),b)},m),s)}var
-F=0,K=[0,gQ,q(bP,m)];return i(r(function(a){return T(K,F,a)},c2,b),v)}return i(r(a7,c2,b),m)}return i(r(function(b){function
+c=a[1],d=a[2];return h(r(function(a){return e5(l,e,d,a)},c,o),b)},m),t)}var
+z=0,L=[0,g3,s(bS,m)];return h(r(function(a){return S(L,z,a)},c3,b),v)}return h(r(a4,c3,b),m)}return h(r(function(b){function
 a(a){function
 b(b){function
 c(c){var
-a=j[2],d=0===a[0]?[0,a[1]]:0,e=k9(aa,c,d);return[0,x(k9(ba,[0,b],[0,j[1]]),e)]}return i(r(function(a){return bs(k8,a)},aa,a),c)}return i(r(k8,ba,a),b)}return i(T([0,ba,[0,aa,0]],0,b),a)},j1,c),ab)}return i(r(function(b){function
+a=j[2],d=0===a[0]?[0,a[1]]:0,e=ls(ac,c,d);return[0,x(ls(bd,[0,b],[0,j[1]]),e)]}return h(r(function(a){return bt(lr,a)},ac,a),c)}return h(r(lr,bd,a),b)}return h(S([0,bd,[0,ac,0]],0,b),a)},ke,c),$)}return h(r(function(b){function
 a(a){function
 b(f){function
 b(g){function
-b(h){function
+b(i){function
 b(j){function
 b(k){function
 b(b){function
 l(a){var
-c=[0,[0,f,g,h,j,k,b,a]],d=b?I(b[1],U):1;return J(d,w5,c)}var
-c=af(e1,a);if(c)var
+c=[0,[0,f,g,i,j,k,b,a]],d=b?I(b[1],U):1;return K(d,xx,c)}var
+c=ah(e$,a);if(c)var
 m=function(a){var
-b=[0,q(b9,a)],c=J(cu(q(function(a){return iw(a[1])},a)),w6,b),d=a?1:a;return J(d,w7,c)},n=c[1],d=i(aV(e1,ai(function(b){function
+b=[0,s(b$,a)],c=K(cw(s(function(a){return iK(a[1])},a)),xy,b),d=a?1:a;return K(d,xz,c)},n=c[1],d=h(aX(e$,ai(function(b){function
 a(a){function
 b(b){function
 c(f){function
 c(g){function
 c(h){var
-i=[0,[0,b,[0,bD(e[4],b),f,g,h]]];if(a)var
+i=[0,[0,b,[0,bG(e[4],b),f,g,h]]];if(a)var
 c=a[2],d=c?1:c;else
 var
-d=1;return J(d,w4,i)}return i(bW(bo,a),c)}return i(bW(bn,a),c)}return i(bW(bc,a),c)}return i(r(function(a){return ai(_,a)},aa,a),b)}return i(T([0,aa,0],[0,bc,[0,bn,[0,bo,0]]],b),a)},n)),m);else
+d=1;return K(d,xw,i)}return h(bY(bo,a),c)}return h(bY(bn,a),c)}return h(bY(bf,a),c)}return h(r(function(a){return ai(_,a)},ac,a),b)}return h(S([0,ac,0],[0,bf,[0,bn,[0,bo,0]]],b),a)},n)),m);else
 var
-d=w8;return i(d,l)}return i(bW(eN,a),b)}return i(bW(kN,a),b)}return i(bW(bp,a),b)}return i(bW(bo,a),b)}return i(bW(bn,a),b)}return i(bW(bc,a),b)}return i(T(0,[0,bc,[0,bn,[0,bo,[0,bp,[0,kN,[0,eN,[0,e1,0]]]]]]],b),a)},gn,c),g)}var
-o=X(f),p=aR(e2(d));if(O(B(aR(gG(a,d)),p),o))var
-s=cD(e2(d)),j=kQ(a,f,cD(gG(a,d)),s),v=j?[0,j[1]]:g,m=v;else
+d=xA;return h(d,l)}return h(bY(eZ,a),b)}return h(bY(k8,a),b)}return h(bY(bp,a),b)}return h(bY(bo,a),b)}return h(bY(bn,a),b)}return h(bY(bf,a),b)}return h(S(0,[0,bf,[0,bn,[0,bo,[0,bp,[0,k8,[0,eZ,[0,e$,0]]]]]]],b),a)},gx,c),i)}var
+o=V(f),q=aV(fa(d));if(J(C(aV(gT(a,d)),q),o))var
+t=cD(fa(d)),j=k$(a,f,cD(gT(a,d)),t),v=j?[0,j[1]]:i,m=v;else
 var
-m=g;return i(m,n)}var
-j=0;if(!dI(a)&&!e3(a)){var
-g=u;j=1}if(!j)var
-m=aR(cj(d)),g=B(aR(ck(a,d)),m);var
-n=dk(u,p),o=a1(function(b){var
-g=b[2],k=b[1],e=aR(cj(d));function
+m=i;return h(m,n)}var
+j=0;if(!dO(a)&&!fb(a)){var
+i=u;j=1}if(!j)var
+m=aV(cl(d)),i=C(aV(cm(a,d)),m);var
+n=dn(u,q),o=aZ(function(b){var
+g=b[2],k=b[1],e=aV(cl(d));function
 c(b){function
 c(d){function
 c(c){function
 f(f){function
 g(g){var
-a=w(K(B(d,e),c),k),h=[0,[0,f,g]],b=a?O(u,c):a,i=b?R(c,e):b;return J(i,w1,h)}var
-h=X(a[2]),j=r(function(a){return al(h,am,a)},bk,b);return i(bE(e3(a),0,j),g)}var
-g=r(aQ,eu,b);return i(bE(dI(a),U,g),f)}return i(r(aI,gE,b),c)}return i(r(aI,kM,b),c)}var
-f=bq(e3(a),bk);return i(T(x([0,kM,[0,gE,0]],x(bq(dI(a),eu),f)),0,g),c)},n);return i(aV(bd,J(bt(g,p),w2,o)),s)},Q=m[1];return i(aV(bd,a1(function(c){var
-g=au(a[2]);function
+a=w(M(C(d,e),c),k),h=[0,[0,f,g]],b=a?J(u,c):a,i=b?T(c,e):b;return K(i,xt,h)}var
+i=V(a[2]),j=r(function(a){return am(i,an,a)},bk,b);return h(bH(fb(a),0,j),g)}var
+g=r(aF,eF,b);return h(bH(dO(a),U,g),f)}return h(r(aL,gR,b),c)}return h(r(aL,k7,b),c)}var
+f=bq(fb(a),bk);return h(S(x([0,k7,[0,gR,0]],x(bq(dO(a),eF),f)),0,g),c)},n);return h(aX(bg,K(bv(i,q),xu,o)),t)},Q=m[1];return h(aX(bg,aZ(function(c){var
+g=aw(a[2]);function
 b(b){function
 c(c){function
 d(d){function
 e(a){function
-h(e){var
-b=O(u,c),f=J(ew(g,a),wW,[0,[0,c,d,a,e]]),h=b?O(u,d):b;return J(h,wX,f)}var
-e=af(gD,b);if(e)var
+i(e){var
+b=J(u,c),f=K(eI(g,a),xo,[0,[0,c,d,a,e]]),h=b?J(u,d):b;return K(h,xp,f)}var
+e=ah(gQ,b);if(e)var
 j=function(b){var
-c=R(u,b),d=c?w(hN(b,ge(q(cS,a))),u):c;return J(d,wZ,wY)},f=i(aV(gD,aI(e[1])),j);else
+c=T(u,b),d=c?w(h1(b,go(s(cT,a))),u):c;return K(d,xr,xq)},f=h(aX(gQ,aL(e[1])),j);else
 var
-f=w0;return i(f,h)}var
-f=X(a[2]);return i(r(function(a){return al(f,aQ,a)},et,b),e)}var
-e=X(a[3]);return i(r(function(a){return eg(e,a)},ba,b),d)}var
-d=X(a[4]);return i(r(function(a){return eg(d,a)},aa,b),c)}return i(T([0,aa,[0,ba,[0,et,0]]],[0,gD,0],c),b)},Q)),P)}}var
-d=a[1];return i(r(function(b){function
+f=xs;return h(f,i)}var
+f=V(a[2]);return h(r(function(a){return am(f,aF,a)},eE,b),e)}var
+e=V(a[3]);return h(r(function(a){return er(e,a)},bd,b),d)}var
+d=V(a[4]);return h(r(function(a){return er(d,a)},ac,b),c)}return h(S([0,ac,[0,bd,[0,eE,0]]],[0,gQ,0],c),b)},Q)),P)}}var
+e=a[1];return h(r(function(b){function
 a(a){function
-e(c){function
+f(c){function
 b(b){function
-e(a){var
-d=[0,[0,b,a,c]],e=aR(q(function(a){return a[2]},b));return J(O(g(2,t),e),wT,d)}var
-f=X(d[3][3]);function
-h(a){return kP(f,a)}return i(r(function(a){return bs(h,a)},aa,a),e)}var
-e=X(d[3][2]);return i(r(function(a){return kP(e,a)},ba,a),b)}var
-b=af(gC,a);if(b)var
-f=function(a){var
-b=aT(a),d=0===b?t:0<b?a:t,c=O(g(2,t),a),e=[0,d],f=c?O(a,g(2,g(2,g(2,g(2,F(g(2,g(2,g(2,g(2,F(g(2,F(g(2,F(g(2,g(2,g(2,t)))))))))))))))))):c;return J(f,wU,e)},c=i(aV(gC,aI(b[1])),f);else
+f(a){var
+e=[0,[0,b,a,c]],f=aV(s(function(a){return a[2]},b));return K(J(d(2,p),f),xl,e)}var
+g=V(e[3][3]);function
+i(a){return k_(g,a)}return h(r(function(a){return bt(i,a)},ac,a),f)}var
+f=V(e[3][2]);return h(r(function(a){return k_(f,a)},bd,a),b)}var
+b=ah(gP,a);if(b)var
+g=function(a){var
+b=aT(a),e=0===b?p:0<b?a:p,c=J(d(2,p),a),f=[0,e],g=c?J(a,d(2,d(2,d(2,d(2,z(d(2,d(2,d(2,d(2,z(d(2,z(d(2,z(d(2,d(2,d(2,p)))))))))))))))))):c;return K(g,xm,f)},c=h(aX(gP,aL(b[1])),g);else
 var
-c=[0,t];return i(c,e)}return i(T([0,ba,[0,aa,0]],[0,gC,0],b),a)},kK,e),f)}return i(aV(c4,je([4,kO(aw(function(a){return G(H(a[1],kK))},e))])),p)};return i(a7(D),j)}return N(y8)}return y9}return i(ll(ap,a,h),d)}return i(r(aI,eI,a),d)}return i(r(ej,eH,a),d)}var
-d=[0,c4,[0,bd,0]],e=[0,eH,[0,eI,0]];return i(r(function(a){return T(e,d,a)},dB,c),a)};return i(f7(kO(c)),j)}function
+c=[0,p];return h(c,f)}return h(S([0,bd,[0,ac,0]],[0,gP,0],b),a)},k5,f),i)}return h(aX(c5,ju([4,k9(az(function(a){return G(H(a[1],k5))},f))])),q)};return h(a4(E),j)}return O(zA)}return zB}return h(lG(ap,a,g),e)}return h(r(aL,eU,a),e)}return h(r(eu,eT,a),e)}var
+e=[0,c5,[0,bg,0]],f=[0,eT,[0,eU,0]];return h(r(function(a){return S(f,e,a)},dF,c),a)};return h(gf(k9(c)),j)}function
 l(a){var
 b=a?[0,a[1]]:a;return[0,b]}function
-e(e){function
+f(e){function
 a(a){function
-d(Z){function
-d($){function
-d(d){if(d){var
-f=d[1],j=f[1],o=j[2],a=j[1],B=f[2];if(a){var
+f(Z){function
+f($){function
+f(f){if(f){var
+i=f[1],j=i[1],o=j[2],a=j[1],B=i[2];if(a){var
 C=a[2],D=a[1],l=function(a){function
 l(ab){var
-d=C,f=0;function
-ac(j){var
-m=a[5],n=a[1][2],p=X(a[2]),s=X(a[3]),f=[0,X(a[4]),s,p,n,m,ab,j];function
+f=C,i=0;function
+ad(i){var
+m=a[5],n=a[1][2],q=V(a[2]),t=V(a[3]),f=[0,V(a[4]),t,q,n,m,ab,i];function
 y(d){function
 O(y){if(d){var
-n=d[1],t=jw(a,j,n[2]);switch(a[1][2]){case
+n=d[1],t=jL(a,i,n[2]);switch(a[1][2]){case
 0:var
 l=0;break;case
 1:var
 l=1;break;default:var
 l=2}var
-u=dl(X(a[3])),v=[0,dl(X(a[4])),u,l,t],A=[0,[0,n[1],v]]}else
+u=dp(V(a[3])),v=[0,dp(V(a[4])),u,l,t],A=[0,[0,n[1],v]]}else
 var
 A=d;var
-p=e[3][3],m=p?1:p,s=e[3][4],g=s?1:s;function
+p=e[3][3],m=p?1:p,q=e[3][4],j=q?1:q;function
 w(p){var
-j=ad(function(a){return W(a[1],p)},dF),s=g?kj(m):g,t=j?dF:j,l=x(ki,x(t,s)),n=g?aw(function(a){return m?m:G(a[2][2])},kg):g;function
+i=aa(function(a){return X(a[1],p)},dL),q=j?kA(m):j,t=i?dL:i,l=x(kz,x(t,q)),n=j?az(function(a){return m?m:G(a[2][2])},kx):j;function
 u(m){function
-p(F){function
-l(S){function
+p(E){function
+l(T){function
 Q(b){var
-c=b?bl:bb,a=ch(F,c),d=a?a[1][2]:a;return d}function
+c=b?bl:be,a=bX(E,c),d=a?a[1][2]:a;return d}function
 l(U){var
 I=a[7];if(I)var
 l=I;else
 var
-ab=W(eM,c),l=ab||W(dA,b);var
-m=af(bV,b);if(m){var
+ac=X(eY,c),l=ac||X(dE,b);var
+m=ah(bW,b);if(m){var
 n=m[1],O=0;if(typeof
 n!=="number"&&4===n[0]){var
-K=n[1];O=1}if(!O)var
-K=0;var
-p=K}else
+J=n[1];O=1}if(!O)var
+J=0;var
+p=J}else
 var
 p=m;var
-R=l||W(eK,c),V=R||W(eO,c),g=G(V),X=g?kJ(f,1,p):g,Y=g?kJ(f,0,p):g;function
-s(a){return a?X:Y}var
-t=af(bk,c);if(t){var
+R=l||X(eW,c),V=R||X(e0,c),j=G(V),W=j?k3(f,1,p):j,Y=j?k3(f,0,p):j;function
+q(a){return a?W:Y}var
+t=ah(bk,c);if(t){var
 u=t[1],P=0;if(typeof
 u!=="number"&&4===u[0]){var
-v=af(bc,u[1]);if(v){var
+v=ah(bf,u[1]);if(v){var
 w=v[1],z=0;if(typeof
 w==="number")z=1;else
 switch(w[0]){case
@@ -5002,66 +5105,66 @@ L=0;var
 M=L}else
 var
 M=t;function
-aa(m){function
-g(t){function
-g(g){function
-n(T){function
-g(V){var
-u=jd(e,a[1]),v=u[1],w=u[2];function
-y(a){return l?ys:a}function
-z(a){return w?a:[0,yt,a]}var
-X=[0,[0,bU,y(T)],0],Y=gy(0,t),_=x(q(function(a){var
-b=y(a[2]);return[0,a[1],b]},Y),X),aa=x(gx(0,m),_),I=dE(U,0),ab=0,ac=0,ae=I?[0,[8,I[1]]]:yI,ag=x([0,[0,c3,[0,ae,ac]],ab],aa),ah=x(q(function(a){var
-b=z(a[2]);return[0,a[1],b]},S),ag),ai=x(q(function(a){var
-b=z(a[2][1]);return[0,fb(a[1]),b]},F),ah),aj=d?[0,[0,k(yv),yu],0]:d,ak=x(aj,ai),al=x(fc([0,dA,0],b,0),ak),n=af(bV,b);if(n){var
-i=n[1],O=0;if(typeof
-i!=="number"&&4===i[0]){var
-g=i[1];O=1}if(!O)var
-g=0;var
+ab(m){function
+j(t){function
+j(j){function
+n(S){function
+j(V){var
+u=jt(e,a[1]),v=u[1],w=u[2];function
+y(a){return l?yW:a}function
+z(a){return w?a:[0,yX,a]}var
+W=[0,[0,bV,y(S)],0],Y=gJ(0,t),_=x(s(function(a){var
+b=y(a[2]);return[0,a[1],b]},Y),W),ab=x(gI(0,m),_),I=dK(U,0),ac=0,ad=0,ae=I?[0,[8,I[1]]]:za,af=x([0,[0,c4,[0,ae,ad]],ac],ab),ag=x(s(function(a){var
+b=z(a[2]);return[0,a[1],b]},T),af),ai=x(s(function(a){var
+b=z(a[2][1]);return[0,fl(a[1]),b]},E),ag),aj=d?[0,[0,k(yZ),yY],0]:d,ak=x(aj,ai),al=x(fm([0,dE,0],b,0),ak),n=ah(bW,b);if(n){var
+j=n[1],O=0;if(typeof
+j!=="number"&&4===j[0]){var
+h=j[1];O=1}if(!O)var
+h=0;var
 r=function(a,d){var
-b=W(a,g);if(b)var
-e=0,f=ad(function(e){var
+b=X(a,h);if(b)var
+e=0,f=aa(function(e){var
 a=e[3];if(a){var
 b=a[1];if(typeof
-b!=="number"&&6===b[0])return by(b[1],d);var
+b!=="number"&&6===b[0])return bA(b[1],d);var
 c=0}else
 var
-c=a;return c},m)?[0,[6,d,0],0]:wx,c=[0,[0,x(bV,x(k(ww),a)),f],e];else
+c=a;return c},m)?[0,[6,d,0],0]:w1,c=[0,[0,x(bW,x(k(w0),a)),f],e];else
 var
-c=b;return c},Q=g?E(function(a){return cv([0,bl,[0,bb,0]],a[1])},g)?0:[0,[0,bV,wy],0]:[0,[0,bV,wz],0],R=x(r(bb,0),Q),K=x(r(bl,1),R)}else
+c=b;return c},Q=h?F(function(a){return cd([0,bl,[0,be,0]],a[1])},h)?0:[0,[0,bW,w2],0]:[0,[0,bW,w3],0],R=x(r(be,0),Q),J=x(r(bl,1),R)}else
 var
-K=n;var
-am=x(K,al),P=0;if(!W(eL,c)&&!f9(a)){var
-L=[0,[0,k(yH),yG],0];P=1}if(!P)var
+J=n;var
+am=x(J,al),P=0;if(!X(eX,c)&&!gh(a)){var
+L=[0,[0,k(y$),y_],0];P=1}if(!P)var
 L=0;var
-an=x(L,am),ao=x(V,x(fc(ln,c,yw),an));if(h)if(o)var
-ap=ef([0,D,C]),aq=[0,[7,H(h[1],ap)],0],p=[0,[0,k(yx),aq],0];else
+an=x(L,am),ao=x(V,x(fm(lI,c,y0),an));if(g)if(o)var
+ap=eq([0,D,C]),aq=[0,[7,H(g[1],ap)],0],p=[0,[0,k(y1),aq],0];else
 var
 p=o;else
 var
-p=h;var
-ar=x(p,ao),as=[0,[0,k(yy),[0,[7,w],0]],0],at=[0,[7,v[2]],0],au=[0,[0,k(yz),at],as],av=[0,[7,v[1]],0],aw=[0,[0,k(yA),av],au],ax=[0,[0,k(yB),[0,[0,[0,$]],0]],aw],ay=[0,[7,H(Z,B)],0],az=x([0,[0,k(yC),ay],ax],ar),M=ad(function(a){var
+p=g;var
+ar=x(p,ao),as=[0,[0,k(y2),[0,[7,w],0]],0],at=[0,[7,v[2]],0],au=[0,[0,k(y3),at],as],av=[0,[7,v[1]],0],aw=[0,[0,k(y4),av],au],ax=[0,[0,k(y5),[0,[0,[0,$]],0]],aw],ay=[0,[7,H(Z,B)],0],az=x([0,[0,k(y6),ay],ax],ar),M=aa(function(a){var
 b=a[4];if(b)var
 c=a[5],e=c?1:c,d=e;else
 var
 d=b;return d},m);if(M)var
-aA=W(eK,c),aB=aA||W(eO,c),N=G(aB);else
+aA=X(eW,c),aB=aA||X(e0,c),N=G(aB);else
 var
 N=M;var
-aC=s(0),aD=[0,[0,[0,[0,f,A],s(1),aC,az,N]]],aE=G(fT(f)),aF=aE||(j?d?0:1:j),aG=J(aF,yD,aD),aH=e[1]?G(W(bV,b)):1,aI=J(aH,yE,aG),aJ=d?G(W(bV,b)):1;return J(aJ,yF,aI)}return i(r(lm,bk,c),g)}return i(ks(t,g),n)}return i(r(_,bU,b),g)}return i(r(function(a){function
+aC=q(0),aD=[0,[0,[0,[0,f,A],q(1),aC,az,N]]],aE=G(f3(f)),aF=aE||(i?d?0:1:i),aG=K(aF,y7,aD),aH=e[1]?G(X(bW,b)):1,aI=K(aH,y8,aG),aJ=d?G(X(bW,b)):1;return K(aJ,y9,aI)}return h(r(lH,bk,c),j)}return h(kO(t,j),n)}return h(r(_,bV,b),j)}return h(r(function(a){function
 b(a){var
-b=fT(f);return dN(function(a,c){return kr(Q,b,j,a,c)},a)}return i(bj(a),b)},eG,b),g)}return i(r(function(b){function
-c(b){return dN(function(b,t){function
+b=f3(f);return dT(function(a,c){return kN(Q,b,i,a,c)},a)}return h(bb(a),b)},eS,b),j)}return h(r(function(b){function
+c(b){return dT(function(b,s){function
 c(b){var
-n=b[3];if(n){if(typeof
-n[1]==="number"){if(n[2])return[0,b];var
-p=b[1],z=p?H(p[1],eW):1,q=s(z);if(q){var
-A=q[1],B=function(c){if(c){var
+p=b[3];if(p){if(typeof
+p[1]==="number"){if(p[2])return[0,b];var
+u=q(k4(b));if(u){var
+D=u[1],E=function(c){if(c){var
 d=c[1],o=0;if(typeof
 d==="number"||!(6===d[0]))o=1;else{var
-e=b[5],m=d[1],q=bq(A[1][3],wt),r=x(bq(G(m),wm),q),s=0,t=a[5]?x(k(wn),M):wp,f=x([0,wk,[0,wr,[0,t,s]]],r),u=x(f,bq(m,wv)),g=E(function(a){return cv(e,a)},f),p=0;if(g){var
-h=E(function(a){return cv(u,a)},e);if(h){var
-n=cu(e);p=1}else
+e=b[5],m=d[1],q=bq(D[1][3],wX),r=x(bq(G(m),wQ),q),s=0,t=a[5]?x(k(wR),M):wT,f=x([0,wO,[0,wV,[0,t,s]]],r),u=x(f,bq(m,wZ)),g=F(function(a){return cd(e,a)},f),p=0;if(g){var
+h=F(function(a){return cd(u,a)},e);if(h){var
+n=cw(e);p=1}else
 var
 i=h}else
 var
@@ -5071,56 +5174,66 @@ j=n?[0,b[1],b[2],c,0,b[5]]:b}if(o)var
 j=b;var
 l=j}else
 var
-l=b;return[0,l]},f=b[1];if(f){var
-g=f[2];if(g){var
-h=g[2];if(h){var
-j=h[2];if(j&&!j[2]){var
-e=j[1],l=g[1],o=f[1],m=H(o,eW),d=0;if(H(h[1],wg)){var
-u=0;if(!m&&!H(o,eX)){d=1;u=1}if(!u){var
-v=0;if(!H(l,c5)&&!H(l,wi)){d=1;v=1}if(!v){var
-w=0;if(eY(kH,e)||eY(kI,e))w=1;else
-d=1;if(w)var
-y=function(a){function
+l=b;return[0,l]},i=b[1];if(i){var
+j=i[2];if(j){var
+l=j[2];if(l){var
+m=l[2];if(m&&!m[2]){var
+c=m[1],t=l[1],g=j[1],n=i[1],o=H(n,e7),e=0;if(H(t,wJ)){var
+v=0;if(!o&&!H(n,e8)){e=1;v=1}if(!v){var
+w=0;if(!H(g,c6)&&!H(g,gF)){e=1;w=1}if(!w){var
+y=0;if(c7(gM,c)||c7(gN,c))y=1;else
+e=1;if(y)var
+A=function(a){function
 b(b){function
-c(a){var
-c=0,d=m?bl:bb,f=[0,[7,H(a,d)],c],g=H(l,c5)?[0,e,b]:[1,e,b];return[0,[0,[6,m,g],f]]}return i(r(function(a){function
-b(a){return r(_,kF,a)}return i(T([0,kF,0],0,a),b)},eS,a),c)}return i(r(bS,cC,a),b)},c=i(a7(t),y)}}}else
-d=1;if(d)var
-c=[0,b[3]]}else
+d(a){var
+d=0,e=o?bl:be,f=[0,[7,H(a,e)],d],h=H(g,c6)?[0,c,b]:[1,c,b];return[0,[0,[6,o,h],f]]}return h(r(function(a){function
+b(a){return r(_,k1,a)}return h(S([0,k1,0],0,a),b)},dH,a),d)}return h(r(bu,ci,a),b)},d=h(a4(s),A)}}}else
+e=1;if(e){var
+f=0;if(H(t,kF)){var
+B=[0,k(wL),0];if(cd([0,k(wM),B],n)&&H(g,gF)){var
+z=0;if(!c7(gM,c)&&!c7(gN,c)){f=1;z=1}if(!z)if(G(aa(function(a){return kL(a,c)},kM)))var
+C=function(a){function
+d(d){function
+e(a){return[0,[0,[6,k4(b),[2,c,d,a]],0]]}return h(r(function(a){function
+b(a){return r(kI,e4,a)}return h(S([0,e4,0],0,a),b)},dH,a),e)}return h(r(bu,ci,a),d)},d=h(a4(s),C);else
+f=1}else
+f=1}else
+f=1;if(f)var
+d=[0,b[3]]}}else
 var
-c=[0,b[3]]}else
+d=[0,b[3]]}else
 var
-c=[0,b[3]]}else
+d=[0,b[3]]}else
 var
-c=[0,b[3]]}else
+d=[0,b[3]]}else
 var
-c=[0,b[3]];return i(c,B)}return[0,b]}return[0,b]}return[0,b]}return i(gw(B,ay(function(a){return a[1]},d),b,t),c)},b)}return i(bj(b),c)},eF,b),aa)}function
-m(b){return kh(e,a,g,b)}return i(r(function(a){return ai(m,a)},c3,b),l)}return i(a1(function(b){function
-j(a){return[0,[0,fb(b[1]),a]]}var
-c=af(b[1],m);if(c){var
+d=[0,b[3]];return h(d,E)}return[0,b]}return[0,b]}return[0,b]}return h(gH(B,ay(function(a){return a[1]},d),b,s),c)},b)}return h(bb(b),c)},eR,b),ab)}function
+m(b){return ky(e,a,j,b)}return h(r(function(a){return ai(m,a)},c4,b),l)}return h(aZ(function(b){function
+j(a){return[0,[0,fl(b[1]),a]]}var
+c=ah(b[1],m);if(c){var
 d=c[1];if(typeof
 d==="number")var
 f=[0,[0,[7,G(o)],0]];else
 var
 k=function(a){var
-c=o?[0,[0,[2,b[2][1],b[2][2],a]],0]:yJ;return[0,c]},h=b[2][2],l=ai(function(c){function
+c=o?[0,[0,[2,b[2][1],b[2][2],a]],0]:zb;return[0,c]},i=b[2][2],l=ai(function(c){function
 b(b){function
 c(c){function
 d(a){function
-d(b){return[0,[0,[0,c,a],b]]}return i(r(am,eR,b),d)}return i(r(function(b){return gt(e,a,b)},ba,b),d)}var
-d=r(function(b){return kd(e,a,b)},aa,b);return i(bE(G(h),a2,d),c)}return i(T(x(bq(G(h),aa),[0,ba,[0,eR,0]]),0,c),b)},d),f=i(aV(b[1],l),k);var
+d(b){return[0,[0,[0,c,a],b]]}return h(r(an,e3,b),d)}return h(r(function(b){return gD(e,a,b)},bd,b),d)}var
+d=r(function(b){return ku(e,a,b)},ac,b);return h(bH(G(i),a5,d),c)}return h(S(x(bq(G(i),ac),[0,bd,[0,e3,0]]),0,c),b)},d),f=h(aX(b[1],l),k);var
 g=f}else
 var
-g=yK;return i(g,j)},n),l)}return i(a1(function(b){function
+g=zc;return h(g,j)},n),l)}return h(aZ(function(b){function
 c(a){return[0,[0,b[1],a]]}var
-d=b[1],f=b[2];return i(r(function(b){return eU(e,a,f,b)},d,m),c)},l),p)}var
-w=q(bP,n),v=0,y=x(q(bP,l),w);return i(r(function(a){return T(y,v,a)},c2,b),u)}return i(r(a7,c2,b),w)}if(d){var
-g=d[1],t=g[1];if(t[11]){if(t[6]){var
-m=j,l=g[2];for(;;){if(m){var
+d=b[1],f=b[2];return h(r(function(b){return e5(e,a,f,b)},d,m),c)},l),p)}var
+w=s(bS,n),v=0,y=x(s(bS,l),w);return h(r(function(a){return S(y,v,a)},c3,b),u)}return h(r(a4,c3,b),w)}if(d){var
+j=d[1],t=j[1];if(t[11]){if(t[6]){var
+m=i,l=j[2];for(;;){if(m){var
 p=m[2];if(p&&l){var
-s=l[2];if(s){var
-u=w(m[1][1],p[1][1])?ju(l[1],s[1]):1;if(u){var
-m=p,l=s;continue}var
+q=l[2];if(q){var
+u=w(m[1][1],p[1][1])?jJ(l[1],q[1]):1;if(u){var
+m=p,l=q;continue}var
 n=u}else
 var
 n=1}else
@@ -5131,448 +5244,451 @@ n=1;var
 v=n;break}}else
 var
 v=1;var
-I=J(v,sc,sb),K=g[2],y=bt(X(j),K);if(y)var
-L=g[2],M=X(a[2]),z=E(function(a){return bt(M,a)},L);else
+I=K(v,sw,sv),J=j[2],y=bv(V(i),J);if(y)var
+L=j[2],M=V(a[2]),z=F(function(a){return bv(M,a)},L);else
 var
 z=y;var
-A=J(z,sd,I)}else
+A=K(z,sx,I)}else
 var
-A=sf;var
-N=t[10],F=aV(eJ,J(E(function(b){var
-c=b[1],f=g[1];return E(function(b){var
-d=X(a[2]),c=R(b[3],d);return c?ad(function(a){var
+A=sz;var
+N=t[10],E=aX(eV,K(F(function(b){var
+c=b[1],f=j[1];return F(function(b){var
+d=V(a[2]),c=T(b[3],d);return c?aa(function(a){var
 c=w(a[1],b[1]);if(c){var
 d=f[6];if(!d)return w(a[2],b[2]);var
 e=d}else
 var
-e=c;return e},j):c},c)},N),se,A))}else
+e=c;return e},i):c},c)},N),sy,A))}else
 var
-F=yL;return i(F,O)}var
-d=af(eJ,c);if(d)var
-z=function(a){return[0,[0,a]]},F=d[1],v=function(b){function
+E=zd;return h(E,O)}var
+j=ah(eV,c);if(j)var
+z=function(a){return[0,[0,a]]},E=j[1],v=function(b){function
 c(e){function
 c(c){function
-d(h){function
-d(d){function
-f(j){function
-f(l){function
-f(k){function
+f(i){function
 f(f){function
+g(j){function
+g(l){function
+g(k){function
+g(g){function
 m(m){function
-g(n){function
-g(b){var
-o=b?b[1][2]:b,p=[0,[0,[0,l,c,h,d,k,e,j,f,m,n,ay(bP,b)],o]];if(f)var
-q=f[1],g=bt(X(a[3]),q);else
+d(n){function
+d(b){var
+o=b?b[1][2]:b,p=[0,[0,[0,l,c,i,f,k,e,j,g,m,n,ay(bS,b)],o]];if(g)var
+q=g[1],d=bv(V(a[3]),q);else
 var
-g=1;var
-r=J(g,r7,p),s=e?j?0:1:1,t=J(s,r8,r),u=d?I(d[1],c):1,v=J(u,r9,t),i=G(f_(c)),w=i?I(h,c):i;return J(w,r_,v)}return i(r(function(a){return bs(r1,a)},jk,b),g)}function
+d=1;var
+r=K(d,sp,p),s=e?j?0:1:1,t=K(s,sq,r),u=f?I(f[1],c):1,v=K(u,sr,t),h=G(gi(c)),w=h?I(i,c):h;return K(w,ss,v)}return h(r(function(a){return bt(sj,a)},jA,b),d)}function
 n(b){function
 a(a){function
 b(b){function
-c(a){return[0,[0,b,a]]}return i(r(am,ev,a),c)}function
+c(a){return[0,[0,b,a]]}return h(r(an,eG,a),c)}function
 c(b){function
 a(a){if(a){var
 b=a[2];if(b){var
 c=b[2],f=b[1];if(c){var
 d=c[2],g=c[1];if(d){var
-h=d[1];if(d[2])return N(rV);var
+i=d[1];if(d[2])return O(sd);var
 j=function(a){function
 b(b){function
 c(c){function
-d(d){return[0,[0,a,b,c,d]]}return i(am(h),d)}return i(aI(g),c)}var
+d(d){return[0,[0,a,b,c,d]]}return h(an(i),d)}return h(aL(g),c)}var
 c=e?typeof
-f==="number"?[0,aS(t)]:N(rW):aI(f);return i(c,b)};return i(aI(a[1]),j)}return N(rX)}return N(rY)}return N(rZ)}return N(r0)}return i(bj(b),a)}return i(r(function(a){return ai(c,a)},jl,a),b)}return i(T([0,jl,[0,ev,0]],0,b),a)}return i(r(function(a){return ai(n,a)},bd,b),g)}var
+f==="number"?[0,aW(p)]:O(se):aL(f);return h(c,b)};return h(aL(a[1]),j)}return O(sf)}return O(sg)}return O(sh)}return O(si)}return h(bb(b),a)}return h(r(function(a){return ai(c,a)},jB,a),b)}return h(S([0,jB,[0,eG,0]],0,b),a)}return h(r(function(a){return ai(n,a)},bg,b),d)}var
 n=a[2];function
 o(b){function
 a(f){var
-a=q(function(a){return A(du(function(b){return H(a,b)}),n)},f);if(a){var
+a=s(function(a){return A(dx(function(b){return H(a,b)}),n)},f);if(a){var
 b=a[2],c=a[1];if(b){var
-d=b[1];if(b[2])return N(r3);var
-e=O(u,c),g=[0,[0,c,d]],h=e?O(u,d):e;return J(h,r4,g)}return N(r5)}return N(r6)}return i(al(g(2,t),_,b),a)}return i(r(function(a){return ai(o,a)},jj,b),m)}return i(r(function(a){return bs(rT,a)},ji,b),f)}var
-m=[0,[0,k(r$),0],0],n=[0,[0,k(sa),1],m];return i(r(function(a){return a$(n,a)},jg,b),f)}var
-l=[0,[0,bl,1],[0,[0,bb,0],0]];return i(r(function(a){return a$(l,a)},bm,b),f)}return i(r(function(a){return bs(aQ,a)},bp,b),f)}return i(r(function(a){return bs(aQ,a)},bo,b),d)}return i(r(aQ,bn,b),d)}return i(r(aQ,bc,b),c)}return i(r(fN,jh,b),c)},l=i(aV(eJ,i(T([0,bm,[0,bc,[0,bn,[0,bo,[0,jg,[0,jh,[0,bp,[0,ji,[0,jj,[0,bd,[0,jk,0]]]]]]]]]]],0,F),v)),z);else
+d=b[1];if(b[2])return O(sl);var
+e=J(u,c),g=[0,[0,c,d]],h=e?J(u,d):e;return K(h,sm,g)}return O(sn)}return O(so)}return h(am(d(2,p),_,b),a)}return h(r(function(a){return ai(o,a)},jz,b),m)}return h(r(function(a){return bt(sb,a)},jy,b),g)}var
+m=[0,[0,k(st),0],0],n=[0,[0,k(su),1],m];return h(r(function(a){return bc(n,a)},jw,b),g)}var
+l=[0,[0,bl,1],[0,[0,be,0],0]];return h(r(function(a){return bc(l,a)},bm,b),g)}return h(r(function(a){return bt(aF,a)},bp,b),g)}return h(r(function(a){return bt(aF,a)},bo,b),f)}return h(r(aF,bn,b),f)}return h(r(aF,bf,b),c)}return h(r(fX,jx,b),c)},l=h(aX(eV,h(S([0,bm,[0,bf,[0,bn,[0,bo,[0,jw,[0,jx,[0,bp,[0,jy,[0,jz,[0,bg,[0,jA,0]]]]]]]]]]],0,E),v)),z);else
 var
-l=yM;return i(l,y)}for(;;){if(d){var
-p=d[1],s=0;if(a[7]&&jf(p)){var
-l=[0,M(f,0),d];s=1}if(!s){var
-d=d[2],f=[0,p,f];continue}}else
+l=ze;return h(l,y)}for(;;){if(f){var
+q=f[1],t=0;if(a[7]&&jv(q)){var
+l=[0,N(i,0),f];t=1}if(!t){var
+f=f[2],i=[0,q,i];continue}}else
 var
-l=[0,M(f,0),0];var
-m=l[2],n=a[6],v=n?[0,cx,0]:n,y=a[5]?0:[0,bk,0],z=x(y,v),F=1===a[1][2]?[0,eu,0]:0,K=x([0,aa,[0,ba,[0,et,0]]],x(F,z)),S=l[1],j=X(a[2]),L=X(a[4]),Q=X(a[3]),U=a1(function(c){function
+l=[0,N(i,0),0];var
+m=l[2],n=a[6],v=n?[0,cy,0]:n,y=a[5]?0:[0,bk,0],z=x(y,v),E=1===a[1][2]?[0,eF,0]:0,L=x([0,ac,[0,bd,[0,eE,0]]],x(E,z)),R=l[1],j=V(a[2]),M=V(a[4]),Q=V(a[3]),U=aZ(function(c){function
 b(b){function
 c(e){function
 c(f){function
 c(g){function
-d(h){function
+d(i){function
 c(k){function
-l(a){return[0,[0,e,f,g,h,k,a]]}var
+l(a){return[0,[0,e,f,g,i,k,a]]}var
 c=a[6];if(c)var
-m=function(a){return al(j,aQ,a)},n=X(c[1]),d=r(function(a){return al(n,m,a)},cx,b);else
+m=function(a){return am(j,aF,a)},n=V(c[1]),d=r(function(a){return am(n,m,a)},cy,b);else
 var
-d=ro;return i(d,l)}var
-d=1===a[1][2]?r(aQ,eu,b):[0,P];return i(d,c)}if(a[5])var
-c=rp;else
+d=rI;return h(d,l)}var
+d=1===a[1][2]?r(aF,eF,b):[0,P];return h(d,c)}if(a[5])var
+c=rJ;else
 var
-h=function(a){return bs(am,a)},c=r(function(a){return al(j,h,a)},bk,b);return i(c,d)}return i(r(function(a){return al(j,aQ,a)},et,b),c)}return i(r(function(a){return eg(Q,a)},ba,b),c)}return i(r(function(a){return eg(L,a)},aa,b),c)}return i(T(K,0,c),b)},S),V=a[7]?m?1:m:1,Y=J(V,rq,U);return i(aV(bd,J(E(jf,m),rr,Y)),ac)}}var
-d=af(gm,c);if(d)var
-m=d[1],j=function(b){function
+i=function(a){return bt(an,a)},c=r(function(a){return am(j,i,a)},bk,b);return h(c,d)}return h(r(function(a){return am(j,aF,a)},eE,b),c)}return h(r(function(a){return er(Q,a)},bd,b),c)}return h(r(function(a){return er(M,a)},ac,b),c)}return h(S(L,0,c),b)},R),W=a[7]?m?1:m:1,Y=K(W,rK,U);return h(aX(bg,K(F(jv,m),rL,Y)),ad)}}var
+f=ah(gw,c);if(f)var
+m=f[1],j=function(b){function
 c(f){function
 c(g){var
 c=a[6];if(c){var
-d=c[1],b=q(function(b){var
-c=a[2];return A(du(function(a){return H(b,a)}),c)},f),e=a[1][3][3],h=e?1:e,i=X(d),j=[0,[0,[0,b,A(du(function(a){return H(g,a)}),d),i,h]]],k=az(b,bQ(b));return J(E(function(a){return R(a[1],a[2])},k),rs,j)}return rt}return i(r(_,cx,b),c)}return i(r(eh,cY,b),c)},f=aV(gm,i(T([0,cY,[0,cx,0]],0,m),j));else
+d=c[1],b=s(function(b){var
+c=a[2];return A(dx(function(a){return H(b,a)}),c)},f),e=a[1][3][3],h=e?1:e,i=V(d),j=[0,[0,[0,b,A(dx(function(a){return H(g,a)}),d),i,h]]],k=aB(b,bT(b));return K(F(function(a){return T(a[1],a[2])},k),rM,j)}return rN}return h(r(_,cy,b),c)}return h(r(es,cZ,b),c)},i=aX(gw,h(S([0,cZ,[0,cy,0]],0,m),j));else
 var
-f=yN;return i(f,l)};return i(aV(c4,je(D)),l)}return N(yO)}return yP}return i(ll(ap,a,h),d)}return i(r(aI,eI,a),d)}return i(r(ej,eH,a),d)}var
-d=[0,c4,[0,bd,0]],f=[0,eH,[0,eI,0]];return i(r(function(a){return T(f,d,a)},dB,c),a)}return i(i(f7(c),e),l)}return i(r(function(a){return T(o,s,a)},eE,b),v)}return i(r(a7,eE,b),a)}return i(r(yj,j0,b),a)}var
-c=[0,[0,k(y$),0],0];return i(r(function(a){return a$(c,a)},er,b),a)}return i(T(yl,[0,bV,[0,dA,0]],b),a)}var
-p=i(lk(aK),aL);if(0===p[0]){var
-e=p[1];if(typeof
-e==="number")return 0;else{if(0===e[0]){var
-f=e[1],aF=gl(f),n=f[1];if(0===n[0])var
+i=zf;return h(i,l)};return h(aX(c5,ju(D)),l)}return O(zg)}return zh}return h(lG(ap,a,g),f)}return h(r(aL,eU,a),f)}return h(r(eu,eT,a),f)}var
+f=[0,c5,[0,bg,0]],i=[0,eT,[0,eU,0]];return h(r(function(a){return S(i,f,a)},dF,c),a)}return h(h(gf(c),f),l)}return h(r(function(a){return S(o,t,a)},eQ,b),v)}return h(r(a4,eQ,b),a)}return h(r(yN,kd,b),a)}var
+c=[0,[0,k(zD),0],0];return h(r(function(a){return bc(c,a)},eC,b),a)}return h(S(yP,[0,bW,[0,dE,0]],b),a)}var
+q=h(lF(aJ),aM);if(0===q[0]){var
+i=q[1];if(typeof
+i==="number")return 0;else{if(0===i[0]){var
+f=i[1],aG=gv(f),n=f[1];if(0===n[0])var
 o=1;else{var
-aj=n[2],a=n[1],L=jD(a[1]),s=0;if(L){var
-l=a[2],Q=0===l[0]?jD(l[1]):G(di(l[1],0));if(Q){var
-V=fy(ss,bC(a));if(V){var
-Y=G(di(a[4],0));if(Y){var
-as=a[5],at=jA(a),Z=gb(jB(a),at,as);if(Z){var
-ax=a[5],aA=a[4],aB=function(a){return ew(aA,a)},ab=E(function(a){return E(aB,a)},ax);if(ab){var
+ak=n[2],a=n[1],L=jS(a[1]),t=0;if(L){var
+l=a[2],Q=0===l[0]?jS(l[1]):G(dk(l[1],0));if(Q){var
+W=fI(sM,bF(a));if(W){var
+Y=G(dk(a[4],0));if(Y){var
+as=a[5],at=jP(a),Z=gl(jQ(a),at,as);if(Z){var
+au=a[5],av=a[4],aA=function(a){return eI(av,a)},$=F(function(a){return F(aA,a)},au);if($){var
 j=a[7];if(0===j[0])var
-y=j[1],z=cy(a[4],y),c=z?E(a0,y):z;else{var
-C=j[1],aq=bC(a),D=gb(ce(a),aq,C);if(D)var
+y=j[1],B=cz(a[4],y),c=B?F(a3,y):B;else{var
+D=j[1],aq=bF(a),E=gl(cg(a),aq,D);if(E)var
 ar=function(b){var
-c=cy(a[4],b);return c?E(a0,b):c},c=E(function(a){return E(ar,a)},C);else
+c=cz(a[4],b);return c?F(a3,b):c},c=F(function(a){return F(ar,a)},D);else
 var
-c=D}if(c){var
-ac=a[6];if(ac){var
-m=ac[1],aC=bC(a),ae=gb(ce(a),aC,m);if(ae){var
-aD=bh(m),d=ew(au(bh(m)),aD);s=1}else{var
-d=ae;s=1}}else
+c=E}if(c){var
+ad=a[6];if(ad){var
+m=ad[1],aC=bF(a),ae=gl(cg(a),aC,m);if(ae){var
+aD=bi(m),e=eI(aw(bi(m)),aD);t=1}else{var
+e=ae;t=1}}else
 var
 b=1}else
 var
 b=c}else
 var
-b=ab}else
+b=$}else
 var
 b=Z}else
 var
 b=Y}else
 var
-b=V}else
+b=W}else
 var
 b=Q}else
 var
-b=L;if(!s)var
-d=b;var
-v=0;if(d)if(aj)var
-o=iF(aj[1]);else{var
-an=1;v=1}else{var
-an=d;v=1}if(v)var
-o=an}if(o&&iF(aF)){var
-cg=lo(f,0),ci=lo(f,1),ag=f[1],aE=0===ag[0]?0:ag[2],br=ay(iZ,aE),cl=iZ(gl(f)),aG=f[4],ao=q(function(a){var
-b=0,c=a[2],d=bg(function(cm,c){if(typeof
+b=L;if(!t)var
+e=b;var
+v=0;if(e)if(ak)var
+o=iT(ak[1]);else{var
+al=1;v=1}else{var
+al=e;v=1}if(v)var
+o=al}if(o&&iT(aG)){var
+cj=lJ(f,0),ck=lJ(f,1),af=f[1],aE=0===af[0]?0:af[2],bw=ay(jd,aE),cn=jd(gv(f)),aH=f[4],ao=s(function(a){var
+b=0,c=a[2],d=bh(function(cm,c){if(typeof
 c==="number")var
 d=2;else
 switch(c[0]){case
 0:var
-d=i6(cl,c[1]);break;case
+d=jk(cn,c[1]);break;case
 1:var
-aQ=f[1],bs=0===aQ[0]?aQ[2]:0;if(bs){var
-bt=bs[1],bu=c[3],bv=c[2],e=bt[2],a=bt[1],aH=by(c[1],a[1]),J=0;if(aH){var
-bZ=im(a,e),aG=ad(function(a){if(a)var
+aQ=f[1],bt=0===aQ[0]?aQ[2]:0;if(bt){var
+bu=bt[1],bv=c[3],bx=c[2],e=bu[2],a=bu[1],aH=bA(c[1],a[1]),K=0;if(aH){var
+b0=iB(a,e),aG=aa(function(a){if(a)var
 b=a[2],c=b?1:b;else
 var
-c=a;return c},bZ);if(aG)if(bv){var
-s=bv[1],bY=im(a,e),aF=E(function(a){return E(function(b){return E(function(a){return I(b,S(s,a))},a)},a)},bY);if(aF){var
-bP=h$(a),at=bP||G(a[1]),au=at?h_(a,e,0):at;if(a[1])var
-bQ=e[1],M=q(function(b){var
-g=e[4],f=aw(function(a){return w(a[1],b)},g),h=h$(a)?au:h_(a,e,[0,b]),c=q(o5,f),d=a[6],i=d?E(function(i){return E(function(j){var
+c=a;return c},b0);if(aG)if(bx){var
+y=bx[1],bY=iB(a,e),aF=F(function(a){return F(function(b){return F(function(a){return I(b,R(y,a))},a)},a)},bY);if(aF){var
+bQ=ip(a),at=bQ||G(a[1]),au=at?io(a,e,0):at;if(a[1])var
+bR=e[1],N=s(function(b){var
+g=e[4],f=az(function(a){return w(a[1],b)},g),h=ip(a)?au:io(a,e,[0,b]),c=s(pn,f),d=a[6],i=d?F(function(i){return F(function(j){var
 b=i,a=j;for(;;){if(b){if(a){var
 c=a[1],d=b[1],e=w(d[1],c[1]);if(e){var
-f=cT(d[2],c[2]);if(f){var
+f=cU(d[2],c[2]);if(f){var
 b=b[2],a=a[2];continue}var
 g=f}else
 var
 g=e;var
 h=g}else
 var
-h=a;return h}return a?0:1}},c)},c):d;return[0,b,q(function(b){var
-c=h5(a,b);return[0,b[2],c]},f),i,h]},bQ);else
+h=a;return h}return a?0:1}},c)},c):d;return[0,b,s(function(b){var
+c=ii(a,b);return[0,b[2],c]},f),i,h]},bR);else
 var
-bS=0,bT=0,bU=ik(e),M=[0,[0,aS(t),q(function(b){var
-c=fF(e,b),d=h3(q(function(b){var
-c=h5(a,b);return ct(fE(e,b),c)},c));return[0,b,ct(aU(fG(e,b)),d)]},bU),bT,au],bS];var
-r=fH(a),ax=E(o6,e[4]),bH=0;if(ax){var
-aA=a0(a[3]);if(aA){var
-aB=I(a[3],a[2]);if(aB){var
-aC=R(u,fH(a));if(aC){var
-bV=ig(a),bW=fH(a),N=E(function(a){return ib(bW,a)},bV);bH=1}else
+bS=0,bT=0,bV=iz(e),N=[0,[0,aW(p),s(function(b){var
+c=fP(e,b),d=ig(s(function(b){var
+c=ii(a,b);return cv(fO(e,b),c)},c));return[0,b,cv(aU(fQ(e,b)),d)]},bV),bT,au],bS];var
+v=fR(a),av=F(po,e[4]),bH=0;if(av){var
+aw=a3(a[3]);if(aw){var
+aA=I(a[3],a[2]);if(aA){var
+aC=T(u,fR(a));if(aC){var
+bW=iv(a),bX=fR(a),O=F(function(a){return ir(bX,a)},bW);bH=1}else
 var
-p=aC}else
+t=aC}else
 var
-p=aB}else
+t=aA}else
 var
-p=aA}else
+t=aw}else
 var
-p=ax;if(!bH)var
-N=p;var
-bI=0;if(N){var
-aD=I(U,s);if(aD){var
-aE=E(function(b){var
-aa=aw(function(a){return w(a[1],b[1])},bu),c=b[2],d=$(function(a){return $(function(b){return w(a[1],b[1])?0:[0,[0,a,b],0]},c)},c);return E(function(J){var
-g=J[2],h=J[1],F=cR(function(a){var
-c=w(a[1],b[1]),d=c?w(a[2],h[1]):c;return d?w(a[3],g[1]):d},aa);if(F){var
+t=av;if(!bH)var
+O=t;var
+bJ=0;if(O){var
+aD=I(U,y);if(aD){var
+aE=F(function(b){var
+$=az(function(a){return w(a[1],b[1])},bv),c=b[2],d=ab(function(a){return ab(function(b){return w(a[1],b[1])?0:[0,[0,a,b],0]},c)},c);return F(function(K){var
+g=K[2],h=K[1],E=cS(function(a){var
+c=w(a[1],b[1]),d=c?w(a[2],h[1]):c;return d?w(a[3],g[1]):d},$);if(E){var
 f=a[4],Y=b[4];if(f)var
-V=a[5]?[0,h,[0,g,0]]:b[2],W=f[1],G=q(function(b){var
-a=bR(W);return cb(b[2],a)},V);else
+V=a[5]?[0,h,[0,g,0]]:b[2],W=f[1],G=s(function(b){var
+a=bU(W);return cc(b[2],a)},V);else
 var
 G=f;var
-Z=x(G,Y),i=ih(u,F[1][4],Z);if(i){var
-j=i[1],_=ct(s,g[2]),k=cb(h[2],_),p=cU(k),t=av(function(a,b){var
-c=cU(a[2]);return fB(B(a[1][2],c),b)},p,j),v=id(k);if(v){var
-y=E(function(a){return id(a[2])},j);if(y){var
-z=q(function(a){var
-b=ie(a[2]),c=cU(a[2]),d=bz(t,B(a[1][2],c));return[0,B(a[1][1],d),b]},j),Q=ie(k),A=bz(t,p),T=function(c){var
-b=a[11],d=b?d_(P,b[1][2],c[1][1]):a[2];return eb(r,d)},l=R(u,r),U=function(c){var
-b=a[11],d=b?d_(P,b[1][1],c[1][1]):a[3];return eb(r,d)};if(l){var
-m=R(u,A);if(m){var
+Z=x(G,Y),i=iw(u,E[1][4],Z);if(i){var
+j=i[1],_=cv(y,g[2]),k=cc(h[2],_),p=cV(k),q=ax(function(a,b){var
+c=cV(a[2]);return fL(C(a[1][2],c),b)},p,j),r=it(k);if(r){var
+t=F(function(a){return it(a[2])},j);if(t){var
+z=s(function(a){var
+b=iu(a[2]),c=cV(a[2]),d=bs(q,C(a[1][2],c));return[0,C(a[1][1],d),b]},j),Q=iu(k),A=bs(q,p),S=function(c){var
+b=a[11],d=b?ej(P,b[1][2],c[1][1]):a[2];return em(v,d)},l=T(u,v),U=function(c){var
+b=a[11],d=b?ej(P,b[1][1],c[1][1]):a[3];return em(v,d)};if(l){var
+m=T(u,A);if(m){var
 c=z;for(;;){if(c){var
-n=O(u,c[1][1]);if(n){var
+n=J(u,c[1][1]);if(n){var
 c=c[2];continue}var
 d=n}else
 var
 d=1;if(d){var
-o=[0,[0,A,Q],z],L=h1(o),M=h0(o),N=B(r,L);return O(K(h2(U,T,hZ(o2,hW(function(n,o){var
-b=o[1],c=n[1],d=b[1],e=d[2],f=d[1],g=c[1],h=g[2],i=g[1],j=R(i,f);if(j)var
+o=[0,[0,A,Q],z],L=id(o),N=ic(o),O=C(v,L);return J(M(ie(U,S,ib(pk,h_(function(n,o){var
+b=o[1],c=n[1],d=b[1],e=d[2],f=d[1],g=c[1],h=g[2],i=g[1],j=T(i,f);if(j)var
 a=j;else{var
 k=w(i,f);if(k){var
-l=R(h,e);if(l)var
+l=T(h,e);if(l)var
 a=l;else{var
-m=w(h,e);if(m)return O(c[2],b[2]);var
+m=w(h,e);if(m)return J(c[2],b[2]);var
 a=m}}else
 var
-a=k}return a},M))),N),u)}var
+a=k}return a},N))),O),u)}var
 e=d;break}}else
 var
 e=m}else
 var
 e=l;return e}var
-C=y}else
+B=t}else
 var
-C=v;return C}return i}var
+B=r;return B}return i}var
 H=b[3];if(H)return H;var
-D=ah(ii(a));if(D){var
-X=S(s,ii(a));return I(a[2],X)}return D},d)},M);if(aE){var
-C=E(function(a){return ad(function(b){var
+D=ag(ix(a));if(D){var
+X=R(y,ix(a));return I(a[2],X)}return D},d)},N);if(aE){var
+E=F(function(a){return aa(function(b){var
 d=w(b[1],a[1]),e=d?G(w(a[2],a[3])):d;if(e)var
-f=b[2],c=ad(function(b){return w(b[1],a[2])},f);else
+f=b[2],c=aa(function(b){return w(b[1],a[2])},f);else
 var
 c=e;if(c){var
-g=b[2];return ad(function(b){return w(b[1],a[3])},g)}return c},M)},bu);bI=1}else
+g=b[2];return aa(function(b){return w(b[1],a[3])},g)}return c},N)},bv);bJ=1}else
 var
 Q=aE}else
 var
 Q=aD}else
 var
-Q=N;if(!bI)var
-C=Q}else
+Q=O;if(!bJ)var
+E=Q}else
 var
-C=aF}else{var
-T=1;J=1}else{var
-T=aG;J=1}}else{var
-T=aH;J=1}if(J)var
-C=T;var
-d=c7([0,C])}else
+E=aF}else{var
+S=1;K=1}else{var
+S=aG;K=1}}else{var
+S=aH;K=1}if(K)var
+E=S;var
+d=c9([0,E])}else
 var
 d=1;break;case
 2:var
-ao=c[3],ap=c[2],bw=c[1];if(bw){var
-l=bw[1];if(w(l[1],l[2]))var
-aM=ep(ap,i$),b1=aM?ep(ao,i$):aM,i=[0,b1];else{var
-aN=i_(ap);if(aN){var
-v=aN[1],aO=i_(ao);if(aO)if(w(aO[1],K(v,t))){var
-aI=eo(l,[0,v,f1]);if(aI)if(1===aI[1])var
-i=qB;else{var
-V=eo(l,[0,K(v,t),f1]),aq=0;if(V)if(1===V[1]){var
-aJ=qC;aq=1}else
+ao=c[3],ap=c[2],by=c[1];if(by){var
+m=by[1];if(w(m[1],m[2]))var
+aM=eA(ap,jp),b2=aM?eA(ao,jp):aM,i=[0,b2];else{var
+aN=jo(ap);if(aN){var
+z=aN[1],aO=jo(ao);if(aO)if(w(aO[1],M(z,p))){var
+aI=ez(m,[0,z,f$]);if(aI)if(1===aI[1])var
+i=qV;else{var
+V=ez(m,[0,M(z,p),f$]),aq=0;if(V)if(1===V[1]){var
+aJ=qW;aq=1}else
 var
-i=qD;else{var
+i=qX;else{var
 aJ=V;aq=1}if(aq)var
 i=aJ}else{var
-W=eo(l,[0,K(v,t),f1]);if(W)var
-aK=1!==W[1]?1:0,aL=aK?qE:aK;else
+W=ez(m,[0,M(z,p),f$]);if(W)var
+aK=1!==W[1]?1:0,aL=aK?qY:aK;else
 var
 aL=W;var
 i=aL}}else
 var
-i=qJ;else
+i=q3;else
 var
-i=qK}else
+i=q4}else
 var
-i=qL}}else
+i=q5}}else
 var
-aP=ep(ap,ja),b2=aP?ep(ao,ja):aP,i=[0,b2];var
-d=c7(i);break;case
+aP=eA(ap,jq),b3=aP?eA(ao,jq):aP,i=[0,b3];var
+d=c9(i);break;case
 3:var
-bx=c[1],ch=c[2];if(bx)var
-b0=eo(bx[1],ch),bB=ay(function(a){return 2<=a?0:1},b0);else
+bz=c[1],ch=c[2];if(bz)var
+b1=ez(bz[1],ch),bC=ay(function(a){return 2<=a?0:1},b1);else
 var
-bB=qA;var
-cj=c[3],d=c7(ay(function(a){return by(cj,a)},bB));break;case
+bC=qU;var
+ci=c[3],d=c9(ay(function(a){return bA(ci,a)},bC));break;case
 4:var
 aR=f[1],bD=0===aR[0]?0:[0,aR[1]];if(bD){var
-o=c[2],g=c[1],b=bD[1],ar=0;if(typeof
-o==="number")ar=1;else
-switch(o[0]){case
+q=c[2],g=c[1],b=bD[1],ar=0;if(typeof
+q==="number")ar=1;else
+switch(q[0]){case
 5:var
-bq=o[1];if(1===g[4]){var
+br=q[1];if(1===g[4]){var
 ae=g[3];if(ae){var
-bi=g[2];if(bi)var
-bj=G(g[1]),af=bj?bX(b):bj;else
+bj=g[2];if(bj)var
+bk=G(g[1]),af=bk?bZ(b):bk;else
 var
-af=bi;if(af){var
-n=ae[1],y=n[1],z=n[2],b_=gS(b),ca=gK(b[1]),a9=bX(b),L=0;if(a9){var
-a_=I(U,n);if(a_){var
-cc=b$(0,ce(b)),a$=E(function(f){var
-a=gR(b,f);if(a){var
-c=a[1],d=a[2];if(E(function(f){var
+af=bj;if(af){var
+o=ae[1],A=o[1],B=o[2],b$=g5(b),ca=gX(b[1]),a_=bZ(b),L=0;if(a_){var
+a$=I(U,o);if(a$){var
+cd=cb(0,cg(b)),ba=F(function(f){var
+a=g4(b,f);if(a){var
+c=a[1],d=a[2];if(F(function(f){var
 b=c,a=f;for(;;){if(b){if(a){var
 d=w(b[1],a[1]);if(d){var
 b=b[2],a=a[2];continue}var
 e=d}else
 var
-e=a;return e}return a?0:1}},d))return E(function(a){return O(fa(e$,y,z,c,c,a),u)},ca);var
-e=gI(0,az(b_,a));return E(function(a){var
-b=gJ(a[1][1],a[2][1]);return O(fa(e$,y,z,a[1][2],a[2][2],b),u)},e)}return a},cc);if(a$)if(bq){var
-h=bq[1],Y=h[1],bJ=0;if(Y){var
-Z=Y[1],b3=gR(b,Z),aZ=bA(h[2],b3,0),b4=gR(b,Z),a1=bA(h[3],b4,0),b5=gS(b),b6=bA(h[3],b5,0),b7=gS(b),a2=gJ(bA(h[2],b7,0),b6),a3=fz(Z,ce(b)),bK=0;if(a3){var
-b8=bC(b),a4=fz(h[2],b8);if(a4){var
-b9=bC(b),a5=fz(h[3],b9);if(a5){var
-a6=G(di(h[2],h[3]));if(a6){var
-a7=w(fa(e$,y,z,aZ,a1,a2),u);if(a7){var
-_=R(u,fa(ya,y,z,aZ,a1,a2));bJ=1;bK=1}else
+e=a;return e}return a?0:1}},d))return F(function(a){return J(fk(fj,A,B,c,c,a),u)},ca);var
+e=gV(0,aB(b$,a));return F(function(a){var
+b=gW(a[1][1],a[2][1]);return J(fk(fj,A,B,a[1][2],a[2][2],b),u)},e)}return a},cd);if(ba)if(br){var
+h=br[1],Y=h[1],bK=0;if(Y){var
+Z=Y[1],b4=g4(b,Z),a0=bB(h[2],b4,0),b5=g4(b,Z),a1=bB(h[3],b5,0),b6=g5(b),b7=bB(h[3],b6,0),b8=g5(b),a2=gW(bB(h[2],b8,0),b7),a4=fJ(Z,cg(b)),bL=0;if(a4){var
+b9=bF(b),a5=fJ(h[2],b9);if(a5){var
+b_=bF(b),a6=fJ(h[3],b_);if(a6){var
+a7=G(dk(h[2],h[3]));if(a7){var
+a8=w(fk(fj,A,B,a0,a1,a2),u);if(a8){var
+_=T(u,fk(yE,A,B,a0,a1,a2));bK=1;bL=1}else
 var
-m=a7}else
+n=a8}else
 var
-m=a6}else
+n=a7}else
 var
-m=a5}else
+n=a6}else
 var
-m=a4}else
+n=a5}else
 var
-m=a3;if(!bK)var
-a8=m}else
+n=a4;if(!bL)var
+a9=n}else
 var
-a8=Y;if(!bJ)var
-_=a8;var
-ag=_?G(I(n,U)):_}else
+a9=Y;if(!bK)var
+_=a9;var
+ah=_?G(I(o,U)):_}else
 var
-ag=I(n,U);else{var
-aa=a$;L=1}}else{var
-aa=a_;L=1}}else{var
-aa=a9;L=1}if(L)var
-ag=aa;var
-ai=[0,ag]}else
+ah=I(o,U);else{var
+$=ba;L=1}}else{var
+$=a$;L=1}}else{var
+$=a_;L=1}if(L)var
+ah=$;var
+ai=[0,ah]}else
 var
 ai=af}else
 var
 ai=ae;var
-j=ai}else
+k=ai}else
 var
-j=0;break;case
+k=0;break;case
 6:var
-j=0;break;case
+k=0;break;case
 7:var
-cf=o[1];if(5===g[4]){var
-aj=g[3],bL=0;if(aj)if(cf){var
-j=0;bL=1}else{var
-bk=G(g[2]);if(bk)var
-bl=G(g[1]),al=bl?bX(b):bl;else
+cf=q[1];if(5===g[4]){var
+ak=g[3],bM=0;if(ak)if(cf){var
+k=0;bM=1}else{var
+bl=G(g[2]);if(bl)var
+bm=G(g[1]),al=bm?bZ(b):bm;else
 var
-al=bk;if(al){var
-am=aj[1],ab=b[8][1],bM=0;if(ab){var
-ba=ab[1],ac=b[8][2],bN=0;if(ac){var
-bb=ac[1],bc=kY(b),bO=0;if(bc){var
-bd=bX(b);if(bd){var
-be=I(U,am);if(be){var
-bf=I(bb,ba);if(bf){var
-cd=b$(0,ce(b)),bm=E(function(f){var
-c=lj(b,function(a){return a[2]},f,ba),a=lj(b,function(a){return a[3]},f,bb),g=bF(c,a),d=jK(cn(b),g),e=I(a,c);if(e){var
-h=co(b)[2];return E(function(e){var
-f=S(a,bF(am,U)),g=kW(co(b)[1],am,e);return I(ak(d,S(bF(bF(c,d),a),g)),f)},h)}return e},cd);bM=1;bN=1;bO=1}else
+al=bl;if(al){var
+am=ak[1],ac=b[8][1],bN=0;if(ac){var
+bb=ac[1],ad=b[8][2],bO=0;if(ad){var
+bc=ad[1],bd=lh(b),bP=0;if(bd){var
+be=bZ(b);if(be){var
+bf=I(U,am);if(bf){var
+bg=I(bc,bb);if(bg){var
+ce=cb(0,cg(b)),bn=F(function(f){var
+c=lE(b,function(a){return a[2]},f,bb),a=lE(b,function(a){return a[3]},f,bc),g=bI(c,a),d=jZ(cp(b),g),e=I(a,c);if(e){var
+h=cq(b)[2];return F(function(e){var
+f=R(a,bI(am,U)),g=lf(cq(b)[1],am,e);return I(aj(d,R(bI(bI(c,d),a),g)),f)},h)}return e},ce);bN=1;bO=1;bP=1}else
 var
-A=bf}else
+D=bg}else
 var
-A=be}else
+D=bf}else
 var
-A=bd}else
+D=be}else
 var
-A=bc;if(!bO)var
-bg=A}else
+D=bd;if(!bP)var
+bh=D}else
 var
-bg=ac;if(!bN)var
-bh=bg}else
+bh=ad;if(!bO)var
+bi=bh}else
 var
-bh=ab;if(!bM)var
-bm=bh;var
-an=[0,bm]}else
+bi=ac;if(!bN)var
+bn=bi;var
+an=[0,bn]}else
 var
 an=al}else
 var
-an=aj;if(!bL)var
-j=an}else
+an=ak;if(!bM)var
+k=an}else
 var
-j=0;break;default:ar=1}if(ar){var
-bn=kY(b);if(bn)var
-bo=G(g[2]),bp=bo?w$(b,g,o):bo;else
+k=0;break;default:ar=1}if(ar){var
+bo=lh(b);if(bo)var
+bp=G(g[2]),bq=bp?xD(b,g,q):bp;else
 var
-bp=bn;var
-j=[0,bp]}var
-d=c7(j)}else
+bq=bo;var
+k=[0,bq]}var
+d=c9(k)}else
 var
 d=1;break;case
 5:var
-d=br?i6(br[1],c[1]):1;break;case
+d=bw?jk(bw[1],c[1]):1;break;case
 6:var
-bE=c[1],bG=jZ(f,bE);if(bG){var
-k=c[2],D=bG[1],X=function(b,a){return b?a?I(b[1],a[1]):1:a?0:1};if(typeof
-k==="number")var
-F=1;else
-if(0===k[0])var
-aT=H(k[1],D[2]),F=aT?X(D[1][10],k[2]):aT;else{var
-aV=k[2],aW=H(k[1],D[2]),as=0;if(aW){var
-aX=X([0,U],aV);if(aX)var
-F=X(aV,D[1][9]);else{var
+bE=c[1],bG=kc(f,bE);if(bG){var
+j=c[2],l=bG[1],X=function(b,a){return b?a?I(b[1],a[1]):1:a?0:1};if(typeof
+j==="number")var
+r=1;else
+switch(j[0]){case
+0:var
+aS=H(j[1],l[2]),r=aS?X(l[1][10],j[2]):aS;break;case
+1:var
+aT=j[2],aV=H(j[1],l[2]),as=0;if(aV){var
+aX=X([0,U],aT);if(aX)var
+r=X(aT,l[1][9]);else{var
 aY=aX;as=1}}else{var
-aY=aW;as=1}if(as)var
-F=aY}if(F)var
-ck=bE?ci:cg,d=c7(ck);else
+aY=aV;as=1}if(as)var
+r=aY;break;default:var
+aZ=H(j[1],l[2]),r=aZ?ja(l[1][9],j[2],j[3]):aZ}if(r)var
+cl=bE?ck:cj,d=c9(cl);else
 var
 d=1}else
 var
 d=2;break;default:var
-d=c7([0,c[1]])}switch(cm){case
+d=c9([0,c[1]])}switch(cm){case
 0:return d;case
-1:return 1;default:return d?d:2}},c,b);return[0,a[1],d]},aG);if(f[5]&&G(ad(function(a){return 1===a[2]?1:0},ao)))return[1,k(za)];return[0,ao]}return[1,k(zb)]}var
-aJ=e[1];return[0,q(function(a){return[0,a[1],2]},aJ)]}}return[1,p[1]]}function
-lp(c){var
-a=ao(c)-1|0,b=0;for(;;){if(0<=a){var
-d=[0,a9(c,a),b],a=a-1|0,b=d;continue}return b}}function
-lq(a){return ft(ze,fs(hv(function(a){if(32<=a&&!(l9<a))return hy(1,a);return A(hE(zd),a)},a)))}function
-zi(g,f){try{var
-h=mQ(lp,f),a=zc(oV,lp(g),h)}catch(a){a=mF(a);if(a!==hs&&a!==hr)throw a;return zj}if(typeof
-a==="number")return zk;else{if(0===a[0]){var
+1:return 1;default:return d?d:2}},c,b);return[0,a[1],d]},aH);if(f[5]&&G(aa(function(a){return 1===a[2]?1:0},ao)))return[1,k(zE)];return[0,ao]}return[1,k(zF)]}var
+aI=i[1];return[0,s(function(a){return[0,a[1],2]},aI)]}}return[1,q[1]]}function
+lK(c){var
+a=ap(c)-1|0,b=0;for(;;){if(0<=a){var
+d=[0,a$(c,a),b],a=a-1|0,b=d;continue}return b}}function
+lL(a){return fD(zI,fC(hJ(function(a){if(32<=a&&!(ms<a))return hM(1,a);return A(hS(zH),a)},a)))}function
+zM(g,f){try{var
+h=m_(lK,f),a=zG(pd,lK(g),h)}catch(a){a=m0(a);if(a!==hG&&a!==hF)throw a;return zN}if(typeof
+a==="number")return zO;else{if(0===a[0]){var
 b=a[1],c=function(e){var
 a=b;for(;;){if(a){var
 c=a[1][2]===e?1:0,d=a[2];if(c)return c;var
 a=d;continue}return 0}};if(c(1))var
 d=1;else
 var
-e=c(2),d=e?3:e;return[0,fs(hv(function(b){var
-c=de(zl,lq(b[1]));switch(b[2]){case
+e=c(2),d=e?3:e;return[0,fC(hJ(function(b){var
+c=dg(zP,lL(b[1]));switch(b[2]){case
 0:var
-a=zf;break;case
+a=zJ;break;case
 1:var
-a=zg;break;default:var
-a=zh}return de(a,c)},b)),d]}return[0,[0,de(zm,lq(a[1])),0],2]}}Av(function(b){var
-a=zi(b,0);return ft(zn,[0,s(V+a[2]),a[1]])});hu(0);return}(globalThis));
+a=zK;break;default:var
+a=zL}return dg(a,c)},b)),d]}return[0,[0,dg(zQ,lL(a[1])),0],2]}}AZ(function(b){var
+a=zM(b,0);return fD(zR,[0,t(W+a[2]),a[1]])});hI(0);return}(globalThis));

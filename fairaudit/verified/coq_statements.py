@@ -21,6 +21,7 @@ COVERED: tuple[str, ...] = (
     "Quantity_is",
     "Supremum_is",
     "Quantity_at_most",
+    "Hidden_needs",
     "Not_compared_is",
     "Target_is",
     "Verdict_is",
@@ -228,6 +229,11 @@ def _left_out(entry: Mapping[str, Any], number: _Numbers) -> str:
     return f"No_decisions {x} {groups}%Z" if "groups" in entry else f"Alone {x}"
 
 
+def _level(level: Mapping[str, Any]) -> str:
+    pairs = items(pair(rational(k), rational(m)) for k, m in level["pairs"])
+    return f"Level {rational(level['to'])} {_value(level['balanced'])} {pairs}"
+
+
 def _of_claims(claims: Sequence[Mapping[str, Any]]) -> Iterator[Statement]:
     for i, claim in enumerate(claims):
         quantity, by, term = claim["quantity"], claim["by"], ""
@@ -240,6 +246,9 @@ def _of_claims(claims: Sequence[Mapping[str, Any]]) -> Iterator[Statement]:
                 term = f"Supremum_is {boolean(quantity == 'local_ratio_supremum')} {_value(claim['value'])}"
             elif by in ("T5", "T7") and claim["relation"] == "<=" and name is not None:
                 term = f"Quantity_at_most By_{by} {name} {_value(claim['value'])}"
+            elif by == "T14" and quantity in ("local_hidden_context", "global_hidden_context"):
+                levels = items(map(_level, claim["evidence"]["frontier"]))
+                term = f"Hidden_needs {boolean(quantity == 'local_hidden_context')} {_value(claim['value'])} {levels}"
         said = label(f"{quantity} {claim['relation']} {claim['value']} by {by}, of {claim['scope']}")
         yield Statement(f"claims[{i}]", said, term)
 

@@ -9,7 +9,7 @@ From mathcomp Require Import reals.
 From FairauditKernel Require Import Fractions FractionsSound.
 From FairauditKernel Require WorstCase WorstCaseSound ClaimSound.
 From FairauditChecker Require Import Json JsonSound Reading Table Statements Meaning Checker CheckerSound Nats NatsSound Document Drawn DrawnText Certificate.
-From FairauditChecker Require DrawnMeaning DrawnSound.
+From FairauditChecker Require Chance DrawnMeaning DrawnSound.
 From FairauditChecker Require Policy PolicyMeaning PolicyChecker PolicyCheckerSound.
 
 Set Implicit Arguments.
@@ -34,7 +34,10 @@ Definition part_holds (c : certificate) (p : part) : Prop :=
   | Of_policy s _ => if about_policy c is Some B then PolicyMeaning.policy_holds R B s else False
   | Unfiltered s => if without_filters c is Some T then holds R T s else False
   | Of_population local s =>
-      if interval_in c local is Some i then about_interval i s /\ DrawnMeaning.population_holds R (about_table c) local (its_interval i) else False
+      if interval_in c local is Some i then
+        [/\ about_interval i s, DrawnMeaning.population_holds R (about_table c) local (its_interval i)
+          & if s is Its_frontier _ v ls then DrawnMeaning.hidden_needs R (about_table c) local (Chance.least (its_interval i)) v ls else True]
+      else False
   | Fact b => b
   | Uncovered => False
   end.
@@ -69,8 +72,11 @@ move=> formed ok; case: p => [s|local v es|r low high|r limit b|s r|s|local s|b|
   exact: PolicyCheckerSound.policy_claim_sound.
 - move: formed; rewrite /well_formed /without_filters; case: (its_subject c) => [//|B [T|//]] /andP[_ okT] /=.
   exact: statement_true.
-- case found: (interval_in c local) => [i|] //; case: (about_interval i s) => // /decided_true proved_; split=> //.
-  by apply: DrawnSound.drawn_sound; move: found proved_; rewrite /proved_by_draws; case: local => ->.
+- case found: (interval_in c local) => [i|] //; case about: (about_interval i s) => // /decided_true proved_.
+  have drawn_ : judged_by_draws (about_table c) local (its_interval i) = Some true.
+    by move: found proved_; rewrite /proved_by_draws; case: local => ->.
+  split=> //; first exact: DrawnSound.drawn_sound.
+  by case: s about => // scope v ls /andP[_]; apply: DrawnSound.hidden_sound.
 - by case: b.
 Qed.
 

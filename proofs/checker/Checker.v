@@ -7,6 +7,7 @@ From Coq Require Import ZArith QArith List.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
 From FairauditKernel Require Import Fractions.
 From FairauditChecker Require Import Table Statements Figures Distances LeftOut.
+From FairauditChecker Require Hidden.
 Import ListNotations.
 
 Set Implicit Arguments.
@@ -198,6 +199,7 @@ Definition is_true_of (D : facts) (s : statement) : bool :=
   | Supremum_is local v => equals (figure_in D (if local then Local_supremum else Global_supremum)) v
   | Quantity_at_most By_T5 q v => [&& same_quantity q Global, independent D, equals (figure_in D Local) v & bounds (figure_in D Global) v]
   | Quantity_at_most By_T7 q v => by_supremum D q v && bounds (figure_in D q) v
+  | Hidden_needs local v ls => match figure_in D (if local then Local else Global) with Some f => Hidden.frontier_fits (value f) v ls | None => false end
   | Target_is by_ local limit j => same_judgement j (judged (figure_in D (limited by_ local)) limit)
   | Verdict_is targets v => same_option same_judgement v (overall targets)
   | Not_compared_is entries => left_out_as_stated (subject D) (of_contexts D) (of_groups D) entries
@@ -215,7 +217,7 @@ Definition covered (T : table) (s : statement) : bool :=
   | Entries_are _ | Target_is _ _ _ _ | Verdict_is _ _ => true
   | Gamma_is _ | Least_is _ | Tau_is _ | Lipschitz_is _ | Depends_on_group_is _ => true
   | Figure_is q _ | Quantity_is q _ => covered_quantity q
-  | Supremum_is _ _ | Quantity_at_most _ _ _ => true
+  | Supremum_is _ _ | Quantity_at_most _ _ _ | Hidden_needs _ _ _ => true
   | Not_compared_is _ => match known T with Some _ => false | None => true end
   | _ => false
   end.

@@ -5,7 +5,7 @@ From mathcomp Require Import all_ssreflect all_algebra.
 From mathcomp.zify Require Import ssrZ.
 From FairauditKernel Require Import Fractions FractionsSound.
 From FairauditChecker Require Import Table Statements Meaning Figures Distances Checker.
-From FairauditChecker Require Import ListsSound TableSound WidestSound BlocksSound FiguresSound FarthestSound ConstantsSound ClaimsSound LeftOutSound.
+From FairauditChecker Require Import ListsSound TableSound WidestSound BlocksSound FiguresSound FarthestSound ConstantsSound ClaimsSound LeftOutSound HiddenSound.
 
 Set Implicit Arguments.
 Unset Strict Implicit.
@@ -109,13 +109,20 @@ case: by_ => /=.
 by case/andP => sup; apply: bounds_hold; case: q sup.
 Qed.
 
+Lemma hidden_needs_ local v ls : is_true_of D (Hidden_needs local v ls) -> holds R T (Hidden_needs local v ls).
+Proof.
+have cq : covered_quantity (if local then Local else Global) by case: local.
+rewrite /=; have := figure_in_holds cq; case: (figure_in D _) => [f|//] fits; apply: (frontier_sound _ fits).
+by case: (local).
+Qed.
+
 Lemma not_compared_is entries : covered T (Not_compared_is entries) -> is_true_of D (Not_compared_is entries) ->
   holds R T (Not_compared_is entries).
 Proof. by rewrite /=; case unknown: (known T) => // _; apply: left_out_sound. Qed.
 
 Lemma statement_sound s : covered T s -> is_true_of D s -> holds R T s.
 Proof.
-case: s => // [n|q f|v|v|v|v|b|entries|q v|local v|by_ q v|by_ local limit j|targets v] cov.
+case: s => // [n|q f|v|v|v|v|b|entries|q v|local v|by_ q v|local v ls|by_ local limit j|targets v] cov.
 - exact: entries_are.
 - exact: figure_is.
 - exact: gamma_is.
@@ -127,6 +134,7 @@ case: s => // [n|q f|v|v|v|v|b|entries|q v|local v|by_ q v|by_ local limit j|tar
 - exact: quantity_is.
 - exact: supremum_is.
 - exact: quantity_at_most_.
+- exact: hidden_needs_.
 - exact: target_is.
 - exact: verdict_is.
 Qed.

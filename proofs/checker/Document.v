@@ -18,8 +18,9 @@ Unset Printing Implicit Defensive.
 
 Local Open Scope list_scope.
 
-(* What is said of the interval of a ratio of the population: itself, or a claim with its scope about one of its ends *)
-Inductive of_interval := The_interval | Its_most (scope : text) (v : option Q) | Its_least (scope : text) (v : option Q).
+(* What is said of the interval of a ratio of the population: itself, or a claim with its scope about an end *)
+Inductive of_interval := The_interval | Its_most (scope : text) (v : option Q) | Its_least (scope : text) (v : option Q)
+| Its_frontier (scope : text) (v : option Q) (levels : list level). (* what a hidden factor has to be to bring down its lower end *)
 
 Inductive part :=
 | About (s : statement)                                        (* what is stated of the table *)
@@ -103,6 +104,9 @@ Definition k_unit := of_string "unit".
 Definition k_judged := of_string "judged".
 Definition k_estimand := of_string "estimand".
 Definition k_tips := of_string "tips".
+Definition k_frontier := of_string "frontier".
+Definition k_to := of_string "to".
+Definition k_balanced := of_string "balanced".
 
 Definition named (before : string) (v : json) : text := of_string before ++ canonical v.
 (* One text after the other, without recursion as deep as they are long *)
@@ -271,7 +275,7 @@ Definition rate_metrics (pooled : bool) : list (text * (Z * bool)) := filter (fu
 (* ---- Claims ---- *)
 
 (* What makes a claim of this quantity, relation and method about this law true, besides its evidence *)
-Inductive rule := Of_table (s : option Q -> statement) | Of_supremum (local : bool) (q : quantity).
+Inductive rule := Of_table (s : option Q -> statement) | Of_supremum (local : bool) (q : quantity) | Of_hidden (local : bool).
 
 Definition by_enumeration : list (text * quantity) :=
   [(of_string "local_ratio", Local); (of_string "global_ratio", Global); (of_string "demographic_parity", Demographic_parity);
@@ -279,6 +283,7 @@ Definition by_enumeration : list (text * quantity) :=
 
 Definition equality := of_string "=".
 Definition upper_bound := of_string "<=".
+Definition lower_bound := of_string ">=".
 Definition this_law := of_string "this law".
 Definition every_utility := of_string "every utility of the class".
 Definition enumeration := of_string "enumeration".
@@ -286,6 +291,7 @@ Definition lp_dual := of_string "lp-dual".
 Definition t5 := of_string "T5".
 Definition t6 := of_string "T6".
 Definition t7 := of_string "T7".
+Definition t14 := of_string "T14".
 Definition q_local_ratio := of_string "local_ratio".
 Definition q_global_ratio := of_string "global_ratio".
 
@@ -301,12 +307,30 @@ Definition rule_of (quantity relation by_ scope : text) : option rule :=
   else if same relation upper_bound && same by_ t7 then
     option_map (fun lq : bool * Statements.quantity => Of_supremum lq.1 lq.2)
       (in_table [(of_string "equalized_odds", (true, Equalized_odds)); (of_string "demographic_parity", (false, Demographic_parity))] quantity)
+  else if same relation lower_bound && same by_ t14 then
+    option_map Of_hidden (in_table [(of_string "local_hidden_context", true); (of_string "global_hidden_context", false)] quantity)
   else if [&& same relation upper_bound, same by_ t5 & same quantity q_global_ratio] then Some (Of_table (Quantity_at_most By_T5 Global))
   else None.
 
 (* Methods of which every claim is covered: what is not one of the above is no claim of the format. *)
 Definition never_otherwise (by_ scope : text) : bool :=
   [|| same by_ enumeration, same by_ t6, same by_ t7, same by_ lp_dual | same by_ t5 && same scope this_law].
+
+(* What it takes to bring a ratio down, for 1 and for targets *)
+Definition no_more_than (most : Z) {A} (xs : list A) : read (list A) := demand (size xs <=? most)%Z "has too many entries" (Good xs).
+
+Definition level_of (v : json) : read level :=
+  let* ms := fields [k_to; k_balanced; k_pairs] [] v in
+  let* ps := get (many (two not_negative)) k_pairs ms in
+  let* ps := no_more_than 16 ps in
+  let* t := get not_negative k_to ms in
+  let* b := get extended_of k_balanced ms in
+  Good (Level t b ps).
+
+Definition frontier_of (v : json) : read (list level) :=
+  let* vs := list_of v in
+  let* vs := no_more_than 8 vs in
+  demand (match vs with [] => false | _ => true end) "must have an entry" (each level_of vs).
 
 Definition is_object (v : json) : read unit := let* _ := object_of v in Good tt.
 
@@ -333,6 +357,9 @@ Definition read_claim (digest : text) (K : option WorstCase.utilities) (i : Z) (
     | Some (Of_supremum local quantity) =>
         let* R := evidence_of (fun e => let* es := fields [k_supremum] [] e in get extended_of k_supremum es) in
         Good [About (Quantity_at_most By_T7 quantity x); About (Supremum_is local R)]
+    | Some (Of_hidden local) =>
+        let* ls := evidence_of (fun e => let* es := fields [k_frontier] [] e in get frontier_of k_frontier es) in
+        Good [About (Hidden_needs local x ls)]
     | None =>
         match is_worst, same q q_local_ratio, same q q_global_ratio with
         | true, true, _ => let* es := evidence_of (pairs_of true K) in Good [Worst_case true x es]

@@ -12,6 +12,7 @@ From mathcomp.zify Require Import ssrZ.
 From Fairaudit Require Import Definitions Draws.
 From FairauditKernel Require Import Fractions FractionsSound.
 From FairauditChecker Require Import Table Chance Drawn.
+From FairauditChecker Require Statements Meaning.
 
 Set Implicit Arguments.
 Unset Strict Implicit.
@@ -65,6 +66,18 @@ Definition can_mislead (i : interval) (is_wrong : interval -> Prop) w : Prop :=
 Definition seldom (P : {ffun D -> 'I_decisions} -> R) (i : interval) (is_wrong : interval -> Prop) : Prop :=
   forall S : {set {ffun D -> 'I_decisions}}, (forall w, w \in S -> can_mislead i is_wrong w) -> prob P S <= 1 - ratio (confidence i).
 End Population.
+
+(* Whatever the laws are whose ratio is at least this: some two groups are compared of which every explanation by a hidden factor that is too
+   weak leaves a ratio above the number, at some value of the factor. *)
+Definition hidden_needs (R : realFieldType) (T : table) (local : bool) (least v : option QArith_base.Q) (ls : list Statements.level) : Prop :=
+  (if ls is l :: _ then ratio (Statements.down_to l) = 1 :> R /\ Meaning.extended R v = Meaning.extended R (Statements.balanced l) else False) /\
+  exists ps, pools_of T local = Some ps /\
+    forall (Q : 'I_(size ps) -> 'I_(Z.to_nat (decisions T)) -> R) (l : Statements.level),
+    ratio_at_least Q least -> List.In l ls ->
+    exists i j, are_compared i j /\
+      forall (V : finType) (k m : R) (p q e e' : V -> R), 1 <= k -> 1 <= m -> Meaning.too_weak l k m ->
+        Meaning.explained_by k m p q e e' (mean Q i) (mean Q j) ->
+        exists v, ~~ Meaning.no_more (Meaning.quotient (e v) (e' v)) (Some (ratio (Statements.down_to l))).
 
 (* Both ends hold together at the confidence, or each of them by itself. *)
 Definition population_holds (R : realFieldType) (T : table) (local : bool) (i : interval) : Prop :=

@@ -6,6 +6,7 @@ From mathcomp.zify Require Import ssrZ.
 From Fairaudit Require Import Definitions Draws Coverage.
 From FairauditKernel Require Import Fractions FractionsSound.
 From FairauditChecker Require Import Table Chance ChanceSound Drawn DrawnMeaning.
+From FairauditChecker Require Statements Hidden HiddenSound.
 
 Set Implicit Arguments.
 Unset Strict Implicit.
@@ -176,4 +177,20 @@ case apart: (each i); [split|] => S all_w; have [/none //|[w0 /[dup] w0S /all_w[
   exists j; split=> //; first by rewrite cj ej ij apart.
   by case: wrong => wrong; [left => /(most_trueE ok) | right => /(least_trueE laws ok)].
 Qed.
+
+Theorem hidden_sound T local i v ls : judged_by_draws T local i = Some true -> Hidden.frontier_fits (least i) v ls ->
+  hidden_needs R T local (least i) v ls.
+Proof.
+rewrite /judged_by_draws; case pools: (pools_of T local) => [ps|] // _ /(@HiddenSound.frontier_levels R)[first levels].
+split=> //; exists ps; split=> // Q l at_least_ /levels[to1 fits].
+case: (least i) at_least_ fits => [r|] /=.
+  case=> [r1|[a [b [comp le pos]]]] fits.
+    by move: fits; rewrite /Hidden.level_fits; case: (Statements.balanced l) => // c /and4P[_]; rewrite (at_mostE R) -ltNge =>
+      /(le_lt_trans to1)/lt_le_trans/(_ r1); rewrite ltxx.
+  exists a, b; split=> // V k m p q e e' k1 m1 weak given.
+  by apply: (HiddenSound.weaker_leaves (seen := Some r) to1 fits k1 m1 weak given).
+case=> a [b [comp l0 pos]] fits; exists a, b; split=> // V k m p q e e' k1 m1 weak given.
+by apply: (HiddenSound.weaker_leaves (seen := None) to1 fits k1 m1 weak given); rewrite gt_eqF.
+Qed.
+
 End Holds.

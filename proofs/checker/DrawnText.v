@@ -5,7 +5,8 @@
 
 From Coq Require Import ZArith QArith List Ascii String.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
-From FairauditChecker Require Import Chance Json Reading Table TableText Document Drawn.
+From FairauditChecker Require Import Chance Json Reading Statements Table TableText Document Drawn.
+From FairauditChecker Require Hidden.
 From FairauditKernel Require Import Fractions.
 Import ListNotations.
 
@@ -97,10 +98,13 @@ Definition about_interval (i : drawn) (s : of_interval) : bool :=
   | The_interval => true
   | Its_most scope v => same scope (its_scope i) && no_more (most (its_interval i)) v
   | Its_least scope v => [&& same scope (its_scope i), no_more (Some one) v & no_more v (least (its_interval i))]
+  | Its_frontier scope v ls => same scope (its_scope i) && Hidden.frontier_fits (least (its_interval i)) v ls
   end.
 
 Definition binomial := of_string "binomial".
-Definition lower_bound := of_string ">=".
+
+Definition about_local (c : claim) : bool :=
+  match key c with q :: _ => same q q_local_ratio || same q (of_string "local_hidden_context") | [] => true end.
 
 Definition population_parts (c : claim) (v : json) : read (list part) :=
   match key c with
@@ -113,6 +117,12 @@ Definition population_parts (c : claim) (v : json) : read (list part) :=
         let* name := get (fun e => let* es := fields [k_interval] [] e in get string_of k_interval es) k_evidence ms in
         Good [Of_population local (if same r upper_bound then Its_most s x else Its_least s x);
               Fact (same name (if local then k_local else k_global))]
+      else if [&& same b t14, among [of_string "local_hidden_context"; of_string "global_hidden_context"] q, same r lower_bound,
+                  begins_with together s || begins_with one_sided s & ~~ existsb (fun o => ends_with o s) objections] then
+        let* ms := object_of v in
+        let* x := get extended_of k_value ms in
+        let* ls := get (fun e => let* es := fields [k_frontier] [] e in get frontier_of k_frontier es) k_evidence ms in
+        Good [Of_population (about_local c) (Its_frontier s x ls)]
       else Good (proved_by c)
   | _ => Good (proved_by c)
   end.
@@ -139,7 +149,7 @@ Definition lists_what_it_assumes (H : header) (gamma : text) (local : bool) (i :
 Definition with_population (H : header) (gamma : text) (interval_of : bool -> option drawn) (c : claim) (v : json) : read claim :=
   match proved_by c with
   | [Uncovered] =>
-      match interval_of match key c with q :: _ => same q q_local_ratio | [] => true end with
+      match interval_of (about_local c) with
       | None => Good c
       | Some i =>
           let* ps := population_parts c v in

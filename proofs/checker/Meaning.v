@@ -266,6 +266,30 @@ Definition independent : Prop :=
 Definition bounded_by (q : quantity) (v : option R) : Prop :=
   exists_at_all q /\ forall p, compares q p -> no_more (quantity_at q p) v.
 
+(* ---- A hidden factor ---- *)
+
+(* Two expectations, explained by a factor with finitely many values: p and q are its laws in the two groups, e and e' what they get at each
+   of its values.  Each value is at most k times as common in one group as in the other, and what one of them gets differs at most m times. *)
+Definition explained_by (V : finType) (k m : R) (p q e e' : V -> R) (high low : R) : Prop :=
+  [/\ (forall v, 0 < p v) /\ \sum_v p v = 1, (forall v, 0 < q v) /\ \sum_v q v = 1,
+      (forall v, p v <= k * q v) /\ (forall v, q v <= k * p v),
+      [/\ forall v, 0 <= e v, forall v, 0 <= e' v & (forall v w, e v <= m * e w) \/ (forall v w, e' v <= m * e' w)]
+    & \sum_v p v * e v = high /\ \sum_v q v * e' v = low].
+
+Definition too_weak (l : level) (k m : R) : bool :=
+  match balanced l with Some b => (k < ratio b) && (m < ratio b) | None => true end
+  || has (fun s => (k < ratio s.1) && (m < ratio s.2)) (strengths l).
+
+(* Some two groups are compared of which every explanation that is too weak leaves a ratio above the number, at some value of the factor. *)
+Definition not_explained (q : quantity) (l : level) : Prop :=
+  exists2 p, compares q p & forall (V : finType) (k m : R) (P Q e e' : V -> R), 1 <= k -> 1 <= m -> too_weak l k m ->
+    explained_by k m P Q e e' (amount q (setting_of p) (higher p)) (amount q (setting_of p) (lower p)) ->
+    exists v, ~~ no_more (quotient (e v) (e' v)) (Some (ratio (down_to l))).
+
+Definition hidden_needs (q : quantity) (v : option Q) (ls : list level) : Prop :=
+  (if ls is l :: _ then ratio (down_to l) = 1 /\ extended v = extended (balanced l) else False)
+  /\ forall l, List.In l ls -> not_explained q l.
+
 (* ---- Limits ---- *)
 
 Definition target_holds (q : quantity) (limit : R) (j : judgement) : Prop :=
@@ -302,6 +326,7 @@ Definition holds (s : statement) : Prop :=
   | Supremum_is local v => supremum_holds local (extended v)
   | Quantity_at_most By_T5 q v => [/\ q = Global, independent & bounded_by q (extended v)]
   | Quantity_at_most By_T7 q v => bounded_by q (extended v)
+  | Hidden_needs local v levels => hidden_needs (if local then Local else Global) v levels
   | Target_is by_ local limit j => target_holds (limited by_ local) (ratio limit) j
   | Verdict_is targets v => v = verdict_of targets
   end.

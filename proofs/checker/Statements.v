@@ -64,6 +64,10 @@ Inductive left_out :=
 | No_rate (rate context : Z) (groups : list Z)        (* no decisions with the (or without the) positive true label; the context is nothing: overall *)
 | Rate_alone (rate context : Z).                      (* fewer than two groups *)
 
+(* What it takes to bring a ratio down to a number: a hidden factor is too weak if both its strengths are below [balanced] (none: whatever
+   they are), or one below each of a pair. *)
+Record level := Level { down_to : Q; balanced : option Q; strengths : list (Q * Q) }.
+
 (* The theorem by which a bound is claimed. *)
 Inductive theorem_cited := By_T5 | By_T7.
 
@@ -85,6 +89,8 @@ Inductive statement :=
 | Quantity_is (q : quantity) (v : option Q)
 | Supremum_is (local : bool) (v : option Q)
 | Quantity_at_most (by_ : theorem_cited) (q : quantity) (v : option Q)
+(* by T14: how strong a hidden factor has to be at the least to bring a ratio down to 1, and to targets; v is what brings it down to 1 *)
+| Hidden_needs (local : bool) (v : option Q) (levels : list level)
 (* limits: on a local or global ratio or difference *)
 | Target_is (by_ : measured) (local : bool) (limit : Q) (j : judgement)
 (* the verdict, by those of all targets, those in nats included; none without targets *)

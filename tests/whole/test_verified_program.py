@@ -9,9 +9,12 @@ from __future__ import annotations
 import json
 import os
 import subprocess
+from collections import Counter
 from collections.abc import Callable, Iterator
+from fractions import Fraction
 from pathlib import Path
 from random import Random as Pick
+from typing import Any
 
 import pytest
 from assumptions import complete
@@ -104,3 +107,65 @@ def test_labels_that_may_be_spellings_of_one_another_are_left_to_the_other_check
     [judged] = natively(program, [json.dumps(fa.certify(law, {"0": 1}).certificate.document).encode()])
     assert (("subject.spellings", None) not in judged.statements) is covered
     assert all(true is not False for _, true in judged.statements)
+
+
+def with_frontiers() -> list[dict[str, Any]]:
+    """True certificates with what a hidden factor would have to be: of tables and populations, with targets, zeros and many groups."""
+    pick, found = Pick(5), []
+    for counts in ([[[30, 70], [55, 45]]], [[[0, 9], [5, 4]], [[3, 3], [4, 2]]], [[[8, 2], [5, 5], [1, 9]]] * 2):
+        law = fa.Law.from_array(counts, kind="counts")
+        for options in ({}, {"max_local_ratio": "11/10"}, {"max_global_ratio": "6/5", "confidence": "9/10", "independent": True}):
+            found.append(fa.certify(law, {"0": 1}, **options).certificate.document)
+    probabilities = [[[Fraction(n, 10), Fraction(10 - n, 10)] for n in pick.sample(range(11), 3)]]
+    return [*found, fa.certify(fa.Law.from_array(probabilities, kind="probabilities"), {"0": 1}).certificate.document]
+
+
+def changed_frontiers(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    text = json.dumps(document)
+    for i, claim in enumerate(document["claims"]):
+        levels = claim["evidence"].get("frontier")
+        if levels is None:
+            continue
+        leaves = [(("value",), claim["value"])]
+        for n, level in enumerate(levels):
+            at = ("evidence", "frontier", n)
+            leaves += [((*at, name), level[name]) for name in ("to", "balanced")]
+            leaves += [((*at, "pairs", p, side), number) for p, pair in enumerate(level["pairs"]) for side, number in enumerate(pair)]
+            others = ([], level["pairs"][::-1], level["pairs"][1:], level["pairs"] * 5, [*level["pairs"], ["1", "2"]], [["2"]], None)
+            for other in others:
+                yield put(text, ("claims", i, *at, "pairs"), other)
+        for path, number in leaves:
+            value = Fraction(number) if number != "inf" else Fraction(3)
+            for near in (value + Fraction(1, 10**6), value - Fraction(1, 10**6), 2 * value, Fraction(1), -value):
+                yield put(text, ("claims", i, *path), str(near))
+            yield put(text, ("claims", i, *path), "inf")
+        for other in ([], levels[1:], levels[::-1], levels * 2, levels * 9, [{**levels[0], "more": "1"}]):
+            yield put(text, ("claims", i, "evidence", "frontier"), other)
+        for name, other in (
+            ("quantity", "global_hidden_context"),
+            ("scope", "population at confidence 19/20"),
+            ("by", "T7"),
+            ("relation", "="),
+        ):
+            yield put(text, ("claims", i, name), other)
+        yield put(text, ("claims", i, "assumptions"), claim["assumptions"][1:])
+
+
+def test_frontiers_of_hidden_factors(program: Path) -> None:
+    """T14 of the table and of the population: every number changed, pairs and levels exchanged and left out, other claims."""
+    documents_, tally = with_frontiers(), Tally()
+    judged = natively(program, [as_bytes(document) for document in documents_])
+    covered = Counter[str]()
+    for document, found in zip(documents_, judged, strict=True):
+        scopes = {f"claims[{i}]": claim["scope"] for i, claim in enumerate(document["claims"]) if "frontier" in claim["evidence"]}
+        for label, true in found.statements:
+            if '"T14"' in label:
+                scope = scopes[label.split(":")[0]]
+                assert true if scope == "this law" else true is not False
+                covered[scope] += bool(true)
+    assert {scope.split(" at ")[0] for scope, count in covered.items() if count} == {"this law", "population", "population, one-sided"}
+    altered = [as_bytes(changed) for document in documents_ for changed in changed_frontiers(document)]
+    tally.judge(program, [*map(as_bytes, documents_), *(altered if FULL else altered[::3])])
+    print(len(altered), dict(tally.codes))
+    assert tally.different[:3] == []
+    assert {python for python, _ in tally.codes} >= {TRUE, FALSE, MALFORMED}
