@@ -4,26 +4,26 @@ globalThis!=="object"&&(this?b():(a.defineProperty(a.prototype,"_T_",{configurab
 b(){var
 b=this||self;b.globalThis=b;delete
 a.prototype._T_}}(Object));(function(Y){"use strict";var
-lQ="%Li",mh=" : flags Open_text and Open_binary are not compatible",c=115,e=105,ma="Invalid_argument",f=111,fr='"',g$=1255,hf=-15,g_=255,mo=0x800,bM=0xffff,hl=123,lZ="jsError",bK=0x8000,l$="%ni",l6=12520,aC=107,mn=256,lY="End_of_file",he="Unix.Unix_error",g9="Failure",mt="infinity",b3=0xff,q=109,g8="mkdir",fo=1000,ms=126,W="",mg="Stack_overflow",hh="ENOENT",l5="^",cF=122,fn=": No such file or directory",a_="0",mf="/static/",mm="([^/]+)",c$=0x3f,me=-97,md="Not_found",hg=0xf,db=128,lW=-48,lX=0xdc00,l_="Sys_blocked_io",mw="fd ",dW=125,ml="ENOTEMPTY",v=112,l4="Match_failure",a0=248,aG="camlinternalFormat.ml",mk="Division_by_zero",mv=1027,lV="Sys_error",da=".",c_="+",hd="rmdir",mr=0xf0,l9="%u",g=110,lU="EEXIST",mj="%d",b=116,l3="%li",mc=1026,B=118,L=121,mi="buffer.ml",E=119,j=108,fp=127,dV=1024,m=104,mq=-32,lO="Pervasives.do_at_exit",lP="utf8",ao=106,b0=" ",by=0x80,hk="e",lN="Undefined_recursive_module",$=120,D=103,l8=" : flags Open_rdonly and Open_wronly are not compatible",y=102,lT=512,cE="-",hb="nan",b2=113,lS=0x7ff0,hj=": Not a directory",l2=0xe0,l7=" : file already exists",a=101,l=117,l1=0xdfff,b1=0xffffff,bL="/",hc="compare: functional value",mp="Assert_failure",lR="0x",lM="%i",mu="Out_of_memory",ha="ENOTDIR",i=114,mb="true",fq=254,hi="index out of bounds",o=100,l0=250,fs="_bigarr02";function
-Ac(d,b,e,c,f){if(c<=b)for(var
+lJ="%Li",ma=" : flags Open_text and Open_binary are not compatible",c=115,d=105,l5="Invalid_argument",e=111,fl='"',g5=1255,g$=-15,g4=255,mh=0x800,bM=0xffff,hf=123,lS="jsError",bK=0x8000,l4="%ni",lZ=12520,aA=107,mg=256,lR="End_of_file",g_="Unix.Unix_error",g3="Failure",mm="infinity",b3=0xff,p=109,g2="mkdir",fi=1000,ml=126,W="",l$="Stack_overflow",hb="ENOENT",lY="^",cF=122,fh=": No such file or directory",a8="0",l_="/static/",mf="([^/]+)",c_=0x3f,l9=-97,l8="Not_found",ha=0xf,da=128,lP=-48,lQ=0xdc00,l3="Sys_blocked_io",mp="fd ",dU=125,me="ENOTEMPTY",v=112,lX="Match_failure",aY=248,aE="camlinternalFormat.ml",md="Division_by_zero",mo=1027,lO="Sys_error",c$=".",c9="+",g9="rmdir",mk=0xf0,l2="%u",f=110,lN="EEXIST",mc="%d",b=116,lW="%li",l7=1026,A=118,L=121,mb="buffer.ml",E=119,j=108,fj=127,dT=1024,m=104,mj=-32,lH="Pervasives.do_at_exit",lI="utf8",ao=106,b0=" ",by=0x80,he="e",lG="Undefined_recursive_module",$=120,C=103,l1=" : flags Open_rdonly and Open_wronly are not compatible",y=102,lM=512,cE="-",g7="nan",b2=113,lL=0x7ff0,hd=": Not a directory",lV=0xe0,l0=" : file already exists",a=101,l=117,lU=0xdfff,b1=0xffffff,bL="/",g8="compare: functional value",mi="Assert_failure",lK="0x",lF="%i",mn="Out_of_memory",g6="ENOTDIR",i=114,l6="true",fk=254,hc="index out of bounds",o=100,lT=250,fm="_bigarr02";function
+z8(d,b,e,c,f){if(c<=b)for(var
 a=1;a<=f;a++)e[c+a]=d[b+a];else
 for(var
 a=f;a>=1;a--)e[c+a]=d[b+a];return 0}function
-Af(e,f,d){var
+z$(e,f,d){var
 a=new
 Array(d+1);a[0]=0;for(var
 b=1,c=f+1;b<=d;b++,c++)a[b]=e[c];return a}function
-hx(c,b,a){var
+hr(c,b,a){var
 d=String.fromCharCode;if(b==0&&a<=4096&&a==c.length)return d.apply(null,c);var
-e=W;for(;0<a;b+=dV,a-=dV)e+=d.apply(null,c.slice(b,b+Math.min(a,dV)));return e}function
-fu(b){if(Y.Uint8Array)var
+e=W;for(;0<a;b+=dT,a-=dT)e+=d.apply(null,c.slice(b,b+Math.min(a,dT)));return e}function
+fo(b){if(Y.Uint8Array)var
 c=new(Y.Uint8Array)(b.l);else
 var
 c=new
 Array(b.l);var
 e=b.c,d=e.length,a=0;for(;a<d;a++)c[a]=e.charCodeAt(a);for(d=b.l;a<d;a++)c[a]=0;b.c=c;b.t=4;return c}function
-cG(d,e,b,f,c){if(c==0)return 0;if(f==0&&(c>=b.l||b.t==2&&c>=b.c.length)){b.c=d.t==4?hx(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else
-if(b.t==2&&f==b.c.length){b.c+=d.t==4?hx(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else{if(b.t!=4)fu(b);var
+cG(d,e,b,f,c){if(c==0)return 0;if(f==0&&(c>=b.l||b.t==2&&c>=b.c.length)){b.c=d.t==4?hr(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else
+if(b.t==2&&f==b.c.length){b.c+=d.t==4?hr(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else{if(b.t!=4)fo(b);var
 g=d.c,h=b.c;if(d.t==4)if(f<=e)for(var
 a=0;a<c;a++)h[f+a]=g[e+a];else
 for(var
@@ -32,46 +32,46 @@ i=Math.min(c,g.length-e);for(var
 a=0;a<i;a++)h[f+a]=g.charCodeAt(e+a);for(;a<c;a++)h[f+a]=0}}return 0}function
 cH(a){return a}function
 bP(a,b,c,d,e){cG(cH(a),b,c,d,e);return 0}function
-AT(b,a){throw[0,b,a]}function
-de(b,a){if(b==0)return W;if(a.repeat)return a.repeat(b);var
+AN(b,a){throw[0,b,a]}function
+dd(b,a){if(b==0)return W;if(a.repeat)return a.repeat(b);var
 d=W,c=0;for(;;){if(b&1)d+=a;b>>=1;if(b==0)return d;a+=a;c++;if(c==9)a.slice(0,1)}}function
-fv(a){if(a.t==2)a.c+=de(a.l-a.c.length,"\0");else
-a.c=hx(a.c,0,a.c.length);a.t=0}function
-m5(a){if(a.length<24){for(var
-b=0;b<a.length;b++)if(a.charCodeAt(b)>fp)return false;return true}else
+fp(a){if(a.t==2)a.c+=dd(a.l-a.c.length,"\0");else
+a.c=hr(a.c,0,a.c.length);a.t=0}function
+mZ(a){if(a.length<24){for(var
+b=0;b<a.length;b++)if(a.charCodeAt(b)>fj)return false;return true}else
 return!/[^\x00-\x7f]/.test(a)}function
-hz(e){for(var
+ht(e){for(var
 j=W,c=W,g,f,h,a,b=0,i=e.length;b<i;b++){f=e.charCodeAt(b);if(f<by){for(var
-d=b+1;d<i&&(f=e.charCodeAt(d))<by;d++);if(d-b>lT){c.substr(0,1);j+=c;c=W;j+=e.slice(b,d)}else
-c+=e.slice(b,d);if(d==i)break;b=d}a=1;if(++b<i&&((h=e.charCodeAt(b))&-64)==db){g=h+(f<<6);if(f<l2){a=g-0x3080;if(a<by)a=1}else{a=2;if(++b<i&&((h=e.charCodeAt(b))&-64)==db){g=h+(g<<6);if(f<mr){a=g-0xe2080;if(a<mo||a>=0xd7ff&&a<0xe000)a=2}else{a=3;if(++b<i&&((h=e.charCodeAt(b))&-64)==db&&f<0xf5){a=h-0x3c82080+(g<<6);if(a<0x10000||a>0x10ffff)a=3}}}}}if(a<4){b-=a;c+="\ufffd"}else
-if(a>bM)c+=String.fromCharCode(0xd7c0+(a>>10),lX+(a&0x3FF));else
-c+=String.fromCharCode(a);if(c.length>dV){c.substr(0,1);j+=c;c=W}}return j+c}function
+d=b+1;d<i&&(f=e.charCodeAt(d))<by;d++);if(d-b>lM){c.substr(0,1);j+=c;c=W;j+=e.slice(b,d)}else
+c+=e.slice(b,d);if(d==i)break;b=d}a=1;if(++b<i&&((h=e.charCodeAt(b))&-64)==da){g=h+(f<<6);if(f<lV){a=g-0x3080;if(a<by)a=1}else{a=2;if(++b<i&&((h=e.charCodeAt(b))&-64)==da){g=h+(g<<6);if(f<mk){a=g-0xe2080;if(a<mh||a>=0xd7ff&&a<0xe000)a=2}else{a=3;if(++b<i&&((h=e.charCodeAt(b))&-64)==da&&f<0xf5){a=h-0x3c82080+(g<<6);if(a<0x10000||a>0x10ffff)a=3}}}}}if(a<4){b-=a;c+="\ufffd"}else
+if(a>bM)c+=String.fromCharCode(0xd7c0+(a>>10),lQ+(a&0x3FF));else
+c+=String.fromCharCode(a);if(c.length>dT){c.substr(0,1);j+=c;c=W}}return j+c}function
 bN(c,a,b){this.t=c;this.c=a;this.l=b}bN.prototype.toString=function(){switch(this.t){case
-9:return this.c;default:fv(this);case
-0:if(m5(this.c)){this.t=9;return this.c}this.t=8;case
+9:return this.c;default:fp(this);case
+0:if(mZ(this.c)){this.t=9;return this.c}this.t=8;case
 8:return this.c}};bN.prototype.toUtf16=function(){var
-a=this.toString();if(this.t==9)return a;return hz(a)};bN.prototype.slice=function(){var
+a=this.toString();if(this.t==9)return a;return ht(a)};bN.prototype.slice=function(){var
 a=this.t==4?this.c.slice():this.c;return new
 bN(this.t,a,this.l)};function
-mG(a){return new
+mz(a){return new
 bN(0,a,a.length)}function
-t(a){return mG(a)}function
-hw(b,a){AT(b,t(a))}var
-au=[0];function
-aI(a){hw(au.Invalid_argument,a)}function
-ft(){aI(hi)}function
+s(a){return mz(a)}function
+hq(b,a){AN(b,s(a))}var
+as=[0];function
+aG(a){hq(as.Invalid_argument,a)}function
+fn(){aG(hc)}function
 b5(a,b){switch(a.t&6){default:if(b>=a.c.length)return 0;case
 0:return a.c.charCodeAt(b);case
 4:return a.c[b]}}function
-mF(b,a){if(a>>>0>=b.l)ft();return b5(b,a)}function
-Ai(b,a){if(a>>>0>=b.l-3)ft();var
+my(b,a){if(a>>>0>=b.l)fn();return b5(b,a)}function
+Ac(b,a){if(a>>>0>=b.l-3)fn();var
 c=b5(b,a),d=b5(b,a+1),e=b5(b,a+2),f=b5(b,a+3);return f<<24|e<<16|d<<8|c}function
-at(a,c,b){b&=b3;if(a.t!=4){if(c==a.c.length){a.c+=String.fromCharCode(b);if(c+1==a.l)a.t=0;return 0}fu(a)}a.c[c]=b;return 0}function
-b4(b,a,c){if(a>>>0>=b.l)ft();return at(b,a,c)}function
+ar(a,c,b){b&=b3;if(a.t!=4){if(c==a.c.length){a.c+=String.fromCharCode(b);if(c+1==a.l)a.t=0;return 0}fo(a)}a.c[c]=b;return 0}function
+b4(b,a,c){if(a>>>0>=b.l)fn();return ar(b,a,c)}function
 cK(a){return a.toArray()}function
-Al(c,b,e){if(b>>>0>=c.l-7)ft();var
+Af(c,b,e){if(b>>>0>=c.l-7)fn();var
 d=cK(e);for(var
-a=0;a<8;a++)at(c,b+7-a,d[a]);return 0}function
+a=0;a<8;a++)ar(c,b+7-a,d[a]);return 0}function
 cI(c,a){if(c.fun)return cI(c.fun,a);if(typeof
 c!=="function")return c;var
 b=c.length|0;if(b===0)return c.apply(null,a);var
@@ -82,22 +82,22 @@ e=arguments.length==0?1:arguments.length,d=new
 Array(a.length+e);for(var
 b=0;b<a.length;b++)d[b]=a[b];for(var
 b=0;b<arguments.length;b++)d[a.length+b]=arguments[b];return cI(c,d)}}function
-dX(){aI(hi)}function
-aP(a,b){if(b>>>0>=a.length-1)dX();return a}function
-Am(a){if(isFinite(a)){if(Math.abs(a)>=2.2250738585072014e-308)return 0;if(a!=0)return 1;return 2}return isNaN(a)?4:3}function
-aH(a){if(a<0)aI("Bytes.create");return new
+dV(){aG(hc)}function
+aN(a,b){if(b>>>0>=a.length-1)dV();return a}function
+Ag(a){if(isFinite(a)){if(Math.abs(a)>=2.2250738585072014e-308)return 0;if(a!=0)return 1;return 2}return isNaN(a)?4:3}function
+aF(a){if(a<0)aG("Bytes.create");return new
 bN(a?2:9,W,a)}function
-cs(a){a.t&6&&fv(a);return a.c}var
-A3=Math.log2&&Math.log2(1.1235582092889474E+307)==1020;function
-A2(a){if(A3)return Math.floor(Math.log2(a));var
+cs(a){a.t&6&&fp(a);return a.c}var
+AX=Math.log2&&Math.log2(1.1235582092889474E+307)==1020;function
+AW(a){if(AX)return Math.floor(Math.log2(a));var
 b=0;if(a==0)return-Infinity;if(a>=1)while(a>=2){a/=2;b++}else
 while(a<1){a*=2;b--}return b}function
-hp(c){var
+hj(c){var
 a=new(Y.Float32Array)(1);a[0]=c;var
 b=new(Y.Int32Array)(a.buffer);return b[0]|0}var
-mQ=Math.pow(2,-24);function
-AR(a){throw a}function
-mW(){AR(au.Division_by_zero)}function
+mJ=Math.pow(2,-24);function
+AL(a){throw a}function
+mP(){AL(as.Division_by_zero)}function
 Q(b,c,a){this.lo=b&b1;this.mi=c&b1;this.hi=a&bM}Q.prototype.caml_custom="_j";Q.prototype.copy=function(){return new
 Q(this.lo,this.mi,this.hi)};Q.prototype.ucompare=function(a){if(this.hi>a.hi)return 1;if(this.hi<a.hi)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};Q.prototype.compare=function(a){var
 b=this.hi<<16,c=a.hi<<16;if(b>c)return 1;if(b<c)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};Q.prototype.neg=function(){var
@@ -107,7 +107,7 @@ b=this.lo+a.lo,c=this.mi+a.mi+(b>>24),d=this.hi+a.hi+(c>>24);return new
 Q(b,c,d)};Q.prototype.sub=function(a){var
 b=this.lo-a.lo,c=this.mi-a.mi+(b>>24),d=this.hi-a.hi+(c>>24);return new
 Q(b,c,d)};Q.prototype.mul=function(a){var
-b=this.lo*a.lo,c=(b*mQ|0)+this.mi*a.lo+this.lo*a.mi,d=(c*mQ|0)+this.hi*a.lo+this.mi*a.mi+this.lo*a.hi;return new
+b=this.lo*a.lo,c=(b*mJ|0)+this.mi*a.lo+this.lo*a.mi,d=(c*mJ|0)+this.hi*a.lo+this.mi*a.mi+this.lo*a.hi;return new
 Q(b,c,d)};Q.prototype.isZero=function(){return(this.lo|this.mi|this.hi)==0};Q.prototype.isNeg=function(){return this.hi<<16<0};Q.prototype.and=function(a){return new
 Q(this.lo&a.lo,this.mi&a.mi,this.hi&a.hi)};Q.prototype.or=function(a){return new
 Q(this.lo|a.lo,this.mi|a.mi,this.hi|a.hi)};Q.prototype.xor=function(a){return new
@@ -125,21 +125,21 @@ Q(this.mi>>a-24|this.hi<<48-a,this.hi<<16>>a-24>>16,b&bM);return new
 Q(this.hi<<16>>a-32,b,b)};Q.prototype.lsl1=function(){this.hi=this.hi<<1|this.mi>>23;this.mi=(this.mi<<1|this.lo>>23)&b1;this.lo=this.lo<<1&b1};Q.prototype.lsr1=function(){this.lo=(this.lo>>>1|this.mi<<23)&b1;this.mi=(this.mi>>>1|this.hi<<23)&b1;this.hi=this.hi>>>1};Q.prototype.udivmod=function(e){var
 c=0,b=this.copy(),a=e.copy(),d=new
 Q(0,0,0);while(b.ucompare(a)>0){c++;a.lsl1()}while(c>=0){c--;d.lsl1();if(b.ucompare(a)>=0){d.lo++;b=b.sub(a)}a.lsr1()}return{quotient:d,modulus:b}};Q.prototype.div=function(a){var
-b=this;if(a.isZero())mW();var
+b=this;if(a.isZero())mP();var
 d=b.hi^a.hi;if(b.hi&bK)b=b.neg();if(a.hi&bK)a=a.neg();var
 c=b.udivmod(a).quotient;if(d&bK)c=c.neg();return c};Q.prototype.mod=function(b){var
-a=this;if(b.isZero())mW();var
+a=this;if(b.isZero())mP();var
 d=a.hi;if(a.hi&bK)a=a.neg();if(b.hi&bK)b=b.neg();var
 c=a.udivmod(b).modulus;if(d&bK)c=c.neg();return c};Q.prototype.toInt=function(){return this.lo|this.mi<<24};Q.prototype.toFloat=function(){return(this.hi<<16)*Math.pow(2,32)+this.mi*Math.pow(2,24)+this.lo};Q.prototype.toArray=function(){return[this.hi>>8,this.hi&b3,this.mi>>16,this.mi>>8&b3,this.mi&b3,this.lo>>16,this.lo>>8&b3,this.lo&b3]};Q.prototype.lo32=function(){return this.lo|(this.mi&b3)<<24};Q.prototype.hi32=function(){return this.mi>>>8&bM|this.hi<<16};function
-d0(b,c,a){return new
+dY(b,c,a){return new
 Q(b,c,a)}function
-fx(a){if(!isFinite(a)){if(isNaN(a))return d0(1,0,lS);return a>0?d0(0,0,lS):d0(0,0,0xfff0)}var
+fr(a){if(!isFinite(a)){if(isNaN(a))return dY(1,0,lL);return a>0?dY(0,0,lL):dY(0,0,0xfff0)}var
 f=a==0&&1/a==-Infinity?bK:a>=0?0:bK;if(f)a=-a;var
-b=A2(a)+1023;if(b<=0){b=0;a/=Math.pow(2,-mc)}else{a/=Math.pow(2,b-mv);if(a<16){a*=2;b-=1}if(b==0)a/=2}var
+b=AW(a)+1023;if(b<=0){b=0;a/=Math.pow(2,-l7)}else{a/=Math.pow(2,b-mo);if(a<16){a*=2;b-=1}if(b==0)a/=2}var
 d=Math.pow(2,24),c=a|0;a=(a-c)*d;var
 e=a|0;a=(a-e)*d;var
-g=a|0;c=c&hg|f|b<<4;return d0(g,e,c)}function
-mD(c,b,g){c.write(32,b.dims.length);c.write(32,b.kind|b.layout<<8);if(b.caml_custom==fs)for(var
+g=a|0;c=c&ha|f|b<<4;return dY(g,e,c)}function
+mw(c,b,g){c.write(32,b.dims.length);c.write(32,b.kind|b.layout<<8);if(b.caml_custom==fm)for(var
 a=0;a<b.dims.length;a++)if(b.dims[a]<bM)c.write(16,b.dims[a]);else{c.write(16,bM);c.write(32,0);c.write(32,b.dims[a])}else
 for(var
 a=0;a<b.dims.length;a++)c.write(32,b.dims[a]);switch(b.kind){case
@@ -161,25 +161,25 @@ e=cK(b.get(a));for(var
 d=0;d<8;d++)c.write(8,e[d])}break;case
 1:for(var
 a=0;a<b.data.length;a++){var
-e=cK(fx(b.get(a)));for(var
+e=cK(fr(b.get(a)));for(var
 d=0;d<8;d++)c.write(8,e[d])}break;case
 0:for(var
 a=0;a<b.data.length;a++){var
-e=hp(b.get(a));c.write(32,e)}break;case
+e=hj(b.get(a));c.write(32,e)}break;case
 10:for(var
 a=0;a<b.data.length/2;a++){var
-d=b.get(a);c.write(32,hp(d[1]));c.write(32,hp(d[2]))}break;case
+d=b.get(a);c.write(32,hj(d[1]));c.write(32,hj(d[2]))}break;case
 11:for(var
 a=0;a<b.data.length/2;a++){var
-f=b.get(a),e=cK(fx(f[1]));for(var
+f=b.get(a),e=cK(fr(f[1]));for(var
 d=0;d<8;d++)c.write(8,e[d]);var
-e=cK(fx(f[2]));for(var
+e=cK(fr(f[2]));for(var
 d=0;d<8;d++)c.write(8,e[d])}break}g[0]=(4+b.dims.length)*4;g[1]=(4+b.dims.length)*8}function
-mB(a){switch(a){case
+mu(a){switch(a){case
 7:case
 10:case
 11:return 2;default:return 1}}function
-Ag(c,e){var
+Aa(c,e){var
 b=Y,a;switch(c){case
 0:a=b.Float32Array;break;case
 1:a=b.Float64Array;break;case
@@ -193,44 +193,44 @@ b=Y,a;switch(c){case
 9:a=b.Int32Array;break;case
 10:a=b.Float32Array;break;case
 11:a=b.Float64Array;break;case
-12:a=b.Uint8Array;break}if(!a)aI("Bigarray.create: unsupported kind");var
+12:a=b.Uint8Array;break}if(!a)aG("Bigarray.create: unsupported kind");var
 d=new
-a(e*mB(c));return d}function
-hq(c){var
+a(e*mu(c));return d}function
+hk(c){var
 a=new(Y.Int32Array)(1);a[0]=c;var
 b=new(Y.Float32Array)(a.buffer);return b[0]}function
-dd(a){return new
+dc(a){return new
 Q(a[7]<<0|a[6]<<8|a[5]<<16,a[4]<<0|a[3]<<8|a[2]<<16,a[1]<<0|a[0]<<8)}function
-hr(d){var
-f=d.lo,g=d.mi,b=d.hi,c=(b&0x7fff)>>4;if(c==2047)return(f|g|b&hg)==0?b&bK?-Infinity:Infinity:NaN;var
-e=Math.pow(2,-24),a=(f*e+g)*e+(b&hg);if(c>0){a+=16;a*=Math.pow(2,c-mv)}else
-a*=Math.pow(2,-mc);if(b&bK)a=-a;return a}function
-hm(b){var
+hl(d){var
+f=d.lo,g=d.mi,b=d.hi,c=(b&0x7fff)>>4;if(c==2047)return(f|g|b&ha)==0?b&bK?-Infinity:Infinity:NaN;var
+e=Math.pow(2,-24),a=(f*e+g)*e+(b&ha);if(c>0){a+=16;a*=Math.pow(2,c-mo)}else
+a*=Math.pow(2,-l7);if(b&bK)a=-a;return a}function
+hg(b){var
 d=b.length,c=1;for(var
-a=0;a<d;a++){if(b[a]<0)aI("Bigarray.create: negative dimension");c=c*b[a]}return c}function
-Ay(b,a){return new
+a=0;a<d;a++){if(b[a]<0)aG("Bigarray.create: negative dimension");c=c*b[a]}return c}function
+As(b,a){return new
 Q(b&b1,b>>>24&b3|(a&bM)<<8,a>>>16&bM)}function
-hs(a){return a.hi32()}function
-ht(a){return a.lo32()}var
-Ah=fs;function
-cr(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}cr.prototype.caml_custom=Ah;cr.prototype.offset=function(b){var
+hm(a){return a.hi32()}function
+hn(a){return a.lo32()}var
+Ab=fm;function
+cr(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}cr.prototype.caml_custom=Ab;cr.prototype.offset=function(b){var
 c=0;if(typeof
 b==="number")b=[b];if(!(b
 instanceof
-Array))aI("bigarray.js: invalid offset");if(this.dims.length!=b.length)aI("Bigarray.get/set: bad number of dimensions");if(this.layout==0)for(var
-a=0;a<this.dims.length;a++){if(b[a]<0||b[a]>=this.dims[a])dX();c=c*this.dims[a]+b[a]}else
+Array))aG("bigarray.js: invalid offset");if(this.dims.length!=b.length)aG("Bigarray.get/set: bad number of dimensions");if(this.layout==0)for(var
+a=0;a<this.dims.length;a++){if(b[a]<0||b[a]>=this.dims[a])dV();c=c*this.dims[a]+b[a]}else
 for(var
-a=this.dims.length-1;a>=0;a--){if(b[a]<1||b[a]>this.dims[a])dX();c=c*this.dims[a]+(b[a]-1)}return c};cr.prototype.get=function(a){switch(this.kind){case
+a=this.dims.length-1;a>=0;a--){if(b[a]<1||b[a]>this.dims[a])dV();c=c*this.dims[a]+(b[a]-1)}return c};cr.prototype.get=function(a){switch(this.kind){case
 7:var
-d=this.data[a*2+0],b=this.data[a*2+1];return Ay(d,b);case
+d=this.data[a*2+0],b=this.data[a*2+1];return As(d,b);case
 10:case
 11:var
-e=this.data[a*2+0],c=this.data[a*2+1];return[fq,e,c];default:return this.data[a]}};cr.prototype.set=function(a,b){switch(this.kind){case
-7:this.data[a*2+0]=ht(b);this.data[a*2+1]=hs(b);break;case
+e=this.data[a*2+0],c=this.data[a*2+1];return[fk,e,c];default:return this.data[a]}};cr.prototype.set=function(a,b){switch(this.kind){case
+7:this.data[a*2+0]=hn(b);this.data[a*2+1]=hm(b);break;case
 10:case
 11:this.data[a*2+0]=b[1];this.data[a*2+1]=b[2];break;default:this.data[a]=b;break}return 0};cr.prototype.fill=function(b){switch(this.kind){case
 7:var
-c=ht(b),e=hs(b);if(c==e)this.data.fill(c);else
+c=hn(b),e=hm(b);if(c==e)this.data.fill(c);else
 for(var
 a=0;a<this.data.length;a++)this.data[a]=a%2==0?c:e;break;case
 10:case
@@ -257,26 +257,26 @@ a=0;a<this.data.length;a+=2){if(this.data[a+1]<b.data[a+1])return-1;if(this.data
 9:case
 12:for(var
 a=0;a<this.data.length;a++){if(this.data[a]<b.data[a])return-1;if(this.data[a]>b.data[a])return 1}break}return 0};function
-dc(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}dc.prototype=new
-cr();dc.prototype.offset=function(a){if(typeof
+db(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}db.prototype=new
+cr();db.prototype.offset=function(a){if(typeof
 a!=="number")if(a
 instanceof
 Array&&a.length==1)a=a[0];else
-aI("Ml_Bigarray_c_1_1.offset");if(a<0||a>=this.dims[0])dX();return a};dc.prototype.get=function(a){return this.data[a]};dc.prototype.set=function(a,b){this.data[a]=b;return 0};dc.prototype.fill=function(a){this.data.fill(a);return 0};function
-mz(c,d,a,b){var
-e=mB(c);if(hm(a)*e!=b.length)aI("length doesn't match dims");if(d==0&&a.length==1&&e==1)return new
-dc(c,d,a,b);return new
+aG("Ml_Bigarray_c_1_1.offset");if(a<0||a>=this.dims[0])dV();return a};db.prototype.get=function(a){return this.data[a]};db.prototype.set=function(a,b){this.data[a]=b;return 0};db.prototype.fill=function(a){this.data.fill(a);return 0};function
+ms(c,d,a,b){var
+e=mu(c);if(hg(a)*e!=b.length)aG("length doesn't match dims");if(d==0&&a.length==1&&e==1)return new
+db(c,d,a,b);return new
 cr(c,d,a,b)}function
-cJ(a){if(!au.Failure)au.Failure=[a0,t(g9),-3];hw(au.Failure,a)}function
-mA(b,v,r){var
+cJ(a){if(!as.Failure)as.Failure=[aY,s(g3),-3];hq(as.Failure,a)}function
+mt(b,v,r){var
 i=b.read32s();if(i<0||i>16)cJ("input_value: wrong number of bigarray dimensions");var
-p=b.read32s(),j=p&b3,o=p>>8&1,h=[];if(r==fs)for(var
+p=b.read32s(),j=p&b3,o=p>>8&1,h=[];if(r==fm)for(var
 a=0;a<i;a++){var
 n=b.read16u();if(n==bM){var
 t=b.read32u(),u=b.read32u();if(t!=0)cJ("input_value: bigarray dimension overflow in 32bit");n=u}h.push(n)}else
 for(var
 a=0;a<i;a++)h.push(b.read32u());var
-d=hm(h),f=Ag(j,d),g=mz(j,o,h,f);switch(j){case
+d=hg(h),f=Aa(j,d),g=ms(j,o,h,f);switch(j){case
 2:for(var
 a=0;a<d;a++)f[a]=b.read8s();break;case
 3:case
@@ -297,43 +297,43 @@ e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-q=dd(e);g.set(a,q)}break;case
+q=dc(e);g.set(a,q)}break;case
 1:var
 e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-k=hr(dd(e));g.set(a,k)}break;case
+k=hl(dc(e));g.set(a,k)}break;case
 0:for(var
 a=0;a<d;a++){var
-k=hq(b.read32s());g.set(a,k)}break;case
+k=hk(b.read32s());g.set(a,k)}break;case
 10:for(var
 a=0;a<d;a++){var
-m=hq(b.read32s()),l=hq(b.read32s());g.set(a,[fq,m,l])}break;case
+m=hk(b.read32s()),l=hk(b.read32s());g.set(a,[fk,m,l])}break;case
 11:var
 e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-m=hr(dd(e));for(var
+m=hl(dc(e));for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-l=hr(dd(e));g.set(a,[fq,m,l])}break}v[0]=(4+i)*4;return mz(j,o,h,f)}function
-my(a,b,c){return a.compare(b,c)}function
-mU(a,b){return Math.imul(a,b)}function
-b6(b,a){a=mU(a,0xcc9e2d51|0);a=a<<15|a>>>32-15;a=mU(a,0x1b873593);b^=a;b=b<<13|b>>>32-13;return(b+(b<<2)|0)+(0xe6546b64|0)|0}function
-As(a,b){a=b6(a,ht(b));a=b6(a,hs(b));return a}function
-mO(a,b){return As(a,fx(b))}function
-mC(c){var
-b=hm(c.dims),d=0;switch(c.kind){case
+l=hl(dc(e));g.set(a,[fk,m,l])}break}v[0]=(4+i)*4;return ms(j,o,h,f)}function
+mr(a,b,c){return a.compare(b,c)}function
+mN(a,b){return Math.imul(a,b)}function
+b6(b,a){a=mN(a,0xcc9e2d51|0);a=a<<15|a>>>32-15;a=mN(a,0x1b873593);b^=a;b=b<<13|b>>>32-13;return(b+(b<<2)|0)+(0xe6546b64|0)|0}function
+Am(a,b){a=b6(a,hn(b));a=b6(a,hm(b));return a}function
+mH(a,b){return Am(a,fr(b))}function
+mv(c){var
+b=hg(c.dims),d=0;switch(c.kind){case
 2:case
 3:case
-12:if(b>mn)b=mn;var
+12:if(b>mg)b=mg;var
 e=0,a=0;for(a=0;a+4<=c.data.length;a+=4){e=c.data[a+0]|c.data[a+1]<<8|c.data[a+2]<<16|c.data[a+3]<<24;d=b6(d,e)}e=0;switch(b&3){case
 3:e=c.data[a+2]<<16;case
 2:e|=c.data[a+1]<<8;case
 1:e|=c.data[a+0];d=b6(d,e)}break;case
 4:case
-5:if(b>db)b=db;var
+5:if(b>da)b=da;var
 e=0,a=0;for(a=0;a+2<=c.data.length;a+=2){e=c.data[a+0]|c.data[a+1]<<16;d=b6(d,e)}if((b&1)!=0)d=b6(d,c.data[a]);break;case
 6:if(b>64)b=64;for(var
 a=0;a<b;a++)d=b6(d,c.data[a]);break;case
@@ -344,75 +344,75 @@ a=0;a<b;a++)d=b6(d,c.data[a]);break;case
 a=0;a<b;a++)d=b6(d,c.data[a]);break;case
 10:b*=2;case
 0:if(b>64)b=64;for(var
-a=0;a<b;a++)d=mO(d,c.data[a]);break;case
+a=0;a<b;a++)d=mH(d,c.data[a]);break;case
 11:b*=2;case
 1:if(b>32)b=32;for(var
-a=0;a<b;a++)d=mO(d,c.data[a]);break}return d}function
-Av(a,b){b[0]=4;return a.read32s()}function
-AP(a,b){switch(a.read8u()){case
+a=0;a<b;a++)d=mH(d,c.data[a]);break}return d}function
+Ap(a,b){b[0]=4;return a.read32s()}function
+AJ(a,b){switch(a.read8u()){case
 1:b[0]=4;return a.read32s();case
 2:cJ("input_value: native integer value too large");default:cJ("input_value: ill-formed native integer")}}function
-AH(c,d){var
+AB(c,d){var
 b=new
 Array(8);for(var
-a=0;a<8;a++)b[a]=c.read8u();d[0]=8;return dd(b)}function
-AD(e,d,b){var
+a=0;a<8;a++)b[a]=c.read8u();d[0]=8;return dc(b)}function
+Ax(e,d,b){var
 c=cK(d);for(var
 a=0;a<8;a++)e.write(8,c[a]);b[0]=8;b[1]=8}function
-Ax(a,b,c){return a.compare(b)}function
-AA(a){return a.lo32()^a.hi32()}var
-mK={"_j":{deserialize:AH,serialize:AD,fixed_length:8,compare:Ax,hash:AA},"_i":{deserialize:Av,fixed_length:4},"_n":{deserialize:AP,fixed_length:4},"_bigarray":{deserialize:function(a,b){return mA(a,b,"_bigarray")},serialize:mD,compare:my,hash:mC},"_bigarr02":{deserialize:function(a,b){return mA(a,b,fs)},serialize:mD,compare:my,hash:mC}};function
-hn(a){return mK[a.caml_custom]&&mK[a.caml_custom].compare}function
-mI(f,c,d,e){var
-b=hn(c);if(b){var
+Ar(a,b,c){return a.compare(b)}function
+Au(a){return a.lo32()^a.hi32()}var
+mD={"_j":{deserialize:AB,serialize:Ax,fixed_length:8,compare:Ar,hash:Au},"_i":{deserialize:Ap,fixed_length:4},"_n":{deserialize:AJ,fixed_length:4},"_bigarray":{deserialize:function(a,b){return mt(a,b,"_bigarray")},serialize:mw,compare:mr,hash:mv},"_bigarr02":{deserialize:function(a,b){return mt(a,b,fm)},serialize:mw,compare:mr,hash:mv}};function
+hh(a){return mD[a.caml_custom]&&mD[a.caml_custom].compare}function
+mB(f,c,d,e){var
+b=hh(c);if(b){var
 a=d>0?b(c,f,e):b(f,c,e);if(e&&a!=a)return d;if(+a!=+a)return+a;if((a|0)!=0)return a|0}return d}function
-hu(a){return a
+ho(a){return a
 instanceof
 bN}function
-mR(a){return hu(a)}function
-mJ(a){if(typeof
-a==="number")return fo;else
-if(hu(a))return 252;else
-if(mR(a))return 1252;else
+mK(a){return ho(a)}function
+mC(a){if(typeof
+a==="number")return fi;else
+if(ho(a))return 252;else
+if(mK(a))return 1252;else
 if(a
 instanceof
-Array&&a[0]===a[0]>>>0&&a[0]<=g_){var
-b=a[0]|0;return b==fq?0:b}else
+Array&&a[0]===a[0]>>>0&&a[0]<=g4){var
+b=a[0]|0;return b==fk?0:b}else
 if(a
 instanceof
-String)return l6;else
+String)return lZ;else
 if(typeof
-a=="string")return l6;else
+a=="string")return lZ;else
 if(a
 instanceof
-Number)return fo;else
-if(a&&a.caml_custom)return g$;else
+Number)return fi;else
+if(a&&a.caml_custom)return g5;else
 if(a&&a.compare)return 1256;else
 if(typeof
 a=="function")return 1247;else
 if(typeof
 a=="symbol")return 1251;return 1001}function
-AI(a,b){if(a<b)return-1;if(a==b)return 0;return 1}function
-mE(a,b){a.t&6&&fv(a);b.t&6&&fv(b);return a.c<b.c?-1:a.c>b.c?1:0}function
-A6(a,b){return mE(a,b)}function
-mH(a,b,d){var
+AC(a,b){if(a<b)return-1;if(a==b)return 0;return 1}function
+mx(a,b){a.t&6&&fp(a);b.t&6&&fp(b);return a.c<b.c?-1:a.c>b.c?1:0}function
+A0(a,b){return mx(a,b)}function
+mA(a,b,d){var
 e=[];for(;;){if(!(d&&a===b)){var
-f=mJ(a);if(f==l0){a=a[1];continue}var
-g=mJ(b);if(g==l0){b=b[1];continue}if(f!==g){if(f==fo){if(g==g$)return mI(a,b,-1,d);return-1}if(g==fo){if(f==g$)return mI(b,a,1,d);return 1}return f<g?-1:1}switch(f){case
-247:aI(hc);break;case
+f=mC(a);if(f==lT){a=a[1];continue}var
+g=mC(b);if(g==lT){b=b[1];continue}if(f!==g){if(f==fi){if(g==g5)return mB(a,b,-1,d);return-1}if(g==fi){if(f==g5)return mB(b,a,1,d);return 1}return f<g?-1:1}switch(f){case
+247:aG(g8);break;case
 248:var
-c=AI(a[2],b[2]);if(c!=0)return c|0;break;case
-249:aI(hc);break;case
-250:aI("equal: got Forward_tag, should not happen");break;case
-251:aI("equal: abstract value");break;case
+c=AC(a[2],b[2]);if(c!=0)return c|0;break;case
+249:aG(g8);break;case
+250:aG("equal: got Forward_tag, should not happen");break;case
+251:aG("equal: abstract value");break;case
 252:if(a!==b){var
-c=mE(a,b);if(c!=0)return c|0}break;case
-253:aI("equal: got Double_tag, should not happen");break;case
-254:aI("equal: got Double_array_tag, should not happen");break;case
-255:aI("equal: got Custom_tag, should not happen");break;case
-1247:aI(hc);break;case
+c=mx(a,b);if(c!=0)return c|0}break;case
+253:aG("equal: got Double_tag, should not happen");break;case
+254:aG("equal: got Double_array_tag, should not happen");break;case
+255:aG("equal: got Custom_tag, should not happen");break;case
+1247:aG(g8);break;case
 1255:var
-i=hn(a);if(i!=hn(b))return a.caml_custom<b.caml_custom?-1:1;if(!i)aI("compare: abstract value");var
+i=hh(a);if(i!=hh(b))return a.caml_custom<b.caml_custom?-1:1;if(!i)aG("compare: abstract value");var
 c=i(a,b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;break;case
 1256:var
 c=a.compare(b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;break;case
@@ -426,252 +426,252 @@ a=a.toString(),b=b.toString();if(a!==b){if(a<b)return-1;if(a>b)return 1}break;ca
 246:case
 254:default:if(a.length!=b.length)return a.length<b.length?-1:1;if(a.length>1)e.push(a,b,1);break}}if(e.length==0)return 0;var
 h=e.pop();b=e.pop();a=e.pop();if(h+1<a.length)e.push(a,b,h+1);a=a[h];b=b[h]}}function
-dZ(a,b){return+(mH(a,b,false)==0)}function
-Ao(a,c,b,d){if(b>0)if(c==0&&(b>=a.l||a.t==2&&b>=a.c.length))if(d==0){a.c=W;a.t=2}else{a.c=de(b,String.fromCharCode(d));a.t=b==a.l?0:2}else{if(a.t!=4)fu(a);for(b+=c;c<b;c++)a.c[c]=d}return 0}function
-hv(d){d=cs(d);var
-e=d.length;if(e>31)aI("format_int: format too long");var
-a={justify:c_,signstyle:cE,filler:b0,alternate:false,base:0,signedconv:false,width:0,uppercase:false,sign:1,prec:-1,conv:"f"};for(var
+dX(a,b){return+(mA(a,b,false)==0)}function
+Ai(a,c,b,d){if(b>0)if(c==0&&(b>=a.l||a.t==2&&b>=a.c.length))if(d==0){a.c=W;a.t=2}else{a.c=dd(b,String.fromCharCode(d));a.t=b==a.l?0:2}else{if(a.t!=4)fo(a);for(b+=c;c<b;c++)a.c[c]=d}return 0}function
+hp(d){d=cs(d);var
+e=d.length;if(e>31)aG("format_int: format too long");var
+a={justify:c9,signstyle:cE,filler:b0,alternate:false,base:0,signedconv:false,width:0,uppercase:false,sign:1,prec:-1,conv:"f"};for(var
 c=0;c<e;c++){var
-b=d.charAt(c);switch(b){case"-":a.justify=cE;break;case"+":case" ":a.signstyle=b;break;case"0":a.filler=a_;break;case"#":a.alternate=true;break;case"1":case"2":case"3":case"4":case"5":case"6":case"7":case"8":case"9":a.width=0;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.width=a.width*10+b;c++}c--;break;case".":a.prec=0;c++;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.prec=a.prec*10+b;c++}c--;case"d":case"i":a.signedconv=true;case"u":a.base=10;break;case"x":a.base=16;break;case"X":a.base=16;a.uppercase=true;break;case"o":a.base=8;break;case"e":case"f":case"g":a.signedconv=true;a.conv=b;break;case"E":case"F":case"G":a.signedconv=true;a.uppercase=true;a.conv=b.toLowerCase();break}}return a}function
-ho(a,e){if(a.uppercase)e=e.toUpperCase();var
+b=d.charAt(c);switch(b){case"-":a.justify=cE;break;case"+":case" ":a.signstyle=b;break;case"0":a.filler=a8;break;case"#":a.alternate=true;break;case"1":case"2":case"3":case"4":case"5":case"6":case"7":case"8":case"9":a.width=0;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.width=a.width*10+b;c++}c--;break;case".":a.prec=0;c++;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.prec=a.prec*10+b;c++}c--;case"d":case"i":a.signedconv=true;case"u":a.base=10;break;case"x":a.base=16;break;case"X":a.base=16;a.uppercase=true;break;case"o":a.base=8;break;case"e":case"f":case"g":a.signedconv=true;a.conv=b;break;case"E":case"F":case"G":a.signedconv=true;a.uppercase=true;a.conv=b.toLowerCase();break}}return a}function
+hi(a,e){if(a.uppercase)e=e.toUpperCase();var
 d=e.length;if(a.signedconv&&(a.sign<0||a.signstyle!=cE))d++;if(a.alternate){if(a.base==8)d+=1;if(a.base==16)d+=2}var
-b=W;if(a.justify==c_&&a.filler==b0)for(var
+b=W;if(a.justify==c9&&a.filler==b0)for(var
 c=d;c<a.width;c++)b+=b0;if(a.signedconv)if(a.sign<0)b+=cE;else
-if(a.signstyle!=cE)b+=a.signstyle;if(a.alternate&&a.base==8)b+=a_;if(a.alternate&&a.base==16)b+=lR;if(a.justify==c_&&a.filler==a_)for(var
-c=d;c<a.width;c++)b+=a_;b+=e;if(a.justify==cE)for(var
-c=d;c<a.width;c++)b+=b0;return t(b)}function
-mM(i,c){function
+if(a.signstyle!=cE)b+=a.signstyle;if(a.alternate&&a.base==8)b+=a8;if(a.alternate&&a.base==16)b+=lK;if(a.justify==c9&&a.filler==a8)for(var
+c=d;c<a.width;c++)b+=a8;b+=e;if(a.justify==cE)for(var
+c=d;c<a.width;c++)b+=b0;return s(b)}function
+mF(i,c){function
 j(a,b){if(Math.abs(a)<1.0)return a.toFixed(b);else{var
-c=parseInt(a.toString().split(c_)[1]);if(c>20){c-=20;a/=Math.pow(10,c);a+=new
-Array(c+1).join(a_);if(b>0)a=a+da+new
-Array(b+1).join(a_);return a}else
+c=parseInt(a.toString().split(c9)[1]);if(c>20){c-=20;a/=Math.pow(10,c);a+=new
+Array(c+1).join(a8);if(b>0)a=a+c$+new
+Array(b+1).join(a8);return a}else
 return a.toFixed(b)}}var
-a,e=hv(i),d=e.prec<0?6:e.prec;if(c<0||c==0&&1/c==-Infinity){e.sign=-1;c=-c}if(isNaN(c)){a=hb;e.filler=b0}else
+a,e=hp(i),d=e.prec<0?6:e.prec;if(c<0||c==0&&1/c==-Infinity){e.sign=-1;c=-c}if(isNaN(c)){a=g7;e.filler=b0}else
 if(!isFinite(c)){a="inf";e.filler=b0}else
 switch(e.conv){case"e":var
-a=c.toExponential(d),b=a.length;if(a.charAt(b-3)==hk)a=a.slice(0,b-1)+a_+a.slice(b-1);break;case"f":a=j(c,d);break;case"g":d=d?d:1;a=c.toExponential(d-1);var
-h=a.indexOf(hk),g=+a.slice(h+1);if(g<-4||c>=1e21||c.toFixed(0).length>d){var
-b=h-1;while(a.charAt(b)==a_)b--;if(a.charAt(b)==da)b--;a=a.slice(0,b+1)+a.slice(h);b=a.length;if(a.charAt(b-3)==hk)a=a.slice(0,b-1)+a_+a.slice(b-1);break}else{var
+a=c.toExponential(d),b=a.length;if(a.charAt(b-3)==he)a=a.slice(0,b-1)+a8+a.slice(b-1);break;case"f":a=j(c,d);break;case"g":d=d?d:1;a=c.toExponential(d-1);var
+h=a.indexOf(he),g=+a.slice(h+1);if(g<-4||c>=1e21||c.toFixed(0).length>d){var
+b=h-1;while(a.charAt(b)==a8)b--;if(a.charAt(b)==c$)b--;a=a.slice(0,b+1)+a.slice(h);b=a.length;if(a.charAt(b-3)==he)a=a.slice(0,b-1)+a8+a.slice(b-1);break}else{var
 f=d;if(g<0){f-=g+1;a=c.toFixed(f)}else
 while(a=c.toFixed(f),a.length>d+1)f--;if(f){var
-b=a.length-1;while(a.charAt(b)==a_)b--;if(a.charAt(b)==da)b--;a=a.slice(0,b+1)}}break}return ho(e,a)}function
-fw(d,b){if(cs(d)==mj)return t(W+b);var
-a=hv(d);if(b<0)if(a.signedconv){a.sign=-1;b=-b}else
+b=a.length-1;while(a.charAt(b)==a8)b--;if(a.charAt(b)==c$)b--;a=a.slice(0,b+1)}}break}return hi(e,a)}function
+fq(d,b){if(cs(d)==mc)return s(W+b);var
+a=hp(d);if(b<0)if(a.signedconv){a.sign=-1;b=-b}else
 b>>>=0;var
 c=b.toString(a.base);if(a.prec>=0){a.filler=b0;var
-e=a.prec-c.length;if(e>0)c=de(e,a_)+c}return ho(a,c)}var
-AQ=0;function
-Aq(){return AQ++}function
-AK(a){return a.toUtf16()}function
-d3(){return typeof
+e=a.prec-c.length;if(e>0)c=dd(e,a8)+c}return hi(a,c)}var
+AK=0;function
+Ak(){return AK++}function
+AE(a){return a.toUtf16()}function
+d1(){return typeof
 Y.process!=="undefined"&&typeof
 Y.process.versions!=="undefined"&&typeof
 Y.process.versions.node!=="undefined"}function
-A4(){function
+AY(){function
 a(a){if(a.charAt(0)===bL)return[W,a.substring(1)];return}function
 b(c){var
 g=/^([a-zA-Z]:|[\\/]{2}[^\\/]+[\\/]+[^\\/]+)?([\\/])?([\s\S]*?)$/,a=g.exec(c),b=a[1]||W,e=Boolean(b&&b.charAt(1)!==":");if(Boolean(a[2]||e)){var
-d=a[1]||W,f=a[2]||W;return[d,c.substring(d.length+f.length)]}return}return d3()&&Y.process&&Y.process.platform?Y.process.platform==="win32"?b:a:a}var
-hC=A4();function
-mZ(a){return a.slice(-1)!==bL?a+bL:a}if(d3()&&Y.process&&Y.process.cwd)var
-dY=Y.process.cwd().replace(/\\/g,bL);else
+d=a[1]||W,f=a[2]||W;return[d,c.substring(d.length+f.length)]}return}return d1()&&Y.process&&Y.process.platform?Y.process.platform==="win32"?b:a:a}var
+hv=AY();function
+mS(a){return a.slice(-1)!==bL?a+bL:a}if(d1()&&Y.process&&Y.process.cwd)var
+dW=Y.process.cwd().replace(/\\/g,bL);else
 var
-dY="/static";dY=mZ(dY);function
-AL(a){a=AK(a);if(!hC(a))a=dY+a;var
-e=hC(a),d=e[1].split(bL),b=[];for(var
+dW="/static";dW=mS(dW);function
+AF(a){a=AE(a);if(!hv(a))a=dW+a;var
+e=hv(a),d=e[1].split(bL),b=[];for(var
 c=0;c<d.length;c++)switch(d[c]){case"..":if(b.length>1)b.pop();break;case".":break;default:b.push(d[c]);break}b.unshift(e[0]);b.orig=a;return b}function
-AY(e){for(var
+AS(e){for(var
 f=W,b=f,a,h,c=0,g=e.length;c<g;c++){a=e.charCodeAt(c);if(a<by){for(var
-d=c+1;d<g&&(a=e.charCodeAt(d))<by;d++);if(d-c>lT){b.substr(0,1);f+=b;b=W;f+=e.slice(c,d)}else
-b+=e.slice(c,d);if(d==g)break;c=d}if(a<mo){b+=String.fromCharCode(0xc0|a>>6);b+=String.fromCharCode(by|a&c$)}else
-if(a<0xd800||a>=l1)b+=String.fromCharCode(l2|a>>12,by|a>>6&c$,by|a&c$);else
-if(a>=0xdbff||c+1==g||(h=e.charCodeAt(c+1))<lX||h>l1)b+="\xef\xbf\xbd";else{c++;a=(a<<10)+h-0x35fdc00;b+=String.fromCharCode(mr|a>>18,by|a>>12&c$,by|a>>6&c$,by|a&c$)}if(b.length>dV){b.substr(0,1);f+=b;b=W}}return f+b}function
-Ak(a){var
-b=9;if(!m5(a))b=8,a=AY(a);return new
+d=c+1;d<g&&(a=e.charCodeAt(d))<by;d++);if(d-c>lM){b.substr(0,1);f+=b;b=W;f+=e.slice(c,d)}else
+b+=e.slice(c,d);if(d==g)break;c=d}if(a<mh){b+=String.fromCharCode(0xc0|a>>6);b+=String.fromCharCode(by|a&c_)}else
+if(a<0xd800||a>=lU)b+=String.fromCharCode(lV|a>>12,by|a>>6&c_,by|a&c_);else
+if(a>=0xdbff||c+1==g||(h=e.charCodeAt(c+1))<lQ||h>lU)b+="\xef\xbf\xbd";else{c++;a=(a<<10)+h-0x35fdc00;b+=String.fromCharCode(mk|a>>18,by|a>>12&c_,by|a>>6&c_,by|a&c_)}if(b.length>dT){b.substr(0,1);f+=b;b=W}}return f+b}function
+Ae(a){var
+b=9;if(!mZ(a))b=8,a=AS(a);return new
 bN(b,a,a.length)}function
-b8(a){return Ak(a)}var
-A5=["E2BIG","EACCES","EAGAIN","EBADF","EBUSY","ECHILD","EDEADLK","EDOM",lU,"EFAULT","EFBIG","EINTR","EINVAL","EIO","EISDIR","EMFILE","EMLINK","ENAMETOOLONG","ENFILE","ENODEV",hh,"ENOEXEC","ENOLCK","ENOMEM","ENOSPC","ENOSYS",ha,ml,"ENOTTY","ENXIO","EPERM","EPIPE","ERANGE","EROFS","ESPIPE","ESRCH","EXDEV","EWOULDBLOCK","EINPROGRESS","EALREADY","ENOTSOCK","EDESTADDRREQ","EMSGSIZE","EPROTOTYPE","ENOPROTOOPT","EPROTONOSUPPORT","ESOCKTNOSUPPORT","EOPNOTSUPP","EPFNOSUPPORT","EAFNOSUPPORT","EADDRINUSE","EADDRNOTAVAIL","ENETDOWN","ENETUNREACH","ENETRESET","ECONNABORTED","ECONNRESET","ENOBUFS","EISCONN","ENOTCONN","ESHUTDOWN","ETOOMANYREFS","ETIMEDOUT","ECONNREFUSED","EHOSTDOWN","EHOSTUNREACH","ELOOP","EOVERFLOW"];function
+b8(a){return Ae(a)}var
+AZ=["E2BIG","EACCES","EAGAIN","EBADF","EBUSY","ECHILD","EDEADLK","EDOM",lN,"EFAULT","EFBIG","EINTR","EINVAL","EIO","EISDIR","EMFILE","EMLINK","ENAMETOOLONG","ENFILE","ENODEV",hb,"ENOEXEC","ENOLCK","ENOMEM","ENOSPC","ENOSYS",g6,me,"ENOTTY","ENXIO","EPERM","EPIPE","ERANGE","EROFS","ESPIPE","ESRCH","EXDEV","EWOULDBLOCK","EINPROGRESS","EALREADY","ENOTSOCK","EDESTADDRREQ","EMSGSIZE","EPROTOTYPE","ENOPROTOOPT","EPROTONOSUPPORT","ESOCKTNOSUPPORT","EOPNOTSUPP","EPFNOSUPPORT","EAFNOSUPPORT","EADDRINUSE","EADDRNOTAVAIL","ENETDOWN","ENETUNREACH","ENETRESET","ECONNABORTED","ECONNRESET","ENOBUFS","EISCONN","ENOTCONN","ESHUTDOWN","ETOOMANYREFS","ETIMEDOUT","ECONNREFUSED","EHOSTDOWN","EHOSTUNREACH","ELOOP","EOVERFLOW"];function
 cN(d,f,e,a){var
-b=A5.indexOf(d);if(b<0){if(a==null)a=-9999;b=[0,a]}var
+b=AZ.indexOf(d);if(b<0){if(a==null)a=-9999;b=[0,a]}var
 c=[b,b8(f||W),b8(e||W)];return c}var
-mV={};function
-cL(a){return mV[a]}function
+mO={};function
+cL(a){return mO[a]}function
 cM(b,a){throw[0,b].concat(a)}function
-Aj(a){return new
+Ad(a){return new
 bN(4,a,a.length)}function
-af(a){hw(au.Sys_error,a)}function
-AS(a){af(a+fn)}function
-a6(a){return a.l}function
-mx(){}function
-aN(a){this.data=a}aN.prototype=new
-mx();aN.prototype.truncate=function(a){var
-b=this.data;this.data=aH(a|0);cG(b,0,this.data,0,a)};aN.prototype.length=function(){return a6(this.data)};aN.prototype.write=function(b,d,g,a){var
+af(a){hq(as.Sys_error,a)}function
+AM(a){af(a+fh)}function
+a4(a){return a.l}function
+mq(){}function
+aL(a){this.data=a}aL.prototype=new
+mq();aL.prototype.truncate=function(a){var
+b=this.data;this.data=aF(a|0);cG(b,0,this.data,0,a)};aL.prototype.length=function(){return a4(this.data)};aL.prototype.write=function(b,d,g,a){var
 c=this.length();if(b+a>=c){var
-e=aH(b+a),f=this.data;this.data=e;cG(f,0,this.data,0,c)}bP(d,g,this.data,b,a);return 0};aN.prototype.read=function(c,a,d,b){var
-e=this.length();cG(this.data,c,a,d,b);return 0};aN.prototype.read_one=function(a){return mF(this.data,a)};aN.prototype.close=function(){};aN.prototype.constructor=aN;function
-a1(b,a){this.content={};this.root=b;this.lookupFun=a}a1.prototype.nm=function(a){return this.root+a};a1.prototype.create_dir_if_needed=function(d){var
+e=aF(b+a),f=this.data;this.data=e;cG(f,0,this.data,0,c)}bP(d,g,this.data,b,a);return 0};aL.prototype.read=function(c,a,d,b){var
+e=this.length();cG(this.data,c,a,d,b);return 0};aL.prototype.read_one=function(a){return my(this.data,a)};aL.prototype.close=function(){};aL.prototype.constructor=aL;function
+aZ(b,a){this.content={};this.root=b;this.lookupFun=a}aZ.prototype.nm=function(a){return this.root+a};aZ.prototype.create_dir_if_needed=function(d){var
 c=d.split(bL),b=W;for(var
-a=0;a<c.length-1;a++){b+=c[a]+bL;if(this.content[b])continue;this.content[b]=Symbol("directory")}};a1.prototype.slash=function(a){return/\/$/.test(a)?a:a+bL};a1.prototype.lookup=function(a){if(!this.content[a]&&this.lookupFun){var
-b=this.lookupFun(t(this.root),t(a));if(b!==0){this.create_dir_if_needed(a);this.content[a]=new
-aN(cH(b[1]))}}};a1.prototype.exists=function(a){if(a==W)return 1;var
-b=this.slash(a);if(this.content[b])return 1;this.lookup(a);return this.content[a]?1:0};a1.prototype.mkdir=function(c,e,d){var
-b=d&&cL(he);if(this.exists(c))if(b)cM(b,cN(lU,g8,this.nm(c)));else
+a=0;a<c.length-1;a++){b+=c[a]+bL;if(this.content[b])continue;this.content[b]=Symbol("directory")}};aZ.prototype.slash=function(a){return/\/$/.test(a)?a:a+bL};aZ.prototype.lookup=function(a){if(!this.content[a]&&this.lookupFun){var
+b=this.lookupFun(s(this.root),s(a));if(b!==0){this.create_dir_if_needed(a);this.content[a]=new
+aL(cH(b[1]))}}};aZ.prototype.exists=function(a){if(a==W)return 1;var
+b=this.slash(a);if(this.content[b])return 1;this.lookup(a);return this.content[a]?1:0};aZ.prototype.mkdir=function(c,e,d){var
+b=d&&cL(g_);if(this.exists(c))if(b)cM(b,cN(lN,g2,this.nm(c)));else
 af(c+": File exists");var
-a=/^(.*)\/[^/]+/.exec(c);a=a&&a[1]||W;if(!this.exists(a))if(b)cM(b,cN(hh,g8,this.nm(a)));else
-af(a+fn);if(!this.is_dir(a))if(b)cM(b,cN(ha,g8,this.nm(a)));else
-af(a+hj);this.create_dir_if_needed(this.slash(c))};a1.prototype.rmdir=function(a,f){var
-b=f&&cL(he),c=a==W?W:this.slash(a),e=new
-RegExp(l5+c+mm);if(!this.exists(a))if(b)cM(b,cN(hh,hd,this.nm(a)));else
-af(a+fn);if(!this.is_dir(a))if(b)cM(b,cN(ha,hd,this.nm(a)));else
-af(a+hj);for(var
+a=/^(.*)\/[^/]+/.exec(c);a=a&&a[1]||W;if(!this.exists(a))if(b)cM(b,cN(hb,g2,this.nm(a)));else
+af(a+fh);if(!this.is_dir(a))if(b)cM(b,cN(g6,g2,this.nm(a)));else
+af(a+hd);this.create_dir_if_needed(this.slash(c))};aZ.prototype.rmdir=function(a,f){var
+b=f&&cL(g_),c=a==W?W:this.slash(a),e=new
+RegExp(lY+c+mf);if(!this.exists(a))if(b)cM(b,cN(hb,g9,this.nm(a)));else
+af(a+fh);if(!this.is_dir(a))if(b)cM(b,cN(g6,g9,this.nm(a)));else
+af(a+hd);for(var
 d
 in
-this.content)if(d.match(e))if(b)cM(b,cN(ml,hd,this.nm(a)));else
+this.content)if(d.match(e))if(b)cM(b,cN(me,g9,this.nm(a)));else
 af(this.nm(a)+": Directory not empty");delete
-this.content[c]};a1.prototype.readdir=function(a){var
-f=a==W?W:this.slash(a);if(!this.exists(a))af(a+fn);if(!this.is_dir(a))af(a+hj);var
+this.content[c]};aZ.prototype.readdir=function(a){var
+f=a==W?W:this.slash(a);if(!this.exists(a))af(a+fh);if(!this.is_dir(a))af(a+hd);var
 g=new
-RegExp(l5+f+mm),d={},c=[];for(var
+RegExp(lY+f+mf),d={},c=[];for(var
 e
 in
 this.content){var
-b=e.match(g);if(b&&!d[b[1]]){d[b[1]]=true;c.push(b[1])}}return c};a1.prototype.is_dir=function(a){if(a==W)return true;var
-b=this.slash(a);return this.content[b]?1:0};a1.prototype.unlink=function(a){var
+b=e.match(g);if(b&&!d[b[1]]){d[b[1]]=true;c.push(b[1])}}return c};aZ.prototype.is_dir=function(a){if(a==W)return true;var
+b=this.slash(a);return this.content[b]?1:0};aZ.prototype.unlink=function(a){var
 b=this.content[a]?true:false;delete
-this.content[a];return b};a1.prototype.open=function(a,b){if(b.rdonly&&b.wronly)af(this.nm(a)+l8);if(b.text&&b.binary)af(this.nm(a)+mh);this.lookup(a);if(this.content[a]){if(this.is_dir(a))af(this.nm(a)+" : is a directory");if(b.create&&b.excl)af(this.nm(a)+l7);var
+this.content[a];return b};aZ.prototype.open=function(a,b){if(b.rdonly&&b.wronly)af(this.nm(a)+l1);if(b.text&&b.binary)af(this.nm(a)+ma);this.lookup(a);if(this.content[a]){if(this.is_dir(a))af(this.nm(a)+" : is a directory");if(b.create&&b.excl)af(this.nm(a)+l0);var
 c=this.content[a];if(b.truncate)c.truncate();return c}else
 if(b.create){this.create_dir_if_needed(a);this.content[a]=new
-aN(aH(0));return this.content[a]}else
-AS(this.nm(a))};a1.prototype.register=function(c,a){var
-b;if(this.content[c])af(this.nm(c)+l7);if(hu(a))b=new
-aN(a);if(mR(a))b=new
-aN(cH(a));else
+aL(aF(0));return this.content[a]}else
+AM(this.nm(a))};aZ.prototype.register=function(c,a){var
+b;if(this.content[c])af(this.nm(c)+l0);if(ho(a))b=new
+aL(a);if(mK(a))b=new
+aL(cH(a));else
 if(a
 instanceof
 Array)b=new
-aN(Aj(a));else
+aL(Ad(a));else
 if(typeof
 a==="string")b=new
-aN(mG(a));else
+aL(mz(a));else
 if(a.toString){var
 d=cH(b8(a.toString()));b=new
-aN(d)}if(b){this.create_dir_if_needed(c);this.content[c]=b}else
-af(this.nm(c)+" : registering file with invalid content type")};a1.prototype.constructor=a1;function
-ap(a){return a6(a)}function
-d2(b,a){return b5(b,a)}function
-Ae(d){var
+aL(d)}if(b){this.create_dir_if_needed(c);this.content[c]=b}else
+af(this.nm(c)+" : registering file with invalid content type")};aZ.prototype.constructor=aZ;function
+ap(a){return a4(a)}function
+d0(b,a){return b5(b,a)}function
+z_(d){var
 c=ap(d),b=new
-Array(c),a=0;for(;a<c;a++)b[a]=d2(d,a);return b}function
-Ad(a){if(a.t!=4)fu(a);return a.c}function
+Array(c),a=0;for(;a<c;a++)b[a]=d0(d,a);return b}function
+z9(a){if(a.t!=4)fo(a);return a.c}function
 bO(a){this.fs=require("fs");this.fd=a}bO.prototype=new
-mx();bO.prototype.truncate=function(a){try{this.fs.ftruncateSync(this.fd,a|0)}catch(a){af(a.toString())}};bO.prototype.length=function(){try{return this.fs.fstatSync(this.fd).size}catch(a){af(a.toString())}};bO.prototype.write=function(f,b,c,e){var
-a=Ae(b);if(!(a
+mq();bO.prototype.truncate=function(a){try{this.fs.ftruncateSync(this.fd,a|0)}catch(a){af(a.toString())}};bO.prototype.length=function(){try{return this.fs.fstatSync(this.fd).size}catch(a){af(a.toString())}};bO.prototype.write=function(f,b,c,e){var
+a=z_(b);if(!(a
 instanceof
 Y.Uint8Array))a=new(Y.Uint8Array)(a);var
 d=Y.Buffer.from(a);try{this.fs.writeSync(this.fd,d,c,e,f)}catch(a){af(a.toString())}return 0};bO.prototype.read=function(g,d,c,f){var
-a=Ad(d);if(!(a
+a=z9(d);if(!(a
 instanceof
 Y.Uint8Array))a=new(Y.Uint8Array)(a);var
 e=Y.Buffer.from(a);try{this.fs.readSync(this.fd,e,c,f,g)}catch(a){af(a.toString())}for(var
 b=0;b<f;b++)b4(d,c+b,e[c+b]);return 0};bO.prototype.read_one=function(c){var
 b=new(Y.Uint8Array)(1),a=Y.Buffer.from(b);try{this.fs.readSync(this.fd,a,0,1,c)}catch(a){af(a.toString())}return a[0]};bO.prototype.close=function(){try{this.fs.closeSync(this.fd)}catch(a){af(a.toString())}};bO.prototype.constructor=bO;function
-aO(a){this.fs=require("fs");this.root=a}aO.prototype.nm=function(a){return this.root+a};aO.prototype.exists=function(a){try{return this.fs.existsSync(this.nm(a))?1:0}catch(a){return 0}};aO.prototype.mkdir=function(b,a,c){try{this.fs.mkdirSync(this.nm(b),{mode:a});return 0}catch(a){this.raise_nodejs_error(a,c)}};aO.prototype.rmdir=function(a,b){try{this.fs.rmdirSync(this.nm(a));return 0}catch(a){this.raise_nodejs_error(a,b)}};aO.prototype.readdir=function(a,b){try{return this.fs.readdirSync(this.nm(a))}catch(a){this.raise_nodejs_error(a,b)}};aO.prototype.is_dir=function(a){try{return this.fs.statSync(this.nm(a)).isDirectory()?1:0}catch(a){af(a.toString())}};aO.prototype.unlink=function(a,c){try{var
-b=this.fs.existsSync(this.nm(a))?1:0;this.fs.unlinkSync(this.nm(a));return b}catch(a){this.raise_nodejs_error(a,c)}};aO.prototype.open=function(f,c,g){var
+aM(a){this.fs=require("fs");this.root=a}aM.prototype.nm=function(a){return this.root+a};aM.prototype.exists=function(a){try{return this.fs.existsSync(this.nm(a))?1:0}catch(a){return 0}};aM.prototype.mkdir=function(b,a,c){try{this.fs.mkdirSync(this.nm(b),{mode:a});return 0}catch(a){this.raise_nodejs_error(a,c)}};aM.prototype.rmdir=function(a,b){try{this.fs.rmdirSync(this.nm(a));return 0}catch(a){this.raise_nodejs_error(a,b)}};aM.prototype.readdir=function(a,b){try{return this.fs.readdirSync(this.nm(a))}catch(a){this.raise_nodejs_error(a,b)}};aM.prototype.is_dir=function(a){try{return this.fs.statSync(this.nm(a)).isDirectory()?1:0}catch(a){af(a.toString())}};aM.prototype.unlink=function(a,c){try{var
+b=this.fs.existsSync(this.nm(a))?1:0;this.fs.unlinkSync(this.nm(a));return b}catch(a){this.raise_nodejs_error(a,c)}};aM.prototype.open=function(f,c,g){var
 a=require("constants"),b=0;for(var
 e
 in
 c)switch(e){case"rdonly":b|=a.O_RDONLY;break;case"wronly":b|=a.O_WRONLY;break;case"append":b|=a.O_WRONLY|a.O_APPEND;break;case"create":b|=a.O_CREAT;break;case"truncate":b|=a.O_TRUNC;break;case"excl":b|=a.O_EXCL;break;case"binary":b|=a.O_BINARY;break;case"text":b|=a.O_TEXT;break;case"nonblock":b|=a.O_NONBLOCK;break}try{var
 d=this.fs.openSync(this.nm(f),b);return new
-bO(d)}catch(a){this.raise_nodejs_error(a,g)}};aO.prototype.rename=function(b,a,c){try{this.fs.renameSync(this.nm(b),this.nm(a))}catch(a){this.raise_nodejs_error(a,c)}};aO.prototype.stat=function(b,c){try{var
-a=this.fs.statSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aO.prototype.lstat=function(b,c){try{var
-a=this.fs.lstatSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aO.prototype.symlink=function(d,c,a,b){try{this.fs.symlinkSync(this.nm(c),this.nm(a),d?"dir":"file");return 0}catch(a){this.raise_nodejs_error(a,b)}};aO.prototype.readlink=function(b,c){try{var
-a=this.fs.readlinkSync(this.nm(b),lP);return b8(a)}catch(a){this.raise_nodejs_error(a,c)}};aO.prototype.raise_nodejs_error=function(a,d){var
-b=cL(he);if(d&&b){var
+bO(d)}catch(a){this.raise_nodejs_error(a,g)}};aM.prototype.rename=function(b,a,c){try{this.fs.renameSync(this.nm(b),this.nm(a))}catch(a){this.raise_nodejs_error(a,c)}};aM.prototype.stat=function(b,c){try{var
+a=this.fs.statSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aM.prototype.lstat=function(b,c){try{var
+a=this.fs.lstatSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aM.prototype.symlink=function(d,c,a,b){try{this.fs.symlinkSync(this.nm(c),this.nm(a),d?"dir":"file");return 0}catch(a){this.raise_nodejs_error(a,b)}};aM.prototype.readlink=function(b,c){try{var
+a=this.fs.readlinkSync(this.nm(b),lI);return b8(a)}catch(a){this.raise_nodejs_error(a,c)}};aM.prototype.raise_nodejs_error=function(a,d){var
+b=cL(g_);if(d&&b){var
 c=cN(a.code,a.syscall,a.path,a.errno);cM(b,c)}else
-af(a.toString())};aO.prototype.stats_from_js=function(a){var
+af(a.toString())};aM.prototype.stats_from_js=function(a){var
 b;if(a.isFile())b=0;else
 if(a.isDirectory())b=1;else
 if(a.isCharacterDevice())b=2;else
 if(a.isBlockDevice())b=3;else
 if(a.isSymbolicLink())b=4;else
 if(a.isFIFO())b=5;else
-if(a.isSocket())b=6;return[0,a.dev,a.ino,b,a.mode,a.nlink,a.uid,a.gid,a.rdev,a.size,a.atimeMs,a.mtimeMs,a.ctimeMs]};aO.prototype.constructor=aO;function
-mN(b){var
-a=hC(b);if(!a)return;return a[0]+bL}var
-fy=mN(dY)||cJ("unable to compute caml_root"),df=[];if(d3())df.push({path:fy,device:new
-aO(fy)});else
-df.push({path:fy,device:new
-a1(fy)});df.push({path:mf,device:new
-a1(mf)});function
-m6(b){var
-g=AL(b),b=g.join(bL),f=mZ(b),c;for(var
-e=0;e<df.length;e++){var
-a=df[e];if(f.search(a.path)==0&&(!c||c.path.length<a.path.length))c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}if(!c&&d3()){var
-d=mN(b);if(d&&d.match(/^[a-zA-Z]:\/$/)){var
+if(a.isSocket())b=6;return[0,a.dev,a.ino,b,a.mode,a.nlink,a.uid,a.gid,a.rdev,a.size,a.atimeMs,a.mtimeMs,a.ctimeMs]};aM.prototype.constructor=aM;function
+mG(b){var
+a=hv(b);if(!a)return;return a[0]+bL}var
+fs=mG(dW)||cJ("unable to compute caml_root"),de=[];if(d1())de.push({path:fs,device:new
+aM(fs)});else
+de.push({path:fs,device:new
+aZ(fs)});de.push({path:l_,device:new
+aZ(l_)});function
+m0(b){var
+g=AF(b),b=g.join(bL),f=mS(b),c;for(var
+e=0;e<de.length;e++){var
+a=de[e];if(f.search(a.path)==0&&(!c||c.path.length<a.path.length))c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}if(!c&&d1()){var
+d=mG(b);if(d&&d.match(/^[a-zA-Z]:\/$/)){var
 a={path:d,device:new
-aO(d)};df.push(a);c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}}if(c)return c;af("no device found for "+f)}function
-An(c,b){var
-a=m6(c);if(!a.device.register)cJ("cannot register file");a.device.register(a.rest,b);return 0}function
-m4(b,a){var
-b=t(b),a=t(a);return An(b,a)}function
-Ar(){var
+aM(d)};de.push(a);c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}}if(c)return c;af("no device found for "+f)}function
+Ah(c,b){var
+a=m0(c);if(!a.device.register)cJ("cannot register file");a.device.register(a.rest,b);return 0}function
+mY(b,a){var
+b=s(b),a=s(a);return Ah(b,a)}function
+Al(){var
 b=Y.caml_fs_tmp;if(b)for(var
-a=0;a<b.length;a++)m4(b[a].name,b[a].content);Y.jsoo_create_file=m4;Y.caml_fs_tmp=[];return 0}function
-At(a,c,k){if(!isFinite(a)){if(isNaN(a))return b8(hb);return b8(a>0?mt:"-infinity")}var
+a=0;a<b.length;a++)mY(b[a].name,b[a].content);Y.jsoo_create_file=mY;Y.caml_fs_tmp=[];return 0}function
+An(a,c,k){if(!isFinite(a)){if(isNaN(a))return b8(g7);return b8(a>0?mm:"-infinity")}var
 i=a==0&&1/a==-Infinity?1:a>=0?0:1;if(i)a=-a;var
 d=0;if(a==0);else
 if(a<1)while(a<1&&d>-1022){a*=2;d--}else
 while(a>=2){a/=2;d++}var
-j=d<0?W:c_,e=W;if(i)e=cE;else
+j=d<0?W:c9,e=W;if(i)e=cE;else
 switch(k){case
-43:e=c_;break;case
+43:e=c9;break;case
 32:e=b0;break;default:break}if(c>=0&&c<13){var
 g=Math.pow(2,c*4);a=Math.round(a*g)/g}var
 b=a.toString(16);if(c>=0){var
-h=b.indexOf(da);if(h<0)b+=da+de(c,a_);else{var
-f=h+1+c;if(b.length<f)b+=de(f-b.length,a_);else
-b=b.substr(0,f)}}return b8(e+lR+b+"p"+j+d.toString(10))}function
-Au(a){return(a&0x000000FF)<<24|(a&0x0000FF00)<<8|(a&0x00FF0000)>>>8|(a&0xFF000000)>>>24}function
-Aw(b){var
-a=cK(b);return dd([a[7],a[6],a[5],a[4],a[3],a[2],a[1],a[0]])}function
-AC(a){return+a.isZero()}function
-mP(a){return new
+h=b.indexOf(c$);if(h<0)b+=c$+dd(c,a8);else{var
+f=h+1+c;if(b.length<f)b+=dd(f-b.length,a8);else
+b=b.substr(0,f)}}return b8(e+lK+b+"p"+j+d.toString(10))}function
+Ao(a){return(a&0x000000FF)<<24|(a&0x0000FF00)<<8|(a&0x00FF0000)>>>8|(a&0xFF000000)>>>24}function
+Aq(b){var
+a=cK(b);return dc([a[7],a[6],a[5],a[4],a[3],a[2],a[1],a[0]])}function
+Aw(a){return+a.isZero()}function
+mI(a){return new
 Q(a&b1,a>>24&b1,a>>31&bM)}function
-AG(a){return a.toInt()}function
-AB(a){return+a.isNeg()}function
-AF(a){return a.neg()}function
-Az(g,c){var
-a=hv(g);if(a.signedconv&&AB(c)){a.sign=-1;c=AF(c)}var
-b=W,h=mP(a.base),f="0123456789abcdef";do{var
-e=c.udivmod(h);c=e.quotient;b=f.charAt(AG(e.modulus))+b}while(!AC(c));if(a.prec>=0){a.filler=b0;var
-d=a.prec-b.length;if(d>0)b=de(d,a_)+b}return ho(a,b)}function
-AE(a,b){return a.mul(b)}function
+AA(a){return a.toInt()}function
+Av(a){return+a.isNeg()}function
+Az(a){return a.neg()}function
+At(g,c){var
+a=hp(g);if(a.signedconv&&Av(c)){a.sign=-1;c=Az(c)}var
+b=W,h=mI(a.base),f="0123456789abcdef";do{var
+e=c.udivmod(h);c=e.quotient;b=f.charAt(AA(e.modulus))+b}while(!Aw(c));if(a.prec>=0){a.filler=b0;var
+d=a.prec-b.length;if(d>0)b=dd(d,a8)+b}return hi(a,b)}function
+Ay(a,b){return a.mul(b)}function
 n(c){var
 b=0;for(var
 a=c.length-1;a>=0;a--){var
 d=c[a];b=[0,d,b]}return b}function
-mS(a,d){if(a<0)dX();var
+mL(a,d){if(a<0)dV();var
 a=a+1|0,b=new
 Array(a);b[0]=0;for(var
 c=1;c<a;c++)b[c]=d;return b}var
 b7=new
 Array();function
-AM(c){var
-a=b7[c];if(!a.opened)af("Cannot flush a closed channel");if(!a.buffer||a.buffer==W)return 0;if(a.fd&&au.fds[a.fd]&&au.fds[a.fd].output){var
-b=au.fds[a.fd].output;switch(b.length){case
+AG(c){var
+a=b7[c];if(!a.opened)af("Cannot flush a closed channel");if(!a.buffer||a.buffer==W)return 0;if(a.fd&&as.fds[a.fd]&&as.fds[a.fd].output){var
+b=as.fds[a.fd].output;switch(b.length){case
 2:b(c,a.buffer);break;default:b(a.buffer)}}a.buffer=W;return 0}function
-mY(d,e){var
-a=b7[d],c=t(e),b=ap(c);a.file.write(a.offset,c,0,b);a.offset+=b;return 0}function
-A0(a){var
-a=hz(a),b=Y;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stderr.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
+mR(d,e){var
+a=b7[d],c=s(e),b=ap(c);a.file.write(a.offset,c,0,b);a.offset+=b;return 0}function
+AU(a){var
+a=ht(a),b=Y;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stderr.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
 c=b.console;c&&c.error&&c.error(a)}}function
-A1(a){var
-a=hz(a),b=Y;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stdout.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
+AV(a){var
+a=ht(a),b=Y;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stdout.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
 c=b.console;c&&c.log&&c.log(a)}}function
-fz(c,e,d,a){if(au.fds===undefined)au.fds=new
+ft(c,e,d,a){if(as.fds===undefined)as.fds=new
 Array();a=a?a:{};var
-b={};b.file=d;b.offset=a.append?d.length():0;b.flags=a;b.output=e;au.fds[c]=b;if(!au.fd_last_idx||c>au.fd_last_idx)au.fd_last_idx=c;return c}function
-A7(c,b,g){var
+b={};b.file=d;b.offset=a.append?d.length():0;b.flags=a;b.output=e;as.fds[c]=b;if(!as.fd_last_idx||c>as.fd_last_idx)as.fd_last_idx=c;return c}function
+A1(c,b,g){var
 a={};while(b){switch(b[1]){case
 0:a.rdonly=1;break;case
 1:a.wronly=1;break;case
@@ -681,59 +681,59 @@ a={};while(b){switch(b[1]){case
 5:a.excl=1;break;case
 6:a.binary=1;break;case
 7:a.text=1;break;case
-8:a.nonblock=1;break}b=b[2]}if(a.rdonly&&a.wronly)af(cs(c)+l8);if(a.text&&a.binary)af(cs(c)+mh);var
-d=m6(c),e=d.device.open(d.rest,a),f=au.fd_last_idx?au.fd_last_idx:0;return fz(f+1,mY,e,a)}fz(0,mY,new
-aN(aH(0)));fz(1,A1,new
-aN(aH(0)));fz(2,A0,new
-aN(aH(0)));function
-AN(a){var
-c=au.fds[a];if(c.flags.wronly)af(mw+a+" is writeonly");var
-d=null;if(a==0&&d3()){var
-e=require("fs");d=function(){return b8(e.readFileSync(0,lP))}}var
+8:a.nonblock=1;break}b=b[2]}if(a.rdonly&&a.wronly)af(cs(c)+l1);if(a.text&&a.binary)af(cs(c)+ma);var
+d=m0(c),e=d.device.open(d.rest,a),f=as.fd_last_idx?as.fd_last_idx:0;return ft(f+1,mR,e,a)}ft(0,mR,new
+aL(aF(0)));ft(1,AV,new
+aL(aF(0)));ft(2,AU,new
+aL(aF(0)));function
+AH(a){var
+c=as.fds[a];if(c.flags.wronly)af(mp+a+" is writeonly");var
+d=null;if(a==0&&d1()){var
+e=require("fs");d=function(){return b8(e.readFileSync(0,lI))}}var
 b={file:c.file,offset:c.offset,fd:a,opened:true,out:false,refill:d};b7[b.fd]=b;return b.fd}function
-mT(c){var
-b=au.fds[c];if(b.flags.rdonly)af(mw+c+" is readonly");var
+mM(c){var
+b=as.fds[c];if(b.flags.rdonly)af(mp+c+" is readonly");var
 a={file:b.file,offset:b.offset,fd:c,opened:true,out:true,buffer:W};b7[a.fd]=a;return a.fd}function
-AO(){var
+AI(){var
 b=0;for(var
 a=0;a<b7.length;a++)if(b7[a]&&b7[a].opened&&b7[a].out)b=[0,b7[a].fd,b];return b}function
-d1(a,b){return+(mH(a,b,false)!=0)}function
-br(b,c,a){if(a&&Y.toplevelReloc)b=Y.toplevelReloc(a);au[b+1]=c;if(a)au[a]=c}function
-AU(a,b){mV[cs(a)]=b;return 0}function
-AW(){aI(hi)}function
-a$(b,a){if(a>>>0>=ap(b))AW();return d2(b,a)}function
-a7(a){return a}function
-AX(){return 0x7FFFFFFF/4|0}function
-hy(a){var
+dZ(a,b){return+(mA(a,b,false)!=0)}function
+br(b,c,a){if(a&&Y.toplevelReloc)b=Y.toplevelReloc(a);as[b+1]=c;if(a)as[a]=c}function
+AO(a,b){mO[cs(a)]=b;return 0}function
+AQ(){aG(hc)}function
+a9(b,a){if(a>>>0>=ap(b))AQ();return d0(b,a)}function
+a5(a){return a}function
+AR(){return 0x7FFFFFFF/4|0}function
+hs(a){var
 b=1;while(a&&a.joo_tramp){a=a.joo_tramp.apply(null,a.joo_args);b++}return a}function
-aQ(b,a){return{joo_tramp:b,joo_args:a}}function
-mX(a){return a}function
-m0(a){if(a
+aO(b,a){return{joo_tramp:b,joo_args:a}}function
+mQ(a){return a}function
+mT(a){if(a
 instanceof
 Array)return a;if(Y.RangeError&&a
 instanceof
-Y.RangeError&&a.message&&a.message.match(/maximum call stack/i))return mX(au.Stack_overflow);if(Y.InternalError&&a
+Y.RangeError&&a.message&&a.message.match(/maximum call stack/i))return mQ(as.Stack_overflow);if(Y.InternalError&&a
 instanceof
-Y.InternalError&&a.message&&a.message.match(/too much recursion/i))return mX(au.Stack_overflow);if(a
+Y.InternalError&&a.message&&a.message.match(/too much recursion/i))return mQ(as.Stack_overflow);if(a
 instanceof
-Y.Error&&cL(lZ))return[0,cL(lZ),a];return[0,au.Failure,b8(String(a))]}function
-M(a,b){return a+b}function
-hA(a,b){return a<b?-1:a>b?1:0}function
+Y.Error&&cL(lS))return[0,cL(lS),a];return[0,as.Failure,b8(String(a))]}function
+K(a,b){return a+b}function
+mU(a,b){return a<b?-1:a>b?1:0}function
 w(a,b){return a===b?1:0}function
-J(a,b){return a<=b?1:0}function
-m1(b,a){return b<<BigInt(a)}function
-T(a,b){return a<b?1:0}function
-aW(a){return-a}function
-C(a,b){return a*b}function
-aq(a){return BigInt(a)}function
-AZ(b){Y.fairauditVerified=function(a){return cs(cI(b,[t(a)]))}}function
-hB(b,a){return b>>BigInt(a)}function
-al(a,b){return a-b}function
-m2(a){return Number(a)}function
-m3(a,b){return a/b}function
-AJ(a){switch(a[2]){case-8:case-11:case-12:return 1;default:return 0}}function
-Ap(b){var
-a=W;if(b[0]==0){a+=b[1][1];if(b.length==3&&b[2][0]==0&&AJ(b[1]))var
+M(a,b){return a<=b?1:0}function
+mV(b,a){return b<<BigInt(a)}function
+R(a,b){return a<b?1:0}function
+aT(a){return-a}function
+z(a,b){return a*b}function
+bf(a){return BigInt(a)}function
+AT(b){Y.fairauditVerified=function(a){return cs(cI(b,[s(a)]))}}function
+hu(b,a){return b>>BigInt(a)}function
+ak(a,b){return a-b}function
+mW(a){return Number(a)}function
+mX(a,b){return a/b}function
+AD(a){switch(a[2]){case-8:case-11:case-12:return 1;default:return 0}}function
+Aj(b){var
+a=W;if(b[0]==0){a+=b[1][1];if(b.length==3&&b[2][0]==0&&AD(b[1]))var
 e=b[2],f=1;else
 var
 f=2,e=b;a+="(";for(var
@@ -742,267 +742,267 @@ c=e[d];if(typeof
 c=="number")a+=c.toString();else
 if(c
 instanceof
-bN)a+=fr+c.toString()+fr;else
+bN)a+=fl+c.toString()+fl;else
 if(typeof
-c=="string")a+=fr+c.toString()+fr;else
+c=="string")a+=fl+c.toString()+fl;else
 a+="_"}a+=")"}else
-if(b[0]==a0)a+=b[1];return a}function
-mL(a){if(a
+if(b[0]==aY)a+=b[1];return a}function
+mE(a){if(a
 instanceof
-Array&&(a[0]==0||a[0]==a0)){var
+Array&&(a[0]==0||a[0]==aY)){var
 c=cL("Printexc.handle_uncaught_exception");if(c)c(a,false);else{var
-d=Ap(a),b=cL(lO);if(b)b(0);Y.console.error("Fatal error: exception "+d+"\n")}}else
+d=Aj(a),b=cL(lH);if(b)b(0);Y.console.error("Fatal error: exception "+d+"\n")}}else
 throw a}function
-AV(){var
-a=Y;if(a.process&&a.process.on)a.process.on("uncaughtException",function(b,c){mL(b);a.process.exit(2)});else
-if(a.addEventListener)a.addEventListener("error",function(a){if(a.error)mL(a.error)})}AV();function
-A(a,b){return a.length==1?a(b):cI(a,[b])}function
-aM(a,b,c){return a.length==2?a(b,c):cI(a,[b,c])}function
-Ab(a,b,c,d){return a.length==3?a(b,c,d):cI(a,[b,c,d])}Ar();var
-hF=[a0,t(mu),-1],hH=[a0,t(lV),-2],hE=[a0,t(g9),-3],hD=[a0,t(ma),-4],hG=[a0,t(mg),-9],av=[a0,t(mp),-11],zS=[0,[0,[0,[0,0]]]],zT=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],zU=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zT]]]]]]]]]]],zV=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zU]]]]]]]]]]],zW=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zV]]]]]]]]]]],zX=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zW]]]]]]]]]]],zY=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]]],zZ=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zY]]]]]]]]]]],z0=[0,0],z1=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],z2=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z1]]]]]]]]]]],z3=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z2]]]]]]]]]]],z4=[0,[0,[0,[0,[0,0]]]]],z5=[0,[0,[0,[0,[0,0]]]]],z6=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],z7=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],du=n([[0,48,[0,[0,[0,0,0],0],0]],[0,49,[0,[0,[0,0,0],0],1]],[0,50,[0,[0,[0,0,0],1],0]],[0,51,[0,[0,[0,0,0],1],1]],[0,52,[0,[0,[0,0,1],0],0]],[0,53,[0,[0,[0,0,1],0],1]],[0,54,[0,[0,[0,0,1],1],0]],[0,55,[0,[0,[0,0,1],1],1]],[0,56,[0,[0,[0,1,0],0],0]],[0,57,[0,[0,[0,1,0],0],1]],[0,97,[0,[0,[0,1,0],1],0]],[0,98,[0,[0,[0,1,0],1],1]],[0,99,[0,[0,[0,1,1],0],0]],[0,o,[0,[0,[0,1,1],0],1]],[0,a,[0,[0,[0,1,1],1],0]],[0,y,[0,[0,[0,1,1],1],1]],[0,65,[0,[0,[0,1,0],1],0]],[0,66,[0,[0,[0,1,0],1],1]],[0,67,[0,[0,[0,1,1],0],0]],[0,68,[0,[0,[0,1,1],0],1]],[0,69,[0,[0,[0,1,1],1],0]],[0,70,[0,[0,[0,1,1],1],1]]]),fV=[0,[0,[0,0,0],0],0],z8=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],z9=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z8]]]]]]]]]]],z_=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z9]]]]]]]]]]],z$=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z_]]]]]]]]]]],Aa=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z$]]]]]]]]]]];br(11,[a0,t(lN),-12],lN);br(10,av,mp);br(9,[a0,t(l_),-10],l_);br(8,hG,mg);br(7,[a0,t(l4),-8],l4);br(6,[a0,t(md),-7],md);br(5,[a0,t(mk),-6],mk);br(4,[a0,t(lY),-5],lY);br(3,hD,ma);br(2,hE,g9);br(1,hH,lV);br(0,hF,mu);var
-m8=t(mb),m9=t("false"),na=t("\\\\"),nb=t("\\'"),nc=t("\\b"),nd=t("\\t"),ne=t("\\n"),nf=t("\\r"),m$=t("Char.chr"),ni=t("String.blit / Bytes.blit_string"),nh=t("Bytes.blit"),ng=t("String.sub / Bytes.sub"),nk=t(W),nj=t("String.concat"),nl=t("Array.blit"),no=t("Buffer.add: cannot grow buffer"),nn=[0,t(mi),93,2],nm=[0,t(mi),94,2],nx=t("%c"),ny=t("%s"),nz=t(lM),nA=t(l3),nB=t(l$),nC=t(lQ),nD=t("%f"),nE=t("%B"),nF=t("%{"),nG=t("%}"),nH=t("%("),nI=t("%)"),nJ=t("%a"),nK=t("%t"),nL=t("%?"),nM=t("%r"),nN=t("%_r"),nO=[0,t(aG),850,23],nZ=[0,t(aG),814,21],nR=[0,t(aG),815,21],n0=[0,t(aG),818,21],nS=[0,t(aG),819,21],n1=[0,t(aG),822,19],nT=[0,t(aG),823,19],n2=[0,t(aG),826,22],nU=[0,t(aG),827,22],n3=[0,t(aG),831,30],nV=[0,t(aG),832,30],nX=[0,t(aG),836,26],nP=[0,t(aG),837,26],nY=[0,t(aG),846,28],nQ=[0,t(aG),847,28],nW=[0,t(aG),851,23],o6=t(l9),o4=[0,t(aG),1558,4],o5=t("Printf: bad conversion %["),o7=[0,t(aG),1626,39],o8=[0,t(aG),1649,31],o9=[0,t(aG),1650,31],o_=t("Printf: bad conversion %_"),o$=t("@{"),pa=t("@["),o2=t(hb),o0=t("neg_infinity"),o1=t(mt),oZ=t(da),oU=[0,D],oI=t("%+nd"),oJ=t("% nd"),oL=t("%+ni"),oM=t("% ni"),oN=t("%nx"),oO=t("%#nx"),oP=t("%nX"),oQ=t("%#nX"),oR=t("%no"),oS=t("%#no"),oH=t("%nd"),oK=t(l$),oT=t("%nu"),ov=t("%+ld"),ow=t("% ld"),oy=t("%+li"),oz=t("% li"),oA=t("%lx"),oB=t("%#lx"),oC=t("%lX"),oD=t("%#lX"),oE=t("%lo"),oF=t("%#lo"),ou=t("%ld"),ox=t(l3),oG=t("%lu"),oi=t("%+Ld"),oj=t("% Ld"),ol=t("%+Li"),om=t("% Li"),on=t("%Lx"),oo=t("%#Lx"),op=t("%LX"),oq=t("%#LX"),or=t("%Lo"),os=t("%#Lo"),oh=t("%Ld"),ok=t(lQ),ot=t("%Lu"),n7=t("%+d"),n8=t("% d"),n_=t("%+i"),n$=t("% i"),oa=t("%x"),ob=t("%#x"),oc=t("%X"),od=t("%#X"),oe=t("%o"),of=t("%#o"),n6=t(mj),n9=t(lM),og=t(l9),np=t("@]"),nq=t("@}"),nr=t("@?"),ns=t("@\n"),nt=t("@."),nu=t("@@"),nv=t("@%"),nw=t("@"),n4=t("CamlinternalFormat.Type_mismatch"),pe=d0(8,0,0),pf=[0,1779033703,-1150833019,1013904242,-1521486534,1359893119,-1694144372,528734635,1541459225],pg=[0,[5,6,[0,2,8],0,0],t("%08lx")],ph=t(W),pb=[0,1116352408,1899447441,-1245643825,-373957723,961987163,1508970993,-1841331548,-1424204075,-670586216,310598401,607225278,1426881987,1925078388,-2132889090,-1680079193,-1046744716,-459576895,-272742522,264347078,604807628,770255983,1249150122,1555081692,1996064986,-1740746414,-1473132947,-1341970488,-1084653625,-958395405,-710438585,113926993,338241895,666307205,773529912,1294757372,1396182291,1695183700,1986661051,-2117940946,-1838011259,-1564481375,-1474664885,-1035236496,-949202525,-778901479,-694614492,-200395387,275423344,430227734,506948616,659060556,883997877,958139571,1322822218,1537002063,1747873779,1955562222,2024104815,-2067236844,-1933114872,-1866530822,-1538233109,-1090935817,-965641998],pl=[0,0],pm=[0,0],pW=[0,g,[0,l,[0,j,[0,j,0]]]],pX=[0,b,[0,i,[0,l,[0,a,0]]]],pY=[0,y,[0,97,[0,j,[0,c,[0,a,0]]]]],p$=n([e,c,32,g,f,b,32,f,g,a,32,f,y,32,b,m,f,c,a,32,b,m,97,b,32,b,m,a,i,a,32,97,i,a]),qj=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zS]]]]]]]]]]],qP=[0,1],qQ=[0,2],qZ=[0,0,0],vb=[0,[7,0],0],vP=[0,[7,0],0],vV=[0,0],xk=[0,0,0],xU=[0,0,0],xW=[0,[7,0],0],xV=n([c,l,98,ao,a,99,b,46,o,a,99,j,97,i,a,o,46,98,L,95,99,f,g,b,a,$,b]),yF=n([m,97,c,32,97,32,j,97,c,b,32,j,e,g,a,32,b,m,97,b,32,o,f,a,c,32,g,f,b,32,a,g,o]),zE=n([97,32,99,j,97,e,q,32,j,e,c,b,c,32,97,c,c,l,q,v,b,e,f,g,c,32,b,m,97,b,32,e,b,32,o,f,a,c,32,g,f,b,32,i,a,c,b,32,f,g]),zF=n([b,m,a,32,b,97,98,j,a,32,e,c,32,g,f,b,32,97,c,32,b,m,a,32,y,f,i,q,97,b,32,o,a,q,97,g,o,c]),zC=[0,v,[0,f,[0,j,[0,e,[0,99,[0,L,0]]]]]],zD=n([y,97,e,i,97,l,o,e,b,45,99,a,i,b,e,y,e,99,97,b,a,47,49]),zl=[7,0],zk=[0,0,0],zy=[0,0,0],zz=n([b,m,a,32,97,c,c,l,q,v,b,e,f,g,c,32,f,y,32,b,m,a,32,99,j,97,e,q,c]),zx=[7,0],zv=[0,0,0],zw=n([c,l,98,ao,a,99,b,46,c,v,a,j,j,e,g,D,c]),zm=[0,c,[0,l,[0,98,[0,ao,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],zn=n([b,m,a,32,b,97,98,j,a,32,y,e,j,a]),zo=n([c,l,98,ao,a,99,b,46,99,f,j,l,q,g,c]),zp=n([c,l,98,ao,a,99,b,46,v,f,v,l,j,97,b,e,f,g]),zq=n([c,l,98,ao,a,99,b,46,aC,e,g,o]),zr=n([c,l,98,ao,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),zs=n([c,l,98,ao,a,99,b,46,b,97,98,j,a,46,c,m,97,50,53,54]),zt=n([b,m,a,32,b,97,98,j,a,32,D,e,B,a,c,32,o,i,97,E,c,32,y,f,i,32,c,f,q,a,32,i,f,E,c,32,f,y,32,b,m,a,32,v,f,j,e,99,L,32,f,g,j,L]),zu=n([b,m,a,32,i,f,E,c,32,f,y,32,b,m,a,32,v,f,j,e,99,L,32,97,i,a,32,g,f,b,32,e,g,32,f,i,o,a,i]),zj=n([b,m,a,32,b,97,98,j,a,32,j,97,99,aC,c,32,97,32,i,f,E,32,f,y,32,b,m,a,32,v,f,j,e,99,L,32,y,f,i,32,E,m,97,b,32,b,m,a,32,y,e,j,b,a,i,c,32,99,97,g,32,i,a,j,a,97,c,a]),zA=n([b,m,a,32,b,97,98,j,a,32,e,c,32,a,q,v,b,L]),zB=[0,0],zi=[0,[7,0],0],zb=[0,[7,0],0],zc=[0,[0,[7,0],0]],yX=[7,0],yW=[0,0,0],za=[7,0],yY=[0,0,0],yZ=n([b,m,a,32,l,b,e,j,e,b,L,32,e,c,32,e,g,32,c,l,98,ao,a,99,b,46,99,j,97,c,c]),y_=[0,0,0],y$=n([c,l,98,ao,a,99,b,46,c,v,a,j,j,e,g,D,c]),y0=[0,c,[0,l,[0,98,[0,ao,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],y1=n([b,m,a,32,b,97,98,j,a,32,y,e,j,a]),y2=n([c,l,98,ao,a,99,b,46,99,f,j,l,q,g,c]),y3=n([c,l,98,ao,a,99,b,46,v,f,v,l,j,97,b,e,f,g]),y4=n([c,l,98,ao,a,99,b,46,aC,e,g,o]),y5=n([c,l,98,ao,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),y6=n([c,l,98,ao,a,99,b,46,b,97,98,j,a,46,c,m,97,50,53,54]),y7=n([m,97,c,32,l,b,e,j,e,b,e,a,c,32,98,a,j,f,E,32,48,44,32,f,y,32,E,m,e,99,m,32,o,e,y,y,a,i,a,g,99,a,c,32,m,97,B,a,32,b,f,32,98,a,32,c,b,97,b,a,o]),y8=n([m,97,c,32,e,g,b,a,i,B,97,j,c,44,32,E,m,e,99,m,32,97,i,a,32,g,f,b,32,y,f,i,32,v,i,f,98,97,98,e,j,e,b,e,a,c]),y9=n([m,97,c,32,e,g,b,a,i,B,97,j,c,44,32,E,m,e,99,m,32,o,f,32,g,f,b,32,D,f,32,E,e,b,m,32,97,32,99,j,97,c,c,32,f,y,32,l,b,e,j,e,b,e,a,c]),zd=[0,0],ze=[0,0],zf=[0,0],zg=n([b,m,a,32,b,97,98,j,a,32,e,c,32,a,q,v,b,L]),zh=[0,0],yS=[0,0,0],yQ=[0,0,0],yR=[0,0,0],yT=[0,0,0],yU=[0,0,0],yV=[0,0,0],yO=[0,0],yM=[0,0,0],yL=[0,q,[0,a,[0,b,[0,i,[0,e,[0,99,[0,c,[0,46,0]]]]]]]],yJ=n([c,l,98,ao,a,99,b,46,l,b,e,j,e,b,L,46]),yK=n([98,l,i,o,a,g,32,q,l,c,b,32,98,a,32,b,i,l,a,32,E,m,a,i,a,32,e,b,32,e,c,32,c,b,97,b,a,o]),yI=[0,0],yH=n([b,m,a,32,b,97,98,j,a,32,e,c,32,g,f,b,32,b,m,a,32,99,97,g,f,g,e,99,97,j,32,b,a,$,b,32,f,y,32,e,b,c,32,B,97,j,l,a,c]),yG=n([e,c,32,g,f,b,32,74,83,79,78,32,97,c,32,b,m,a,32,y,f,i,q,97,b,32,m,97,c,32,e,b]),yA=n([32,40,o,a,99,j,97,i,a,o,41]),yB=n([44,32,97,g,o,32,y,f,i,32,b,m,a,32,c,97,q,a,32,o,a,99,e,c,e,f,g,32,97,g,o,32,99,f,g,b,a,$,b,32,b,m,a,32,l,b,e,j,e,b,e,a,c,32,f,y,32,b,E,f,32,D,i,f,l,v,c,32,o,e,y,y,a,i,32,98,L,32,97,b,32,q,f,c,b,32]),yC=[0,32,[0,97,[0,g,[0,o,[0,32,0]]]]],yD=n([a,B,a,i,L,32,l,b,e,j,e,b,L,32,e,c,32,98,a,b,E,a,a,g,32]),yy=n([32,98,a,m,e,g,o,32,b,m,a,32,y,e,j,b,a,i,32,40,o,a,99,j,97,i,a,o,41]),yz=n([a,B,a,i,L,32,99,f,q,v,97,i,a,o,32,D,i,f,l,v,39,c,32,a,$,v,a,99,b,a,o,32,l,b,e,j,e,b,L,32,e,c,32,97,b,32,j,a,97,c,b,32]),yp=[0,[7,0],0],yk=[0,1],yu=[0,0],yl=[0,[0,0,0]],ym=[0,[0,0,0]],yn=[0,[0,0,0]],ys=[0,[0,0,0]],yo=n([j,f,99,97,j,95,i,97,b,e,f,95,c,l,v,i,a,q,l,q]),yq=[0,[0,0,0]],yr=[0,[0,0,0]],yt=[0,[0,0,0]],yi=n([q,l,c,b,32,98,a,32,97,g,32,f,98,ao,a,99,b,32,f,i,32,g,l,j,j]),yh=[0,[0,0]],yj=n([q,l,c,b,32,98,a,32,97,g,32,f,98,ao,a,99,b,32,f,i,32,g,l,j,j]),yg=[0,[7,0],0],x8=[0,y,[0,j,[0,f,[0,f,[0,i,0]]]]],x9=[0,84,[0,51,0]],x_=[0,84,[0,49,0]],x$=[0,84,[0,49,[0,45,[0,v,[0,97,[0,v,[0,a,[0,i,0]]]]]]]],ya=[0,84,[0,52,0]],yb=[0,84,[0,50,0]],yc=[7,0],yd=[0,84,[0,49,[0,50,0]]],ye=[0,84,[0,51,0]],yf=[0,84,[0,56,0]],x5=n([q,l,c,b,32,m,97,B,a,32,q,l,j,b,e,v,j,e,a,i,c]),xX=[0,0,0],xY=n([c,l,98,ao,a,99,b,46,o,a,99,j,97,i,a,o,46,D,j,f,98,97,j,95,b,97,l]),xT=n([c,l,98,ao,a,99,b,46,o,a,99,j,97,i,a,o,46]),xN=n([c,l,98,ao,a,99,b,46,v,i,e,B,97,99,L,46]),xO=n([46,97,b,b,i,e,98,l,b,a,c]),xP=n([46,a,$,v,95,a,v,c,e,j,f,g]),xQ=[0,[7,0],0],xR=[0,[7,0],0],xS=[0,[7,1],0],xC=[0,[0,0]],xB=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zX]]]]]]]]]]],xy=n([j,e,c,b,c,32,97,32,99,f,g,b,a,$,b,32,b,E,e,99,a]),xz=n([q,l,c,b,32,g,f,b,32,98,a,32,a,q,v,b,L]),xx=n([m,97,c,32,97,32,o,i,e,y,b,32,f,y,32,q,f,i,a,32,b,m,97,g,32,49]),xA=[0,0],xw=n([q,l,c,b,32,m,97,B,a,32,D,97,q,q,97,44,32,q,32,f,i,32,b,97,l]),xv=[0,0],xu=n([o,f,a,c,32,g,f,b,32,j,e,c,b,32,a,B,a,i,L,32,b,i,l,a,32,99,a,j,j,44,32,f,i,32,c,f,q,a,32,b,m,97,b,32,97,i,a,32,g,f,b,32,g,a,a,o,a,o]),xt=n([e,c,32,g,f,b,32,b,m,a,32,g,a,$,b,32,b,i,l,a,32,99,a,j,j]),xq=[0,1],xr=n([m,97,c,32,o,i,97,E,c,32,b,m,97,b,32,o,f,32,g,f,b,32,y,e,b,32,e,b,c,32,E,a,e,D,m,b,c]),xo=n([m,97,c,32,E,a,e,D,m,b,c,32,b,m,97,b,32,o,f,32,g,f,b,32,c,l,q,32,b,f,32,49]),xp=n([e,c,32,f,l,b,32,f,y,32,i,97,g,D,a]),xs=[0,0],xm=n([q,l,c,b,32,m,97,B,a,32,i,a,j,a,97,c,a,c,32,y,i,f,q,32,50,32,b,f,32,49,48,48,48,48]),xl=n([m,97,c,32,y,a,E,a,i,32,b,m,97,g,32,b,E,f,32,b,i,l,a,32,D,i,f,l,v,c]),xj=n([q,l,c,b,32,m,97,B,a,32,y,97,99,b,f,i,c,32,b,m,97,b,32,99,f,B,a,i,32,b,m,a,32,99,f,j,l,q,g,c,32,b,f,D,a,b,m,a,i]),xf=n([m,97,c,32,v,i,f,98,97,98,e,j,e,b,e,a,c,32,b,m,97,b,32,o,f,32,g,f,b,32,c,l,q,32,b,f,32,49]),xg=n([q,l,c,b,32,j,e,c,b,32,j,97,98,a,j,c]),xh=n([q,l,c,b,32,j,e,c,b,32,j,97,98,a,j,c]),xi=n([q,l,c,b,32,j,e,c,b,32,j,97,98,a,j,c]),xd=n([v,i,f,98,97,98,e,j,e,b,e,a,c]),w1=[0,0,0],w0=[0,46,0],w2=[0,0,0],w3=[0,0,0],wR=n([E,m,97,b,a,B,a,i,32,99,f,l,j,o,32,m,97,B,a,32,98,a,a,g,32,o,i,97,E,g,32,m,97,c,32,97,32,l,b,e,j,e,b,L,32,98,a,b,E,a,a,g,32,48,32,97,g,o,32]),wL=n([D,j,f,98,97,j,95,m,e,o,o,a,g,95,99,f,g,b,a,$,b]),wM=n([j,f,99,97,j,95,m,e,o,o,a,g,95,99,f,g,b,a,$,b]),wK=n([j,f,99,97,j,95,m,e,o,o,a,g,95,99,f,g,b,a,$,b]),wD=n([q,l,c,b,32,m,97,B,a,32,97,32,99,f,g,y,e,o,a,g,99,a,32,98,a,b,E,a,a,g,32,48,32,97,g,o,32,49]),wE=[0,m,[0,97,[0,c,[0,32,[0,j,[0,e,[0,q,[0,e,[0,b,[0,c,0]]]]]]]]]],wF=[0,98,[0,f,[0,$,0]]],wG=[0,a,[0,97,[0,99,[0,m,0]]]],wH=[0,b,[0,f,[0,D,[0,a,[0,b,[0,m,[0,a,[0,i,0]]]]]]]],wv=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),ww=n([q,l,c,b,32,g,f,b,32,98,a,32,g,a,D,97,b,e,B,a]),wx=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wy=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wz=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wq=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wr=n([q,l,c,b,32,g,f,b,32,98,a,32,g,a,D,97,b,e,B,a]),ws=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wt=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wu=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wl=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wm=n([q,l,c,b,32,g,f,b,32,98,a,32,g,a,D,97,b,e,B,a]),wn=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wo=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wp=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wg=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wh=n([q,l,c,b,32,g,f,b,32,98,a,32,g,a,D,97,b,e,B,a]),wi=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wj=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wk=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wb=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wc=n([q,l,c,b,32,g,f,b,32,98,a,32,g,a,D,97,b,e,B,a]),wd=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),we=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wf=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,e,a,c]),wa=[0,0],vQ=[0,0,0],vR=[0,[7,0],0],vS=[0,[7,0],0],vT=[0,g,[0,f,[0,g,[0,a,0]]]],vU=[0,[0,0]],vB=[0,58,[0,32,0]],vC=[0,44,[0,32,[0,j,[0,e,[0,q,[0,e,[0,b,[0,32,0]]]]]]]],vD=[0,32,0],vE=[0,58,[0,32,0]],vF=[0,b,[0,97,[0,i,[0,D,[0,a,[0,b,[0,c,0]]]]]]],vG=[0,b,[0,m,[0,e,[0,c,[0,32,[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]]]]]]],vH=[0,0,0],vK=[0,[7,0],0],vL=[0,[7,0],0],vM=[0,[7,0],0],vN=[0,[7,0],0],vI=n([m,97,c,32,97,32,aC,a,L,32,b,m,97,b,32,D,f,a,c,32,E,e,b,m,32,f,b,m,a,i,32,b,97,i,D,a,b,c]),vJ=n([b,m,a,32,j,e,q,e,b,32,f,y,32,97,32,i,97,b,e,f,32,q,l,c,b,32,98,a,32,97,b,32,j,a,97,c,b,32,49]),vO=[0,o,[0,e,[0,y,[0,y,[0,a,[0,i,[0,a,[0,g,[0,99,[0,a,0]]]]]]]]]],vx=[0,[7,0],0],vy=[0,[7,0],0],vz=[0,[7,0],0],vA=[0,[7,0],0],vw=n([v,f,v,l,j,97,b,e,f,g,32,97,b,32,99,f,g,y,e,o,a,g,99,a,32]),va=[7,0],u$=[7,0],u6=[0,32,[0,98,[0,L,[0,32,0]]]],u7=[0,32,0],u8=[0,32,0],u9=[0,58,[0,32,0]],u_=[0,99,[0,j,[0,97,[0,e,[0,q,[0,c,0]]]]]],u5=[0,0],u4=n([q,l,c,b,32,m,97,B,a,32,97,g,32,a,g,b,i,L]),u2=n([m,97,c,32,b,f,f,32,q,97,g,L,32,a,g,b,i,e,a,c]),uU=n([D,j,f,98,97,j,95,i,97,b,e,f,95,c,l,v,i,a,q,l,q]),uV=n([j,f,99,97,j,95,i,97,b,e,f,95,c,l,v,i,a,q,l,q]),uW=[0,0,3],uX=n([o,a,q,f,D,i,97,v,m,e,99,95,v,97,i,e,b,L]),uY=[0,1,2],uZ=n([a,b2,l,97,j,e,cF,a,o,95,f,o,o,c]),u0=n([D,j,f,98,97,j,95,m,e,o,o,a,g,95,99,f,g,b,a,$,b]),u1=n([j,f,99,97,j,95,m,e,o,o,a,g,95,99,f,g,b,a,$,b]),up=[1,1],uq=n([a,b2,l,97,j,e,cF,a,o,95,f,o,o,c,95,b,i,l,a,95,j,97,98,a,j,95,f,B,a,i,97,j,j]),ur=[0,1],us=n([a,b2,l,97,j,95,f,v,v,f,i,b,l,g,e,b,L,95,f,B,a,i,97,j,j]),ut=[1,0],uu=n([a,b2,l,97,j,e,cF,a,o,95,f,o,o,c,95,b,i,l,a,95,j,97,98,a,j]),uv=[0,0],uw=n([a,b2,l,97,j,95,f,v,v,f,i,b,l,g,e,b,L]),ub=[0,0],uc=[0,1],ud=[0,0],ue=n([m,97,c,32,f,b,m,a,i,32,aC,a,L,c,32,b,m,97,g,32,e,b,32,q,97,L,32,m,97,B,a]),tP=n([q,l,c,b,32,m,97,B,a,32,b,E,a,j,B,a,32,o,a,99,e,q,97,j,c]),tN=[0,48,0],tM=[0,0],tK=[0,0,1,0,1,0,0],tL=[0,0,0,0,1,0,0],tD=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,e,a,c]),tE=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,e,a,c]),tF=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,e,a,c]),tB=[0,93,0],tC=[0,91,0],sM=[0,[0,0]],sK=[0,0],sI=n([v,97,e,i,c,32,q,l,c,b,32,e,g,99,i,a,97,c,a]),sJ=[0,0],sG=n([g,l,q,98,a,i,c,32,q,l,c,b,32,e,g,99,i,a,97,c,a]),sC=n([q,l,c,b,32,98,a,32,v,f,c,e,b,e,B,a]),sB=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,e,a,c]),sD=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,e,a,c]),sE=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,e,a,c]),sv=[0,0],sw=n([y,a,97,b,l,i,a,c,32,o,e,y,y,a,i,32,98,a,b,E,a,a,g,32,D,i,f,l,v,c,44,32,98,l,b,32,b,m,a,32,99,j,97,c,c,32,e,c,32,98,j,e,g,o]),sx=n([y,a,97,b,l,i,a,c,32,q,l,c,b,32,m,97,B,a,32,f,g,a,32,j,e,c,b,32,y,f,i,32,a,97,99,m,32,99,a,j,j,32,97,g,o,32,o,a,99,e,c,e,f,g]),sz=[0,0],sy=n([97,32,99,f,g,c,b,i,97,e,g,b,32,g,97,q,a,c,32,E,m,97,b,32,b,m,a,32,b,97,98,j,a,32,o,f,a,c,32,g,f,b,32,m,97,B,a]),sp=n([b,m,a,32,q,a,b,i,e,99,32,q,l,c,b,32,m,97,B,a,32,97,32,i,f,E,32,y,f,i,32,a,97,99,m,32,D,i,f,l,v]),sq=n([97,32,98,j,e,g,o,32,99,j,97,c,c,32,m,97,c,32,g,f,32,76,e,v,c,99,m,e,b,cF,32,99,f,g,c,b,97,g,b]),sr=n([b,97,l,32,q,l,c,b,32,98,a,32,97,b,32,q,f,c,b,32,D,97,q,q,97]),ss=n([D,97,q,q,97,32,q,l,c,b,32,98,a,32,v,f,c,e,b,e,B,a,32,97,g,o,32,97,b,32,j,a,97,c,b,32,q]),st=[0,97,[0,j,[0,j,0]]],su=[0,v,[0,97,[0,e,[0,i,0]]]],sl=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,e,a,c]),sm=n([g,97,q,a,c,32,97,32,o,a,99,e,c,e,f,g,32,b,m,97,b,32,b,m,a,32,b,97,98,j,a,32,o,f,a,c,32,g,f,b,32,m,97,B,a]),sn=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,e,a,c]),so=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,e,a,c]),sk=n([m,97,c,32,97,32,j,f,E,a,i,32,a,g,o,32,97,98,f,B,a,32,b,m,a,32,l,v,v,a,i,32,a,g,o]),se=n([g,97,q,a,c,32,97,32,D,i,f,l,v,44,32,98,l,b,32,b,m,a,32,99,j,97,c,c,32,e,c,32,98,j,e,g,o]),sd=n([q,l,c,b,32,m,97,B,a,32,52,32,a,g,b,i,e,a,c]),sf=n([q,l,c,b,32,m,97,B,a,32,52,32,a,g,b,i,e,a,c]),sg=n([q,l,c,b,32,m,97,B,a,32,52,32,a,g,b,i,e,a,c]),sh=n([q,l,c,b,32,m,97,B,a,32,52,32,a,g,b,i,e,a,c]),si=n([q,l,c,b,32,m,97,B,a,32,52,32,a,g,b,i,e,a,c]),sc=n([e,c,32,g,f,b,32,97,32,q,a,b,i,e,99]),rM=n([v,f,c,e,b,e,B,a,32,o,a,99,e,c,e,f,g,c,32,97,i,a,32,g,f,b,32,e,g,32,b,m,a,32,f,i,o,a,i,32,f,y,32,b,m,a,32,o,a,99,e,c,e,f,g,c]),rN=[0,0],rK=n([m,97,c,32,g,f,32,o,a,99,e,c,e,f,g,c,32,f,y,32,l,g,aC,g,f,E,g,32,D,i,f,l,v]),rL=n([m,97,c,32,97,32,99,a,j,j,32,97,y,b,a,i,32,b,m,a,32,o,a,99,e,c,e,f,g,c,32,f,y,32,l,g,aC,g,f,E,g,32,D,i,f,l,v]),rI=[0,0],rJ=[0,0],ry=[0,0],rA=[0,1],rB=n([o,a,99,e,c,e,f,g,c,32,f,y,32,l,g,aC,g,f,E,g,32,D,i,f,l,v,32,o,f,32,g,f,b,32,D,f,32,E,e,b,m,32,b,m,97,b]),rC=n([q,l,c,b,32,98,a,32,b,i,l,a,32,E,m,a,i,a,32,e,b,32,e,c,32,c,b,97,b,a,o]),rz=n([q,l,c,b,32,98,a,32,b,i,l,a,32,E,m,a,i,a,32,e,b,32,e,c,32,c,b,97,b,a,o]),rD=[0,0],rE=[0,0],rF=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zZ]]]]]]]]]]],rG=[0,0],rH=n([y,97,e,i,97,l,o,e,b,45,b,97,98,j,a,47,49]),rs=n([f,g,j,L,32,99,f,l,g,b,c,32,m,97,B,a,32,b,i,l,a,32,j,97,98,a,j,c]),rt=[0,a,[0,b2,[0,l,[0,97,[0,j,0]]]]],ru=[0,E,[0,a,[0,e,[0,D,[0,m,[0,b,[0,c,0]]]]]]],rv=[0,99,[0,f,[0,l,[0,g,[0,b,[0,c,0]]]]]],rw=n([v,i,f,98,97,98,e,j,e,b,e,a,c]),rx=[0,99,[0,f,[0,l,[0,g,[0,b,[0,c,0]]]]]],rp=n([g,97,q,a,c,32,97,32,99,f,j,l,q,g,32,b,E,e,99,a]),rq=n([q,l,c,b,32,g,97,q,a,32,97,b,32,j,a,97,c,b,32,f,g,a,32,99,f,j,l,q,g,32,f,y,32,D,i,f,l,v,c]),rr=[0,0],q3=[0,0],q4=[0,0],q5=[0,0],q0=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z0]]]]]]]]]]],qX=[0,0],qW=[0,1],qV=[0,0],qY=[0,0],qU=[0,0],qR=[0,1],qS=[0,1],qT=[0,2],qG=[0,1],qH=[0,3],qI=[0,2],qJ=[0,0],qD=[0,[0,0],[0,[0,1],[0,[1,0],[0,[1,1],0]]]],qE=[0,0,[0,1,[0,2,[0,3,[0,4,[0,5,[0,6,[0,7,0]]]]]]]],qA=[0,0,0],qs=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z3]]]]]]]]]]],qr=[0,0],qq=n([q,l,c,b,32,98,a,32,97,32,i,97,b,e,f,g,97,j,44,32,97,32,c,b,i,e,g,D]),qo=n([q,l,c,b,32,g,f,b,32,98,a,32,g,a,D,97,b,e,B,a]),qn=n([q,l,c,b,32,98,a,32,97,32,i,97,b,e,f,g,97,j,32,e,g,32,j,f,E,a,c,b,32,b,a,i,q,c]),qm=n([q,l,c,b,32,98,a,32,97,32,i,97,b,e,f,g,97,j,44,32,97,32,c,b,i,e,g,D]),qk=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z4]]]]]]]]]]],ql=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z5]]]]]]]]]]],qg=n([q,l,c,b,32,98,a,32,m,a,$,97,o,a,99,e,q,97,j,32,o,e,D,e,b,c]),qe=n([j,e,c,b,c,32,c,f,q,a,b,m,e,g,D,32,b,E,e,99,a]),qf=n([q,l,c,b,32,g,f,b,32,98,a,32,a,q,v,b,L]),qc=n([j,e,c,b,c,32,c,f,q,a,b,m,e,g,D,32,b,E,e,99,a]),qd=n([q,l,c,b,32,g,f,b,32,98,a,32,a,q,v,b,L]),qb=[0,44,[0,44,0]],qa=[0,44,[0,46,0]],p_=n([q,l,c,b,32,98,a,32,b,i,l,a,32,f,i,32,y,97,j,c,a]),p9=n([e,c,32,f,l,b,32,f,y,32,i,97,g,D,a]),p8=n([q,l,c,b,32,98,a,32,97,g,32,e,g,b,a,D,a,i]),p7=n([m,f,j,o,c,32,97,32,j,f,g,a,32,c,l,i,i,f,D,97,b,a]),p6=n([q,l,c,b,32,98,a,32,97,32,c,b,i,e,g,D]),p5=n([m,97,c,32,97,g,f,b,m,a,i,32,j,a,g,D,b,m]),p4=n([j,97,99,aC,c,32,97,32,aC,a,L]),p2=n([m,97,c,32,97,g,32,l,g,aC,g,f,E,g,32,aC,a,L]),p3=n([j,97,99,aC,c,32,97,32,aC,a,L]),p1=n([q,l,c,b,32,98,a,32,97,32,j,e,c,b]),p0=n([q,l,c,b,32,98,a,32,97,g,32,f,98,ao,a,99,b]),pZ=[0,0],pU=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z6]]]]]]]]]]],pO=[0,[0,1,1],1],pP=[0,1,1],pQ=[0,[0,[0,1,1],0],1],pR=[0,1,0],pS=[0,[0,[0,1,1],0],1],pI=[0,92,[0,92,0]],pJ=[0,92,[0,98,0]],pK=[0,92,[0,y,0]],pL=[0,92,[0,g,0]],pM=[0,92,[0,i,0]],pN=[0,92,[0,b,0]],pH=[0,0],pE=[6,[4,0]],pF=[0,0],pu=[3,0,0,0],pv=[0,0],pw=[0,1],px=[1,0,1],py=[0,l,[0,j,[0,j,0]]],pz=[0,1],pA=[0,i,[0,l,[0,a,0]]],pB=[0,0],pC=[0,97,[0,j,[0,c,[0,a,0]]]],pD=[6,[3,0]],pt=[0,0],pp=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z7]]]]]]]]]]],pj=[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]],pq=[0,[0,92,92],[0,[0,47,47],[0,[0,98,8],[0,[0,y,12],[0,[0,g,10],[0,[0,i,13],[0,[0,b,9],0]]]]]]],qi=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Aa]]]]]]]]]]],qp=[0,e,[0,g,[0,y,0]]],q1=[0,48,0],q2=[0,e,[0,g,[0,y,0]]],q6=[0,aC,[0,e,[0,g,[0,o,0]]]],q7=[0,99,[0,f,[0,j,[0,l,[0,q,[0,g,[0,c,0]]]]]]],q8=[0,v,[0,f,[0,v,[0,l,[0,j,[0,97,[0,b,[0,e,[0,f,[0,g,0]]]]]]]]]],q9=[0,o,[0,a,[0,99,[0,e,[0,c,[0,e,[0,f,[0,g,0]]]]]]]],q_=[0,D,[0,i,[0,f,[0,l,[0,v,0]]]]],q$=[0,99,[0,f,[0,g,[0,b,[0,a,[0,$,[0,b,0]]]]]]],ra=[0,b,[0,i,[0,l,[0,b,[0,m,0]]]]],rb=[0,y,[0,f,[0,i,[0,q,[0,97,[0,b,0]]]]]],rc=[0,o,[0,a,[0,99,[0,e,[0,c,[0,e,[0,f,[0,g,[0,c,0]]]]]]]]],rd=[0,D,[0,i,[0,f,[0,l,[0,v,[0,c,0]]]]]],re=[0,99,[0,f,[0,g,[0,b,[0,a,[0,$,[0,b,[0,c,0]]]]]]]],rf=[0,l,[0,b,[0,e,[0,j,[0,e,[0,b,[0,L,0]]]]]]],rg=[0,c,[0,97,[0,j,[0,b,0]]]],rh=[0,v,[0,i,[0,f,[0,y,[0,e,[0,j,[0,a,[0,c,0]]]]]]]],ri=[0,l,[0,g,[0,aC,[0,g,[0,f,[0,E,[0,g,0]]]]]]],rj=[0,b,[0,i,[0,l,[0,b,[0,m,[0,c,0]]]]]],rk=[0,E,[0,a,[0,e,[0,D,[0,m,[0,b,[0,c,0]]]]]]],rl=[0,q,[0,97,[0,c,[0,c,0]]]],rm=[0,j,[0,f,[0,99,[0,97,[0,j,0]]]]],rn=[0,D,[0,j,[0,f,[0,98,[0,97,[0,j,0]]]]]],rO=n([48,49,50,51,52,53,54,55,56,57,46,43,45,a]),rR=[0,b2,[0,l,[0,97,[0,g,[0,b,[0,e,[0,b,[0,L,0]]]]]]]],rS=[0,D,[0,97,[0,q,[0,q,[0,97,0]]]]],rT=[0,q,0],rU=[0,b,[0,97,[0,l,0]]],rV=[0,b,[0,97,[0,l,[0,95,[0,f,[0,g,0]]]]]],rW=[0,98,[0,j,[0,e,[0,g,[0,o,0]]]]],rX=[0,j,[0,e,[0,v,[0,c,[0,99,[0,m,[0,e,[0,b,[0,cF,0]]]]]]]]],rY=[0,q,[0,a,[0,b,[0,i,[0,e,[0,99,0]]]]]],rZ=[0,f,[0,i,[0,o,[0,a,[0,i,0]]]]],r0=[0,i,[0,f,[0,E,[0,c,0]]]],r1=[0,y,[0,97,[0,q,[0,e,[0,j,[0,L,0]]]]]],r2=[0,b,[0,a,[0,i,[0,q,[0,c,0]]]]],r3=[0,98,[0,f,[0,l,[0,g,[0,o,0]]]]],r4=[0,g,[0,97,[0,q,[0,a,[0,c,0]]]]],r5=[0,j,[0,f,[0,E,[0,a,[0,i,0]]]]],r6=[0,l,[0,v,[0,v,[0,a,[0,i,0]]]]],r7=[0,y,[0,a,[0,97,[0,b,[0,l,[0,i,[0,a,[0,c,0]]]]]]]],r8=n([99,f,a,y,y,e,99,e,a,g,b,c]),r9=[0,v,[0,97,[0,e,[0,i,[0,c,0]]]]],r_=[0,b,[0,m,[0,a,[0,b,[0,97,0]]]]],r$=[0,m,[0,e,[0,D,[0,m,[0,a,[0,i,0]]]]]],sa=n([q,l,j,b,e,v,j,e,a,i,c]),sQ=[0,c,[0,l,[0,98,[0,ao,[0,a,[0,99,[0,b,0]]]]]]],sR=[0,q,[0,a,[0,b,[0,i,[0,e,[0,99,[0,c,0]]]]]]],sS=n([g,f,b,95,99,f,q,v,97,i,a,o]),sT=[0,99,[0,j,[0,97,[0,e,[0,q,[0,c,0]]]]]],sU=[0,b,[0,97,[0,i,[0,D,[0,a,[0,b,[0,c,0]]]]]]],sV=[0,B,[0,a,[0,i,[0,o,[0,e,[0,99,[0,b,0]]]]]]],sW=[0,B,[0,a,[0,i,[0,c,[0,e,[0,f,[0,g,[0,c,0]]]]]]]],sX=[0,e,[0,g,[0,b,[0,a,[0,i,[0,B,[0,97,[0,j,[0,c,0]]]]]]]]],sY=[0,99,[0,m,[0,97,[0,g,[0,D,[0,a,[0,o,0]]]]]]],sZ=[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]],s0=[0,c,[0,m,[0,97,[0,50,[0,53,[0,54,0]]]]]],s1=[0,99,[0,a,[0,j,[0,j,[0,c,0]]]]],s2=[0,m,[0,a,[0,97,[0,o,[0,a,[0,i,0]]]]]],s3=[0,99,[0,j,[0,97,[0,c,[0,c,0]]]]],s4=[0,v,[0,f,[0,c,[0,e,[0,b,[0,e,[0,B,[0,a,0]]]]]]]],s5=[0,v,[0,i,[0,e,[0,B,[0,97,[0,99,[0,L,0]]]]]]],s6=[0,o,[0,a,[0,99,[0,j,[0,97,[0,i,[0,a,[0,o,0]]]]]]]],s7=n([v,i,a,v,97,i,97,b,e,f,g]),s8=[0,c,[0,v,[0,a,[0,j,[0,j,[0,e,[0,g,[0,D,[0,c,0]]]]]]]]],s9=[0,l,[0,g,[0,o,[0,a,[0,99,[0,e,[0,o,[0,a,[0,o,0]]]]]]]]],s_=n([l,g,aC,g,f,E,g,95,c,m,97,i,a,c]),s$=[0,q,[0,97,[0,$,[0,95,[0,o,[0,i,[0,e,[0,y,[0,b,0]]]]]]]]],ta=[0,a,[0,B,[0,97,[0,j,[0,l,[0,97,[0,b,[0,e,[0,f,[0,g,0]]]]]]]]]],tb=n([o,a,v,a,g,o,c,95,f,g,95,D,i,f,l,v]),tc=[0,98,[0,l,[0,i,[0,o,[0,a,[0,g,0]]]]]],td=[0,i,[0,97,[0,b,[0,e,[0,f,0]]]]],te=[0,j,[0,f,[0,D,0]]],tf=[0,B,[0,97,[0,j,[0,l,[0,a,0]]]]],tg=[0,E,[0,e,[0,b,[0,g,[0,a,[0,c,[0,c,0]]]]]]],th=n([a,$,v,a,99,b,97,b,e,f,g,c]),ti=n([v,i,f,98,97,98,e,j,e,b,e,a,c]),tj=[0,i,[0,97,[0,b,[0,a,0]]]],tk=[0,i,[0,97,[0,b,[0,a,[0,c,0]]]]],tm=[0,i,[0,a,[0,97,[0,c,[0,f,[0,g,0]]]]]],tn=[0,i,[0,a,[0,j,[0,97,[0,b,[0,e,[0,f,[0,g,0]]]]]]]],to=[0,c,[0,99,[0,f,[0,v,[0,a,0]]]]],tp=[0,98,[0,L,0]],tq=n([97,c,c,l,q,v,b,e,f,g,c]),tr=[0,a,[0,B,[0,e,[0,o,[0,a,[0,g,[0,99,[0,a,0]]]]]]]],ts=[0,c,[0,l,[0,v,[0,i,[0,a,[0,q,[0,l,[0,q,0]]]]]]]],tt=[0,j,[0,e,[0,q,[0,e,[0,b,0]]]]],tu=[0,l,[0,g,[0,e,[0,b,0]]]],tv=[0,ao,[0,l,[0,o,[0,D,[0,a,[0,o,0]]]]]],tw=[0,a,[0,c,[0,b,[0,e,[0,q,[0,97,[0,g,[0,o,0]]]]]]]],tx=[0,b,[0,e,[0,v,[0,c,0]]]],ty=[0,y,[0,i,[0,f,[0,g,[0,b,[0,e,[0,a,[0,i,0]]]]]]]],tz=[0,b,[0,f,0]],tA=[0,98,[0,97,[0,j,[0,97,[0,g,[0,99,[0,a,[0,o,0]]]]]]]],tG=n([y,97,j,c,a,95,v,f,c,e,b,e,B,a,95,i,97,b,a]),tI=n([b,i,l,a,95,v,f,c,e,b,e,B,a,95,i,97,b,a]),tR=n([g,f,32,o,a,99,e,c,e,f,g,c,32,E,e,b,m,32,97,g,f,b,m,a,i,32,b,i,l,a,32,j,97,98,a,j]),tU=n([g,f,32,o,a,99,e,c,e,f,g,c,32,E,e,b,m,32,b,m,a,32,v,f,c,e,b,e,B,a,32,b,i,l,a,32,j,97,98,a,j]),tX=n([97,32,D,i,f,l,v,32,e,c,32,q,e,c,c,e,g,D,32,e,g,32,97,32,99,f,g,b,a,$,b,32,97,g,o,32,g,f,32,v,f,v,l,j,97,b,e,f,g,32,E,97,c,32,D,e,B,a,g]),t0=n([g,f,32,v,f,v,l,j,97,b,e,f,g]),t2=n([y,a,E,a,i,32,b,m,97,g,32,b,E,f,32,D,i,f,l,v,c]),t4=n([g,f,32,o,a,99,e,c,e,f,g,c,32,i,a,99,f,i,o,a,o]),t6=n([y,97,j,c,a,95,v,f,c,e,b,e,B,a,95,i,97,b,a,95,f,B,a,i,97,j,j]),t8=n([y,97,j,c,a,95,v,f,c,e,b,e,B,a,95,i,97,b,a]),t_=n([b,i,l,a,95,v,f,c,e,b,e,B,a,95,i,97,b,a,95,f,B,a,i,97,j,j]),ua=n([b,i,l,a,95,v,f,c,e,b,e,B,a,95,i,97,b,a]),uf=n([D,j,f,98,97,j,95,c,l,v,i,a,q,l,q]),uh=n([j,f,99,97,j,95,c,l,v,i,a,q,l,q]),uj=n([a,b2,l,97,j,e,cF,a,o,95,f,o,o,c]),ul=n([o,a,q,f,D,i,97,v,m,e,99,95,v,97,i,e,b,L]),um=n([D,j,f,98,97,j,95,o,e,y,y,a,i,a,g,99,a]),uo=n([j,f,99,97,j,95,o,e,y,y,a,i,a,g,99,a]),uy=n([a,b2,l,97,j,e,cF,a,o,95,f,o,o,c]),uA=n([o,a,q,f,D,i,97,v,m,e,99,95,v,97,i,e,b,L]),uC=n([D,j,f,98,97,j,95,i,97,b,e,f]),uE=n([j,f,99,97,j,95,i,97,b,e,f]),uG=[0,61,0],uH=[0,60,[0,61,0]],uI=[0,62,[0,61,0]],uJ=[0,b,[0,m,[0,e,[0,c,[0,32,[0,j,[0,97,[0,E,0]]]]]]]],uK=n([a,B,a,i,L,32,l,b,e,j,e,b,L,32,f,y,32,b,m,a,32,99,j,97,c,c]),uM=n([a,g,l,q,a,i,97,b,e,f,g]),uN=[0,j,[0,v,[0,45,[0,o,[0,l,[0,97,[0,j,0]]]]]]],uO=[0,84,[0,53,0]],uP=[0,84,[0,54,0]],uQ=[0,84,[0,55,0]],uR=[0,84,[0,49,[0,52,0]]],uS=n([j,f,99,97,j,95,i,97,b,e,f]),uT=n([D,j,f,98,97,j,95,i,97,b,e,f]),vc=[0,99,[0,m,[0,97,[0,g,[0,D,[0,a,[0,o,0]]]]]]],ve=[0,3],vf=[0,o,[0,a,[0,v,[0,a,[0,g,[0,o,[0,c,0]]]]]]],vh=[0,2],vi=n([e,g,99,f,g,99,j,l,c,e,B,a]),vk=[0,1],vl=[0,a,[0,$,[0,99,[0,a,[0,a,[0,o,[0,c,0]]]]]]],vn=[0,0],vo=[0,E,[0,e,[0,b,[0,m,[0,e,[0,g,0]]]]]],vp=n([44,32,E,m,97,b,a,B,a,i,32,b,m,a,32,l,g,o,a,99,e,o,a,o,32,q,a,97,g,b]),vr=n([44,32,E,e,b,m,e,g,32,b,m,a,32,o,a,99,j,97,i,a,o,32,o,i,e,y,b]),vt=n([44,32,E,e,b,m,32,b,m,a,32,o,a,99,j,97,i,a,o,32,m,e,o,o,a,g,32,99,f,g,b,a,$,b]),vv=n([44,32,E,m,f,a,B,a,i,32,b,m,a,32,l,g,aC,g,f,E,g,32,97,i,a]),vX=[0,99,[0,f,[0,g,[0,y,[0,e,[0,o,[0,a,[0,g,[0,99,[0,a,0]]]]]]]]]],vY=[0,a,[0,g,[0,o,[0,c,0]]]],vZ=[0,i,[0,a,[0,D,[0,e,[0,f,[0,g,0]]]]]],v0=n([e,g,o,a,v,a,g,o,a,g,b]),v1=[0,q,[0,a,[0,b,[0,m,[0,f,[0,o,0]]]]]],v2=[0,j,[0,e,[0,q,[0,e,[0,b,[0,c,0]]]]]],v3=[0,j,[0,a,[0,B,[0,a,[0,j,[0,c,0]]]]]],v4=[0,l,[0,v,[0,v,[0,a,[0,i,0]]]]],v5=[0,j,[0,f,[0,E,[0,a,[0,i,0]]]]],v6=[0,v,[0,97,[0,e,[0,i,0]]]],v7=[0,e,[0,g,[0,b,[0,a,[0,i,[0,B,[0,97,[0,j,0]]]]]]]],v8=[0,l,[0,g,[0,e,[0,b,[0,c,0]]]]],v_=[0,n([m,f,a,y,y,o,e,g,D,45,aC,j]),[0,n([a,q,v,e,i,e,99,97,j,45,98,a,i,g,c,b,a,e,g]),[0,n([e,g,b,a,i,c,a,99,b,e,f,g]),0]]],wB=n([v,f,v,l,j,97,b,e,f,g,32,97,b,32,99,f,g,y,e,o,a,g,99,a,32]),wC=n([v,f,v,l,j,97,b,e,f,g,44,32,f,g,a,45,c,e,o,a,o,32,97,b,32,99,f,g,y,e,o,a,g,99,a,32]),wI=[0,98,[0,e,[0,g,[0,f,[0,q,[0,e,[0,97,[0,j,0]]]]]]]],wN=n([b,m,a,32,o,i,97,E,c,32,E,e,b,m,e,g,32,97,32,99,a,j,j,32,97,i,a,32,e,g,o,a,v,a,g,o,a,g,b,44,32,a,97,99,m,32,E,e,b,m,32,b,m,a,32,j,97,E,32,f,y,32,b,m,a,32,99,a,j,j,44,32,97,g,o,32,m,f,E,32,q,97,g,L,32,b,m,a,i,a,32,97,i,a,32,o,f,a,c,32,g,f,b,32,o,a,v,a,g,o,32,f,g,32,m,f,E,32,b,m,a,L,32,99,97,q,a,32,f,l,b]),wP=n([b,m,a,32,99,f,g,b,a,$,b,c,32,f,y,32,a,97,99,m,32,D,i,f,l,v,32,E,a,i,a,32,o,i,97,E,g,32,y,i,f,q,32,e,b,c,32,v,f,v,l,j,97,b,e,f,g,44,32,g,f,b,32,c,a,b,32,98,L,32,o,a,c,e,D,g]),wS=n([E,m,97,b,a,B,a,i,32,99,f,l,j,o,32,m,97,B,a,32,98,a,a,g,32,o,i,97,E,g,32,e,g,32,97,32,99,a,j,j,32,m,97,c,32,97,32,l,b,e,j,e,b,L,32,98,a,b,E,a,a,g,32,48,32,97,g,o,32,b,m,a,32,D,i,a,97,b,a,c,b,32,b,m,97,b,32,97,32,o,a,99,e,c,e,f,g,32,m,97,c,32,b,m,a,i,a]),wU=n([l,b,e,j,e,b,L,44,32,q,a,b,m,f,o,32,97,g,o,32,99,f,g,y,e,o,a,g,99,a,32,E,a,i,a,32,99,m,f,c,a,g,32,E,e,b,m,f,l,b,32,j,f,f,aC,e,g,D,32,97,b,32,b,m,a,32,o,i,97,E,c]),wW=n([b,m,a,32,o,i,97,E,c,32,f,y,32,o,e,y,y,a,i,a,g,b,32,99,a,j,j,c,32,97,i,a,32,e,g,o,a,v,a,g,o,a,g,b,32,f,y,32,a,97,99,m,32,f,b,m,a,i]),wY=n([97,32,c,97,q,v,j,e,g,D,32,l,g,e,b,32,99,97,g,32,m,97,B,a,32,g,f,32,q,f,i,a,32,b,m,97,g,32,f,g,a,32,i,f,E,32,e,g,32,97,32,99,a,j,j,44,32,97,c,32,e,c,32,b,m,a,32,99,97,c,a,32,m,a,i,a]),w4=[0,y,[0,e,[0,j,[0,b,[0,a,[0,i,[0,c,0]]]]]]],w5=[0,e,[0,g,[0,v,[0,l,[0,b,[0,c,0]]]]]],w6=[0,f,[0,l,[0,b,[0,v,[0,l,[0,b,[0,c,0]]]]]]],w7=[0,i,[0,a,[0,j,[0,a,[0,97,[0,c,[0,a,[0,c,0]]]]]]]],w8=[0,o,[0,i,[0,97,[0,E,[0,c,0]]]]],w9=n([b,i,l,a,95,99,f,g,b,a,$,b]),w_=[0,b,[0,i,[0,l,[0,a,[0,95,[0,D,[0,i,[0,f,[0,l,[0,v,0]]]]]]]]]],w$=[0,D,[0,j,[0,f,[0,98,[0,97,[0,j,[0,95,[0,b,[0,97,[0,l,0]]]]]]]]]],xa=[0,98,[0,L,[0,95,[0,99,[0,f,[0,g,[0,b,[0,a,[0,$,[0,b,0]]]]]]]]]],xb=[0,v,[0,f,[0,j,[0,e,[0,99,[0,L,0]]]]]],xE=n([a,$,v,95,a,v,c,e,j,f,g]),xF=[0,97,[0,b,[0,b,[0,i,[0,e,[0,98,[0,l,[0,b,[0,a,[0,c,0]]]]]]]]]],xG=n([q,l,j,b,e,v,j,e,a,i,c]),xH=[0,i,[0,97,[0,E,[0,95,[0,i,[0,97,[0,b,[0,e,[0,f,0]]]]]]]]],xJ=n([99,f,q,v,f,c,e,b,e,f,g]),xL=[0,97,[0,b,[0,b,[0,97,[0,e,[0,g,[0,a,[0,o,0]]]]]]]],xM=[0,l,[0,g,[0,y,[0,e,[0,j,[0,b,[0,a,[0,i,[0,a,[0,o,0]]]]]]]]]],xZ=n([97,g,L,32,v,f,j,e,99,L,32,98,a,m,e,g,o,32,b,m,e,c,32,y,e,j,b,a,i]),x0=n([32,b,m,97,b,32,aC,a,a,v,c,32,b,m,a,32,o,a,99,j,97,i,a,o,32,y,j,f,f,i]),x1=n([44,32,97,g,L,32,l,b,e,j,e,b,L,32,f,y,32,b,m,a,32,o,a,99,j,97,i,a,o,32,i,97,g,D,a]),x2=n([b,m,e,c,32,v,f,j,e,99,L,32,97,g,o,32,99,f,g,b,a,$,b,32,y,e,j,b,a,i,44,32,97,g,L,32,D,i,f,l,v,32,y,e,j,b,a,i,32,97,b,32,q,f,c,b,32,b,m,e,c,32,a,v,c,e,j,f,g,32,b,m,97,b,32,i,a,j,a,97,c,a,c,32,b,m,a,32,c,97,q,a,32,B,97,j,l,a,c]),x4=n([b,m,e,c,32,v,f,j,e,99,L,32,97,g,o,32,D,i,f,l,v,32,y,e,j,b,a,i,44,32,97,g,L,32,99,f,g,b,a,$,b,32,y,e,j,b,a,i,32,b,m,97,b,32,i,a,j,a,97,c,a,c,32,b,m,a,c,a,32,99,f,g,b,a,$,b,c]),x6=[0,84,[0,49,[0,51,0]]],x7=n([84,53,45,o,a,99,e,c,e,f,g]),yv=n([b,m,a,32,y,e,j,b,a,i,39,c,32,o,i,97,E,c,32,y,f,i,32,D,i,f,l,v,32,97,g,o,32,99,f,g,b,a,$,b,32,97,i,a,32,e,g,o,a,v,a,g,o,a,g,b,32,f,y,32,a,97,99,m,32,f,b,m,a,i,32,97,g,o,32,f,y,32,a,B,a,i,L,b,m,e,g,D,32,a,j,c,a,44,32,y,i,a,c,m,32,y,f,i,32,a,97,99,m,32,o,a,99,e,c,e,f,g,44,32,97,g,o,32,b,m,a,32,o,a,99,e,c,e,f,g,32,o,a,v,a,g,o,c,32,f,g,32,D,i,f,l,v,32,97,g,o,32,99,f,g,b,a,$,b,32,f,g,j,L,32,b,m,i,f,l,D,m,32,E,m,97,b,32,b,m,a,32,y,e,j,b,a,i,c,32,i,a,j,a,97,c,a]),yw=n([b,m,a,32,99,f,g,b,a,$,b,c,32,f,y,32,a,97,99,m,32,D,i,f,l,v,32,97,i,a,32,o,e,c,b,i,e,98,l,b,a,o,32,97,c,32,e,g,32,b,m,a,32,c,b,97,b,a,o,32,v,f,v,l,j,97,b,e,f,g]),zP=t(": "),zN=[0,[0,t("nothing was judged: the certificate needs more memory than there is"),0],3],zO=[0,[0,t("nothing was judged: the certificate does not embed its table; give it with --table"),0],3],zQ=t("malformed: "),zJ=t(mb),zK=t("FALSE"),zL=t("not covered"),zH=[0,[11,t("\\x"),[4,6,[0,2,2],0,0]],t("\\x%02x")],zI=t(W),zR=t("\n");function
-ar(a){if(typeof
+AP(){var
+a=Y;if(a.process&&a.process.on)a.process.on("uncaughtException",function(b,c){mE(b);a.process.exit(2)});else
+if(a.addEventListener)a.addEventListener("error",function(a){if(a.error)mE(a.error)})}AP();function
+B(a,b){return a.length==1?a(b):cI(a,[b])}function
+aK(a,b,c){return a.length==2?a(b,c):cI(a,[b,c])}function
+z7(a,b,c,d){return a.length==3?a(b,c,d):cI(a,[b,c,d])}Al();var
+hy=[aY,s(mn),-1],hA=[aY,s(lO),-2],hx=[aY,s(g3),-3],hw=[aY,s(l5),-4],hz=[aY,s(l$),-9],at=[aY,s(mi),-11],zM=[0,[0,[0,[0,0]]]],zN=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],zO=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zN]]]]]]]]]]],zP=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zO]]]]]]]]]]],zQ=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zP]]]]]]]]]]],zR=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zQ]]]]]]]]]]],zS=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]]],zT=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zS]]]]]]]]]]],zU=[0,0],zV=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],zW=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zV]]]]]]]]]]],zX=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zW]]]]]]]]]]],zY=[0,[0,[0,[0,[0,0]]]]],zZ=[0,[0,[0,[0,[0,0]]]]],z0=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],z1=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],ds=n([[0,48,[0,[0,[0,0,0],0],0]],[0,49,[0,[0,[0,0,0],0],1]],[0,50,[0,[0,[0,0,0],1],0]],[0,51,[0,[0,[0,0,0],1],1]],[0,52,[0,[0,[0,0,1],0],0]],[0,53,[0,[0,[0,0,1],0],1]],[0,54,[0,[0,[0,0,1],1],0]],[0,55,[0,[0,[0,0,1],1],1]],[0,56,[0,[0,[0,1,0],0],0]],[0,57,[0,[0,[0,1,0],0],1]],[0,97,[0,[0,[0,1,0],1],0]],[0,98,[0,[0,[0,1,0],1],1]],[0,99,[0,[0,[0,1,1],0],0]],[0,o,[0,[0,[0,1,1],0],1]],[0,a,[0,[0,[0,1,1],1],0]],[0,y,[0,[0,[0,1,1],1],1]],[0,65,[0,[0,[0,1,0],1],0]],[0,66,[0,[0,[0,1,0],1],1]],[0,67,[0,[0,[0,1,1],0],0]],[0,68,[0,[0,[0,1,1],0],1]],[0,69,[0,[0,[0,1,1],1],0]],[0,70,[0,[0,[0,1,1],1],1]]]),fP=[0,[0,[0,0,0],0],0],z2=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],z3=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z2]]]]]]]]]]],z4=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z3]]]]]]]]]]],z5=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z4]]]]]]]]]]],z6=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z5]]]]]]]]]]];br(11,[aY,s(lG),-12],lG);br(10,at,mi);br(9,[aY,s(l3),-10],l3);br(8,hz,l$);br(7,[aY,s(lX),-8],lX);br(6,[aY,s(l8),-7],l8);br(5,[aY,s(md),-6],md);br(4,[aY,s(lR),-5],lR);br(3,hw,l5);br(2,hx,g3);br(1,hA,lO);br(0,hy,mn);var
+m2=s(l6),m3=s("false"),m6=s("\\\\"),m7=s("\\'"),m8=s("\\b"),m9=s("\\t"),m_=s("\\n"),m$=s("\\r"),m5=s("Char.chr"),nc=s("String.blit / Bytes.blit_string"),nb=s("Bytes.blit"),na=s("String.sub / Bytes.sub"),ne=s(W),nd=s("String.concat"),nf=s("Array.blit"),ni=s("Buffer.add: cannot grow buffer"),nh=[0,s(mb),93,2],ng=[0,s(mb),94,2],nr=s("%c"),ns=s("%s"),nt=s(lF),nu=s(lW),nv=s(l4),nw=s(lJ),nx=s("%f"),ny=s("%B"),nz=s("%{"),nA=s("%}"),nB=s("%("),nC=s("%)"),nD=s("%a"),nE=s("%t"),nF=s("%?"),nG=s("%r"),nH=s("%_r"),nI=[0,s(aE),850,23],nT=[0,s(aE),814,21],nL=[0,s(aE),815,21],nU=[0,s(aE),818,21],nM=[0,s(aE),819,21],nV=[0,s(aE),822,19],nN=[0,s(aE),823,19],nW=[0,s(aE),826,22],nO=[0,s(aE),827,22],nX=[0,s(aE),831,30],nP=[0,s(aE),832,30],nR=[0,s(aE),836,26],nJ=[0,s(aE),837,26],nS=[0,s(aE),846,28],nK=[0,s(aE),847,28],nQ=[0,s(aE),851,23],o0=s(l2),oY=[0,s(aE),1558,4],oZ=s("Printf: bad conversion %["),o1=[0,s(aE),1626,39],o2=[0,s(aE),1649,31],o3=[0,s(aE),1650,31],o4=s("Printf: bad conversion %_"),o5=s("@{"),o6=s("@["),oW=s(g7),oU=s("neg_infinity"),oV=s(mm),oT=s(c$),oO=[0,C],oC=s("%+nd"),oD=s("% nd"),oF=s("%+ni"),oG=s("% ni"),oH=s("%nx"),oI=s("%#nx"),oJ=s("%nX"),oK=s("%#nX"),oL=s("%no"),oM=s("%#no"),oB=s("%nd"),oE=s(l4),oN=s("%nu"),op=s("%+ld"),oq=s("% ld"),os=s("%+li"),ot=s("% li"),ou=s("%lx"),ov=s("%#lx"),ow=s("%lX"),ox=s("%#lX"),oy=s("%lo"),oz=s("%#lo"),oo=s("%ld"),or=s(lW),oA=s("%lu"),oc=s("%+Ld"),od=s("% Ld"),of=s("%+Li"),og=s("% Li"),oh=s("%Lx"),oi=s("%#Lx"),oj=s("%LX"),ok=s("%#LX"),ol=s("%Lo"),om=s("%#Lo"),ob=s("%Ld"),oe=s(lJ),on=s("%Lu"),n1=s("%+d"),n2=s("% d"),n4=s("%+i"),n5=s("% i"),n6=s("%x"),n7=s("%#x"),n8=s("%X"),n9=s("%#X"),n_=s("%o"),n$=s("%#o"),n0=s(mc),n3=s(lF),oa=s(l2),nj=s("@]"),nk=s("@}"),nl=s("@?"),nm=s("@\n"),nn=s("@."),no=s("@@"),np=s("@%"),nq=s("@"),nY=s("CamlinternalFormat.Type_mismatch"),o_=dY(8,0,0),o$=[0,1779033703,-1150833019,1013904242,-1521486534,1359893119,-1694144372,528734635,1541459225],pa=[0,[5,6,[0,2,8],0,0],s("%08lx")],pb=s(W),o7=[0,1116352408,1899447441,-1245643825,-373957723,961987163,1508970993,-1841331548,-1424204075,-670586216,310598401,607225278,1426881987,1925078388,-2132889090,-1680079193,-1046744716,-459576895,-272742522,264347078,604807628,770255983,1249150122,1555081692,1996064986,-1740746414,-1473132947,-1341970488,-1084653625,-958395405,-710438585,113926993,338241895,666307205,773529912,1294757372,1396182291,1695183700,1986661051,-2117940946,-1838011259,-1564481375,-1474664885,-1035236496,-949202525,-778901479,-694614492,-200395387,275423344,430227734,506948616,659060556,883997877,958139571,1322822218,1537002063,1747873779,1955562222,2024104815,-2067236844,-1933114872,-1866530822,-1538233109,-1090935817,-965641998],pf=[0,0],pg=[0,0],pQ=[0,f,[0,l,[0,j,[0,j,0]]]],pR=[0,b,[0,i,[0,l,[0,a,0]]]],pS=[0,y,[0,97,[0,j,[0,c,[0,a,0]]]]],p5=n([d,c,32,f,e,b,32,e,f,a,32,e,y,32,b,m,e,c,a,32,b,m,97,b,32,b,m,a,i,a,32,97,i,a]),qd=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zM]]]]]]]]]]],qJ=[0,1],qK=[0,2],qT=[0,0,0],u7=[0,[7,0],0],vJ=[0,[7,0],0],vP=[0,0],xe=[0,0,0],xO=[0,0,0],xQ=[0,[7,0],0],xP=n([c,l,98,ao,a,99,b,46,o,a,99,j,97,i,a,o,46,98,L,95,99,e,f,b,a,$,b]),yz=n([m,97,c,32,97,32,j,97,c,b,32,j,d,f,a,32,b,m,97,b,32,o,e,a,c,32,f,e,b,32,a,f,o]),zy=n([97,32,99,j,97,d,p,32,j,d,c,b,c,32,97,c,c,l,p,v,b,d,e,f,c,32,b,m,97,b,32,d,b,32,o,e,a,c,32,f,e,b,32,i,a,c,b,32,e,f]),zz=n([b,m,a,32,b,97,98,j,a,32,d,c,32,f,e,b,32,97,c,32,b,m,a,32,y,e,i,p,97,b,32,o,a,p,97,f,o,c]),zw=[0,v,[0,e,[0,j,[0,d,[0,99,[0,L,0]]]]]],zx=n([y,97,d,i,97,l,o,d,b,45,99,a,i,b,d,y,d,99,97,b,a,47,49]),zf=[7,0],ze=[0,0,0],zs=[0,0,0],zt=n([b,m,a,32,97,c,c,l,p,v,b,d,e,f,c,32,e,y,32,b,m,a,32,99,j,97,d,p,c]),zr=[7,0],zp=[0,0,0],zq=n([c,l,98,ao,a,99,b,46,c,v,a,j,j,d,f,C,c]),zg=[0,c,[0,l,[0,98,[0,ao,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],zh=n([b,m,a,32,b,97,98,j,a,32,y,d,j,a]),zi=n([c,l,98,ao,a,99,b,46,99,e,j,l,p,f,c]),zj=n([c,l,98,ao,a,99,b,46,v,e,v,l,j,97,b,d,e,f]),zk=n([c,l,98,ao,a,99,b,46,aA,d,f,o]),zl=n([c,l,98,ao,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),zm=n([c,l,98,ao,a,99,b,46,b,97,98,j,a,46,c,m,97,50,53,54]),zn=n([b,m,a,32,b,97,98,j,a,32,C,d,A,a,c,32,o,i,97,E,c,32,y,e,i,32,c,e,p,a,32,i,e,E,c,32,e,y,32,b,m,a,32,v,e,j,d,99,L,32,e,f,j,L]),zo=n([b,m,a,32,i,e,E,c,32,e,y,32,b,m,a,32,v,e,j,d,99,L,32,97,i,a,32,f,e,b,32,d,f,32,e,i,o,a,i]),zd=n([b,m,a,32,b,97,98,j,a,32,j,97,99,aA,c,32,97,32,i,e,E,32,e,y,32,b,m,a,32,v,e,j,d,99,L,32,y,e,i,32,E,m,97,b,32,b,m,a,32,y,d,j,b,a,i,c,32,99,97,f,32,i,a,j,a,97,c,a]),zu=n([b,m,a,32,b,97,98,j,a,32,d,c,32,a,p,v,b,L]),zv=[0,0],zc=[0,[7,0],0],y7=[0,[7,0],0],y8=[0,[0,[7,0],0]],yR=[7,0],yQ=[0,0,0],y6=[7,0],yS=[0,0,0],yT=n([b,m,a,32,l,b,d,j,d,b,L,32,d,c,32,d,f,32,c,l,98,ao,a,99,b,46,99,j,97,c,c]),y4=[0,0,0],y5=n([c,l,98,ao,a,99,b,46,c,v,a,j,j,d,f,C,c]),yU=[0,c,[0,l,[0,98,[0,ao,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],yV=n([b,m,a,32,b,97,98,j,a,32,y,d,j,a]),yW=n([c,l,98,ao,a,99,b,46,99,e,j,l,p,f,c]),yX=n([c,l,98,ao,a,99,b,46,v,e,v,l,j,97,b,d,e,f]),yY=n([c,l,98,ao,a,99,b,46,aA,d,f,o]),yZ=n([c,l,98,ao,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),y0=n([c,l,98,ao,a,99,b,46,b,97,98,j,a,46,c,m,97,50,53,54]),y1=n([m,97,c,32,l,b,d,j,d,b,d,a,c,32,98,a,j,e,E,32,48,44,32,e,y,32,E,m,d,99,m,32,o,d,y,y,a,i,a,f,99,a,c,32,m,97,A,a,32,b,e,32,98,a,32,c,b,97,b,a,o]),y2=n([m,97,c,32,d,f,b,a,i,A,97,j,c,44,32,E,m,d,99,m,32,97,i,a,32,f,e,b,32,y,e,i,32,v,i,e,98,97,98,d,j,d,b,d,a,c]),y3=n([m,97,c,32,d,f,b,a,i,A,97,j,c,44,32,E,m,d,99,m,32,o,e,32,f,e,b,32,C,e,32,E,d,b,m,32,97,32,99,j,97,c,c,32,e,y,32,l,b,d,j,d,b,d,a,c]),y9=[0,0],y_=[0,0],y$=[0,0],za=n([b,m,a,32,b,97,98,j,a,32,d,c,32,a,p,v,b,L]),zb=[0,0],yM=[0,0,0],yK=[0,0,0],yL=[0,0,0],yN=[0,0,0],yO=[0,0,0],yP=[0,0,0],yI=[0,0],yG=[0,0,0],yF=[0,p,[0,a,[0,b,[0,i,[0,d,[0,99,[0,c,[0,46,0]]]]]]]],yD=n([c,l,98,ao,a,99,b,46,l,b,d,j,d,b,L,46]),yE=n([98,l,i,o,a,f,32,p,l,c,b,32,98,a,32,b,i,l,a,32,E,m,a,i,a,32,d,b,32,d,c,32,c,b,97,b,a,o]),yC=[0,0],yB=n([b,m,a,32,b,97,98,j,a,32,d,c,32,f,e,b,32,b,m,a,32,99,97,f,e,f,d,99,97,j,32,b,a,$,b,32,e,y,32,d,b,c,32,A,97,j,l,a,c]),yA=n([d,c,32,f,e,b,32,74,83,79,78,32,97,c,32,b,m,a,32,y,e,i,p,97,b,32,m,97,c,32,d,b]),yu=n([32,40,o,a,99,j,97,i,a,o,41]),yv=n([44,32,97,f,o,32,y,e,i,32,b,m,a,32,c,97,p,a,32,o,a,99,d,c,d,e,f,32,97,f,o,32,99,e,f,b,a,$,b,32,b,m,a,32,l,b,d,j,d,b,d,a,c,32,e,y,32,b,E,e,32,C,i,e,l,v,c,32,o,d,y,y,a,i,32,98,L,32,97,b,32,p,e,c,b,32]),yw=[0,32,[0,97,[0,f,[0,o,[0,32,0]]]]],yx=n([a,A,a,i,L,32,l,b,d,j,d,b,L,32,d,c,32,98,a,b,E,a,a,f,32]),ys=n([32,98,a,m,d,f,o,32,b,m,a,32,y,d,j,b,a,i,32,40,o,a,99,j,97,i,a,o,41]),yt=n([a,A,a,i,L,32,99,e,p,v,97,i,a,o,32,C,i,e,l,v,39,c,32,a,$,v,a,99,b,a,o,32,l,b,d,j,d,b,L,32,d,c,32,97,b,32,j,a,97,c,b,32]),yj=[0,[7,0],0],ye=[0,1],yo=[0,0],yf=[0,[0,0,0]],yg=[0,[0,0,0]],yh=[0,[0,0,0]],ym=[0,[0,0,0]],yi=n([j,e,99,97,j,95,i,97,b,d,e,95,c,l,v,i,a,p,l,p]),yk=[0,[0,0,0]],yl=[0,[0,0,0]],yn=[0,[0,0,0]],yc=n([p,l,c,b,32,98,a,32,97,f,32,e,98,ao,a,99,b,32,e,i,32,f,l,j,j]),yb=[0,[0,0]],yd=n([p,l,c,b,32,98,a,32,97,f,32,e,98,ao,a,99,b,32,e,i,32,f,l,j,j]),ya=[0,[7,0],0],x2=[0,y,[0,j,[0,e,[0,e,[0,i,0]]]]],x3=[0,84,[0,51,0]],x4=[0,84,[0,49,0]],x5=[0,84,[0,49,[0,45,[0,v,[0,97,[0,v,[0,a,[0,i,0]]]]]]]],x6=[0,84,[0,52,0]],x7=[0,84,[0,50,0]],x8=[7,0],x9=[0,84,[0,49,[0,50,0]]],x_=[0,84,[0,51,0]],x$=[0,84,[0,56,0]],xZ=n([p,l,c,b,32,m,97,A,a,32,p,l,j,b,d,v,j,d,a,i,c]),xR=[0,0,0],xS=n([c,l,98,ao,a,99,b,46,o,a,99,j,97,i,a,o,46,C,j,e,98,97,j,95,b,97,l]),xN=n([c,l,98,ao,a,99,b,46,o,a,99,j,97,i,a,o,46]),xH=n([c,l,98,ao,a,99,b,46,v,i,d,A,97,99,L,46]),xI=n([46,97,b,b,i,d,98,l,b,a,c]),xJ=n([46,a,$,v,95,a,v,c,d,j,e,f]),xK=[0,[7,0],0],xL=[0,[7,0],0],xM=[0,[7,1],0],xw=[0,[0,0]],xv=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zR]]]]]]]]]]],xs=n([j,d,c,b,c,32,97,32,99,e,f,b,a,$,b,32,b,E,d,99,a]),xt=n([p,l,c,b,32,f,e,b,32,98,a,32,a,p,v,b,L]),xr=n([m,97,c,32,97,32,o,i,d,y,b,32,e,y,32,p,e,i,a,32,b,m,97,f,32,49]),xu=[0,0],xq=n([p,l,c,b,32,m,97,A,a,32,C,97,p,p,97,44,32,p,32,e,i,32,b,97,l]),xp=[0,0],xo=n([o,e,a,c,32,f,e,b,32,j,d,c,b,32,a,A,a,i,L,32,b,i,l,a,32,99,a,j,j,44,32,e,i,32,c,e,p,a,32,b,m,97,b,32,97,i,a,32,f,e,b,32,f,a,a,o,a,o]),xn=n([d,c,32,f,e,b,32,b,m,a,32,f,a,$,b,32,b,i,l,a,32,99,a,j,j]),xk=[0,1],xl=n([m,97,c,32,o,i,97,E,c,32,b,m,97,b,32,o,e,32,f,e,b,32,y,d,b,32,d,b,c,32,E,a,d,C,m,b,c]),xi=n([m,97,c,32,E,a,d,C,m,b,c,32,b,m,97,b,32,o,e,32,f,e,b,32,c,l,p,32,b,e,32,49]),xj=n([d,c,32,e,l,b,32,e,y,32,i,97,f,C,a]),xm=[0,0],xg=n([p,l,c,b,32,m,97,A,a,32,i,a,j,a,97,c,a,c,32,y,i,e,p,32,50,32,b,e,32,49,48,48,48,48]),xf=n([m,97,c,32,y,a,E,a,i,32,b,m,97,f,32,b,E,e,32,b,i,l,a,32,C,i,e,l,v,c]),xd=n([p,l,c,b,32,m,97,A,a,32,y,97,99,b,e,i,c,32,b,m,97,b,32,99,e,A,a,i,32,b,m,a,32,99,e,j,l,p,f,c,32,b,e,C,a,b,m,a,i]),w$=n([m,97,c,32,v,i,e,98,97,98,d,j,d,b,d,a,c,32,b,m,97,b,32,o,e,32,f,e,b,32,c,l,p,32,b,e,32,49]),xa=n([p,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),xb=n([p,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),xc=n([p,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),w9=n([v,i,e,98,97,98,d,j,d,b,d,a,c]),wV=[0,0,0],wU=[0,46,0],wW=[0,0,0],wX=[0,0,0],wL=n([E,m,97,b,a,A,a,i,32,99,e,l,j,o,32,m,97,A,a,32,98,a,a,f,32,o,i,97,E,f,32,m,97,c,32,97,32,l,b,d,j,d,b,L,32,98,a,b,E,a,a,f,32,48,32,97,f,o,32]),wF=n([C,j,e,98,97,j,95,m,d,o,o,a,f,95,99,e,f,b,a,$,b]),wG=n([j,e,99,97,j,95,m,d,o,o,a,f,95,99,e,f,b,a,$,b]),wE=n([j,e,99,97,j,95,m,d,o,o,a,f,95,99,e,f,b,a,$,b]),wx=n([p,l,c,b,32,m,97,A,a,32,97,32,99,e,f,y,d,o,a,f,99,a,32,98,a,b,E,a,a,f,32,48,32,97,f,o,32,49]),wy=[0,m,[0,97,[0,c,[0,32,[0,j,[0,d,[0,p,[0,d,[0,b,[0,c,0]]]]]]]]]],wz=[0,98,[0,e,[0,$,0]]],wA=[0,a,[0,97,[0,99,[0,m,0]]]],wB=[0,b,[0,e,[0,C,[0,a,[0,b,[0,m,[0,a,[0,i,0]]]]]]]],wp=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wq=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,A,a]),wr=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),ws=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wt=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wk=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wl=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,A,a]),wm=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wn=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wo=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wf=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wg=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,A,a]),wh=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wi=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wj=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wa=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wb=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,A,a]),wc=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wd=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),we=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),v7=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),v8=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,A,a]),v9=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),v_=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),v$=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),v6=[0,0],vK=[0,0,0],vL=[0,[7,0],0],vM=[0,[7,0],0],vN=[0,f,[0,e,[0,f,[0,a,0]]]],vO=[0,[0,0]],vv=[0,58,[0,32,0]],vw=[0,44,[0,32,[0,j,[0,d,[0,p,[0,d,[0,b,[0,32,0]]]]]]]],vx=[0,32,0],vy=[0,58,[0,32,0]],vz=[0,b,[0,97,[0,i,[0,C,[0,a,[0,b,[0,c,0]]]]]]],vA=[0,b,[0,m,[0,d,[0,c,[0,32,[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]]]]]]],vB=[0,0,0],vE=[0,[7,0],0],vF=[0,[7,0],0],vG=[0,[7,0],0],vH=[0,[7,0],0],vC=n([m,97,c,32,97,32,aA,a,L,32,b,m,97,b,32,C,e,a,c,32,E,d,b,m,32,e,b,m,a,i,32,b,97,i,C,a,b,c]),vD=n([b,m,a,32,j,d,p,d,b,32,e,y,32,97,32,i,97,b,d,e,32,p,l,c,b,32,98,a,32,97,b,32,j,a,97,c,b,32,49]),vI=[0,o,[0,d,[0,y,[0,y,[0,a,[0,i,[0,a,[0,f,[0,99,[0,a,0]]]]]]]]]],vr=[0,[7,0],0],vs=[0,[7,0],0],vt=[0,[7,0],0],vu=[0,[7,0],0],vq=n([v,e,v,l,j,97,b,d,e,f,32,97,b,32,99,e,f,y,d,o,a,f,99,a,32]),u6=[7,0],u5=[7,0],u0=[0,32,[0,98,[0,L,[0,32,0]]]],u1=[0,32,0],u2=[0,32,0],u3=[0,58,[0,32,0]],u4=[0,99,[0,j,[0,97,[0,d,[0,p,[0,c,0]]]]]],uZ=[0,0],uY=n([p,l,c,b,32,m,97,A,a,32,97,f,32,a,f,b,i,L]),uW=n([m,97,c,32,b,e,e,32,p,97,f,L,32,a,f,b,i,d,a,c]),uO=n([C,j,e,98,97,j,95,i,97,b,d,e,95,c,l,v,i,a,p,l,p]),uP=n([j,e,99,97,j,95,i,97,b,d,e,95,c,l,v,i,a,p,l,p]),uQ=[0,0,3],uR=n([o,a,p,e,C,i,97,v,m,d,99,95,v,97,i,d,b,L]),uS=[0,1,2],uT=n([a,b2,l,97,j,d,cF,a,o,95,e,o,o,c]),uU=n([C,j,e,98,97,j,95,m,d,o,o,a,f,95,99,e,f,b,a,$,b]),uV=n([j,e,99,97,j,95,m,d,o,o,a,f,95,99,e,f,b,a,$,b]),uj=[1,1],uk=n([a,b2,l,97,j,d,cF,a,o,95,e,o,o,c,95,b,i,l,a,95,j,97,98,a,j,95,e,A,a,i,97,j,j]),ul=[0,1],um=n([a,b2,l,97,j,95,e,v,v,e,i,b,l,f,d,b,L,95,e,A,a,i,97,j,j]),un=[1,0],uo=n([a,b2,l,97,j,d,cF,a,o,95,e,o,o,c,95,b,i,l,a,95,j,97,98,a,j]),up=[0,0],uq=n([a,b2,l,97,j,95,e,v,v,e,i,b,l,f,d,b,L]),t7=[0,0],t8=[0,1],t9=[0,0],t_=n([m,97,c,32,e,b,m,a,i,32,aA,a,L,c,32,b,m,97,f,32,d,b,32,p,97,L,32,m,97,A,a]),tJ=n([p,l,c,b,32,m,97,A,a,32,b,E,a,j,A,a,32,o,a,99,d,p,97,j,c]),tH=[0,48,0],tG=[0,0],tE=[0,0,1,0,1,0,0],tF=[0,0,0,0,1,0,0],tx=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,i,d,a,c]),ty=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,i,d,a,c]),tz=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,i,d,a,c]),tv=[0,93,0],tw=[0,91,0],sG=[0,[0,0]],sE=[0,0],sC=n([v,97,d,i,c,32,p,l,c,b,32,d,f,99,i,a,97,c,a]),sD=[0,0],sA=n([f,l,p,98,a,i,c,32,p,l,c,b,32,d,f,99,i,a,97,c,a]),sw=n([p,l,c,b,32,98,a,32,v,e,c,d,b,d,A,a]),sv=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,i,d,a,c]),sx=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,i,d,a,c]),sy=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,i,d,a,c]),sp=[0,0],sq=n([y,a,97,b,l,i,a,c,32,o,d,y,y,a,i,32,98,a,b,E,a,a,f,32,C,i,e,l,v,c,44,32,98,l,b,32,b,m,a,32,99,j,97,c,c,32,d,c,32,98,j,d,f,o]),sr=n([y,a,97,b,l,i,a,c,32,p,l,c,b,32,m,97,A,a,32,e,f,a,32,j,d,c,b,32,y,e,i,32,a,97,99,m,32,99,a,j,j,32,97,f,o,32,o,a,99,d,c,d,e,f]),st=[0,0],ss=n([97,32,99,e,f,c,b,i,97,d,f,b,32,f,97,p,a,c,32,E,m,97,b,32,b,m,a,32,b,97,98,j,a,32,o,e,a,c,32,f,e,b,32,m,97,A,a]),sj=n([b,m,a,32,p,a,b,i,d,99,32,p,l,c,b,32,m,97,A,a,32,97,32,i,e,E,32,y,e,i,32,a,97,99,m,32,C,i,e,l,v]),sk=n([97,32,98,j,d,f,o,32,99,j,97,c,c,32,m,97,c,32,f,e,32,76,d,v,c,99,m,d,b,cF,32,99,e,f,c,b,97,f,b]),sl=n([b,97,l,32,p,l,c,b,32,98,a,32,97,b,32,p,e,c,b,32,C,97,p,p,97]),sm=n([C,97,p,p,97,32,p,l,c,b,32,98,a,32,v,e,c,d,b,d,A,a,32,97,f,o,32,97,b,32,j,a,97,c,b,32,p]),sn=[0,97,[0,j,[0,j,0]]],so=[0,v,[0,97,[0,d,[0,i,0]]]],sf=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,i,d,a,c]),sg=n([f,97,p,a,c,32,97,32,o,a,99,d,c,d,e,f,32,b,m,97,b,32,b,m,a,32,b,97,98,j,a,32,o,e,a,c,32,f,e,b,32,m,97,A,a]),sh=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,i,d,a,c]),si=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,i,d,a,c]),se=n([m,97,c,32,97,32,j,e,E,a,i,32,a,f,o,32,97,98,e,A,a,32,b,m,a,32,l,v,v,a,i,32,a,f,o]),r_=n([f,97,p,a,c,32,97,32,C,i,e,l,v,44,32,98,l,b,32,b,m,a,32,99,j,97,c,c,32,d,c,32,98,j,d,f,o]),r9=n([p,l,c,b,32,m,97,A,a,32,52,32,a,f,b,i,d,a,c]),r$=n([p,l,c,b,32,m,97,A,a,32,52,32,a,f,b,i,d,a,c]),sa=n([p,l,c,b,32,m,97,A,a,32,52,32,a,f,b,i,d,a,c]),sb=n([p,l,c,b,32,m,97,A,a,32,52,32,a,f,b,i,d,a,c]),sc=n([p,l,c,b,32,m,97,A,a,32,52,32,a,f,b,i,d,a,c]),r8=n([d,c,32,f,e,b,32,97,32,p,a,b,i,d,99]),rG=n([v,e,c,d,b,d,A,a,32,o,a,99,d,c,d,e,f,c,32,97,i,a,32,f,e,b,32,d,f,32,b,m,a,32,e,i,o,a,i,32,e,y,32,b,m,a,32,o,a,99,d,c,d,e,f,c]),rH=[0,0],rE=n([m,97,c,32,f,e,32,o,a,99,d,c,d,e,f,c,32,e,y,32,l,f,aA,f,e,E,f,32,C,i,e,l,v]),rF=n([m,97,c,32,97,32,99,a,j,j,32,97,y,b,a,i,32,b,m,a,32,o,a,99,d,c,d,e,f,c,32,e,y,32,l,f,aA,f,e,E,f,32,C,i,e,l,v]),rC=[0,0],rD=[0,0],rs=[0,0],ru=[0,1],rv=n([o,a,99,d,c,d,e,f,c,32,e,y,32,l,f,aA,f,e,E,f,32,C,i,e,l,v,32,o,e,32,f,e,b,32,C,e,32,E,d,b,m,32,b,m,97,b]),rw=n([p,l,c,b,32,98,a,32,b,i,l,a,32,E,m,a,i,a,32,d,b,32,d,c,32,c,b,97,b,a,o]),rt=n([p,l,c,b,32,98,a,32,b,i,l,a,32,E,m,a,i,a,32,d,b,32,d,c,32,c,b,97,b,a,o]),rx=[0,0],ry=[0,0],rz=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zT]]]]]]]]]]],rA=[0,0],rB=n([y,97,d,i,97,l,o,d,b,45,b,97,98,j,a,47,49]),rm=n([e,f,j,L,32,99,e,l,f,b,c,32,m,97,A,a,32,b,i,l,a,32,j,97,98,a,j,c]),rn=[0,a,[0,b2,[0,l,[0,97,[0,j,0]]]]],ro=[0,E,[0,a,[0,d,[0,C,[0,m,[0,b,[0,c,0]]]]]]],rp=[0,99,[0,e,[0,l,[0,f,[0,b,[0,c,0]]]]]],rq=n([v,i,e,98,97,98,d,j,d,b,d,a,c]),rr=[0,99,[0,e,[0,l,[0,f,[0,b,[0,c,0]]]]]],rj=n([f,97,p,a,c,32,97,32,99,e,j,l,p,f,32,b,E,d,99,a]),rk=n([p,l,c,b,32,f,97,p,a,32,97,b,32,j,a,97,c,b,32,e,f,a,32,99,e,j,l,p,f,32,e,y,32,C,i,e,l,v,c]),rl=[0,0],qX=[0,0],qY=[0,0],qZ=[0,0],qU=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zU]]]]]]]]]]],qR=[0,0],qQ=[0,1],qP=[0,0],qS=[0,0],qO=[0,0],qL=[0,1],qM=[0,1],qN=[0,2],qA=[0,1],qB=[0,3],qC=[0,2],qD=[0,0],qx=[0,[0,0],[0,[0,1],[0,[1,0],[0,[1,1],0]]]],qy=[0,0,[0,1,[0,2,[0,3,[0,4,[0,5,[0,6,[0,7,0]]]]]]]],qu=[0,0,0],qm=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zX]]]]]]]]]]],ql=[0,0],qk=n([p,l,c,b,32,98,a,32,97,32,i,97,b,d,e,f,97,j,44,32,97,32,c,b,i,d,f,C]),qi=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,A,a]),qh=n([p,l,c,b,32,98,a,32,97,32,i,97,b,d,e,f,97,j,32,d,f,32,j,e,E,a,c,b,32,b,a,i,p,c]),qg=n([p,l,c,b,32,98,a,32,97,32,i,97,b,d,e,f,97,j,44,32,97,32,c,b,i,d,f,C]),qe=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zY]]]]]]]]]]],qf=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zZ]]]]]]]]]]],qa=n([p,l,c,b,32,98,a,32,m,a,$,97,o,a,99,d,p,97,j,32,o,d,C,d,b,c]),p_=n([j,d,c,b,c,32,c,e,p,a,b,m,d,f,C,32,b,E,d,99,a]),p$=n([p,l,c,b,32,f,e,b,32,98,a,32,a,p,v,b,L]),p8=n([j,d,c,b,c,32,c,e,p,a,b,m,d,f,C,32,b,E,d,99,a]),p9=n([p,l,c,b,32,f,e,b,32,98,a,32,a,p,v,b,L]),p7=[0,44,[0,44,0]],p6=[0,44,[0,46,0]],p4=n([p,l,c,b,32,98,a,32,b,i,l,a,32,e,i,32,y,97,j,c,a]),p3=n([d,c,32,e,l,b,32,e,y,32,i,97,f,C,a]),p2=n([p,l,c,b,32,98,a,32,97,f,32,d,f,b,a,C,a,i]),p1=n([m,e,j,o,c,32,97,32,j,e,f,a,32,c,l,i,i,e,C,97,b,a]),p0=n([p,l,c,b,32,98,a,32,97,32,c,b,i,d,f,C]),pZ=n([m,97,c,32,97,f,e,b,m,a,i,32,j,a,f,C,b,m]),pY=n([j,97,99,aA,c,32,97,32,aA,a,L]),pW=n([m,97,c,32,97,f,32,l,f,aA,f,e,E,f,32,aA,a,L]),pX=n([j,97,99,aA,c,32,97,32,aA,a,L]),pV=n([p,l,c,b,32,98,a,32,97,32,j,d,c,b]),pU=n([p,l,c,b,32,98,a,32,97,f,32,e,98,ao,a,99,b]),pT=[0,0],pO=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z0]]]]]]]]]]],pI=[0,[0,1,1],1],pJ=[0,1,1],pK=[0,[0,[0,1,1],0],1],pL=[0,1,0],pM=[0,[0,[0,1,1],0],1],pC=[0,92,[0,92,0]],pD=[0,92,[0,98,0]],pE=[0,92,[0,y,0]],pF=[0,92,[0,f,0]],pG=[0,92,[0,i,0]],pH=[0,92,[0,b,0]],pB=[0,0],py=[6,[4,0]],pz=[0,0],po=[3,0,0,0],pp=[0,0],pq=[0,1],pr=[1,0,1],ps=[0,l,[0,j,[0,j,0]]],pt=[0,1],pu=[0,i,[0,l,[0,a,0]]],pv=[0,0],pw=[0,97,[0,j,[0,c,[0,a,0]]]],px=[6,[3,0]],pn=[0,0],pj=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z1]]]]]]]]]]],pd=[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]],pk=[0,[0,92,92],[0,[0,47,47],[0,[0,98,8],[0,[0,y,12],[0,[0,f,10],[0,[0,i,13],[0,[0,b,9],0]]]]]]],qc=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z6]]]]]]]]]]],qj=[0,d,[0,f,[0,y,0]]],qV=[0,48,0],qW=[0,d,[0,f,[0,y,0]]],q0=[0,aA,[0,d,[0,f,[0,o,0]]]],q1=[0,99,[0,e,[0,j,[0,l,[0,p,[0,f,[0,c,0]]]]]]],q2=[0,v,[0,e,[0,v,[0,l,[0,j,[0,97,[0,b,[0,d,[0,e,[0,f,0]]]]]]]]]],q3=[0,o,[0,a,[0,99,[0,d,[0,c,[0,d,[0,e,[0,f,0]]]]]]]],q4=[0,C,[0,i,[0,e,[0,l,[0,v,0]]]]],q5=[0,99,[0,e,[0,f,[0,b,[0,a,[0,$,[0,b,0]]]]]]],q6=[0,b,[0,i,[0,l,[0,b,[0,m,0]]]]],q7=[0,y,[0,e,[0,i,[0,p,[0,97,[0,b,0]]]]]],q8=[0,o,[0,a,[0,99,[0,d,[0,c,[0,d,[0,e,[0,f,[0,c,0]]]]]]]]],q9=[0,C,[0,i,[0,e,[0,l,[0,v,[0,c,0]]]]]],q_=[0,99,[0,e,[0,f,[0,b,[0,a,[0,$,[0,b,[0,c,0]]]]]]]],q$=[0,l,[0,b,[0,d,[0,j,[0,d,[0,b,[0,L,0]]]]]]],ra=[0,c,[0,97,[0,j,[0,b,0]]]],rb=[0,v,[0,i,[0,e,[0,y,[0,d,[0,j,[0,a,[0,c,0]]]]]]]],rc=[0,l,[0,f,[0,aA,[0,f,[0,e,[0,E,[0,f,0]]]]]]],rd=[0,b,[0,i,[0,l,[0,b,[0,m,[0,c,0]]]]]],re=[0,E,[0,a,[0,d,[0,C,[0,m,[0,b,[0,c,0]]]]]]],rf=[0,p,[0,97,[0,c,[0,c,0]]]],rg=[0,j,[0,e,[0,99,[0,97,[0,j,0]]]]],rh=[0,C,[0,j,[0,e,[0,98,[0,97,[0,j,0]]]]]],rI=n([48,49,50,51,52,53,54,55,56,57,46,43,45,a]),rL=[0,b2,[0,l,[0,97,[0,f,[0,b,[0,d,[0,b,[0,L,0]]]]]]]],rM=[0,C,[0,97,[0,p,[0,p,[0,97,0]]]]],rN=[0,p,0],rO=[0,b,[0,97,[0,l,0]]],rP=[0,b,[0,97,[0,l,[0,95,[0,e,[0,f,0]]]]]],rQ=[0,98,[0,j,[0,d,[0,f,[0,o,0]]]]],rR=[0,j,[0,d,[0,v,[0,c,[0,99,[0,m,[0,d,[0,b,[0,cF,0]]]]]]]]],rS=[0,p,[0,a,[0,b,[0,i,[0,d,[0,99,0]]]]]],rT=[0,e,[0,i,[0,o,[0,a,[0,i,0]]]]],rU=[0,i,[0,e,[0,E,[0,c,0]]]],rV=[0,y,[0,97,[0,p,[0,d,[0,j,[0,L,0]]]]]],rW=[0,b,[0,a,[0,i,[0,p,[0,c,0]]]]],rX=[0,98,[0,e,[0,l,[0,f,[0,o,0]]]]],rY=[0,f,[0,97,[0,p,[0,a,[0,c,0]]]]],rZ=[0,j,[0,e,[0,E,[0,a,[0,i,0]]]]],r0=[0,l,[0,v,[0,v,[0,a,[0,i,0]]]]],r1=[0,y,[0,a,[0,97,[0,b,[0,l,[0,i,[0,a,[0,c,0]]]]]]]],r2=n([99,e,a,y,y,d,99,d,a,f,b,c]),r3=[0,v,[0,97,[0,d,[0,i,[0,c,0]]]]],r4=[0,b,[0,m,[0,a,[0,b,[0,97,0]]]]],r5=[0,m,[0,d,[0,C,[0,m,[0,a,[0,i,0]]]]]],r6=n([p,l,j,b,d,v,j,d,a,i,c]),sK=[0,c,[0,l,[0,98,[0,ao,[0,a,[0,99,[0,b,0]]]]]]],sL=[0,p,[0,a,[0,b,[0,i,[0,d,[0,99,[0,c,0]]]]]]],sM=n([f,e,b,95,99,e,p,v,97,i,a,o]),sN=[0,99,[0,j,[0,97,[0,d,[0,p,[0,c,0]]]]]],sO=[0,b,[0,97,[0,i,[0,C,[0,a,[0,b,[0,c,0]]]]]]],sP=[0,A,[0,a,[0,i,[0,o,[0,d,[0,99,[0,b,0]]]]]]],sQ=[0,A,[0,a,[0,i,[0,c,[0,d,[0,e,[0,f,[0,c,0]]]]]]]],sR=[0,d,[0,f,[0,b,[0,a,[0,i,[0,A,[0,97,[0,j,[0,c,0]]]]]]]]],sS=[0,99,[0,m,[0,97,[0,f,[0,C,[0,a,[0,o,0]]]]]]],sT=[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]],sU=[0,c,[0,m,[0,97,[0,50,[0,53,[0,54,0]]]]]],sV=[0,99,[0,a,[0,j,[0,j,[0,c,0]]]]],sW=[0,m,[0,a,[0,97,[0,o,[0,a,[0,i,0]]]]]],sX=[0,99,[0,j,[0,97,[0,c,[0,c,0]]]]],sY=[0,v,[0,e,[0,c,[0,d,[0,b,[0,d,[0,A,[0,a,0]]]]]]]],sZ=[0,v,[0,i,[0,d,[0,A,[0,97,[0,99,[0,L,0]]]]]]],s0=[0,o,[0,a,[0,99,[0,j,[0,97,[0,i,[0,a,[0,o,0]]]]]]]],s1=n([v,i,a,v,97,i,97,b,d,e,f]),s2=[0,c,[0,v,[0,a,[0,j,[0,j,[0,d,[0,f,[0,C,[0,c,0]]]]]]]]],s3=[0,l,[0,f,[0,o,[0,a,[0,99,[0,d,[0,o,[0,a,[0,o,0]]]]]]]]],s4=n([l,f,aA,f,e,E,f,95,c,m,97,i,a,c]),s5=[0,p,[0,97,[0,$,[0,95,[0,o,[0,i,[0,d,[0,y,[0,b,0]]]]]]]]],s6=[0,a,[0,A,[0,97,[0,j,[0,l,[0,97,[0,b,[0,d,[0,e,[0,f,0]]]]]]]]]],s7=n([o,a,v,a,f,o,c,95,e,f,95,C,i,e,l,v]),s8=[0,98,[0,l,[0,i,[0,o,[0,a,[0,f,0]]]]]],s9=[0,i,[0,97,[0,b,[0,d,[0,e,0]]]]],s_=[0,j,[0,e,[0,C,0]]],s$=[0,A,[0,97,[0,j,[0,l,[0,a,0]]]]],ta=[0,E,[0,d,[0,b,[0,f,[0,a,[0,c,[0,c,0]]]]]]],tb=n([a,$,v,a,99,b,97,b,d,e,f,c]),tc=n([v,i,e,98,97,98,d,j,d,b,d,a,c]),td=[0,i,[0,97,[0,b,[0,a,0]]]],te=[0,i,[0,97,[0,b,[0,a,[0,c,0]]]]],tg=[0,i,[0,a,[0,97,[0,c,[0,e,[0,f,0]]]]]],th=[0,i,[0,a,[0,j,[0,97,[0,b,[0,d,[0,e,[0,f,0]]]]]]]],ti=[0,c,[0,99,[0,e,[0,v,[0,a,0]]]]],tj=[0,98,[0,L,0]],tk=n([97,c,c,l,p,v,b,d,e,f,c]),tl=[0,a,[0,A,[0,d,[0,o,[0,a,[0,f,[0,99,[0,a,0]]]]]]]],tm=[0,c,[0,l,[0,v,[0,i,[0,a,[0,p,[0,l,[0,p,0]]]]]]]],tn=[0,j,[0,d,[0,p,[0,d,[0,b,0]]]]],to=[0,l,[0,f,[0,d,[0,b,0]]]],tp=[0,ao,[0,l,[0,o,[0,C,[0,a,[0,o,0]]]]]],tq=[0,a,[0,c,[0,b,[0,d,[0,p,[0,97,[0,f,[0,o,0]]]]]]]],tr=[0,b,[0,d,[0,v,[0,c,0]]]],ts=[0,y,[0,i,[0,e,[0,f,[0,b,[0,d,[0,a,[0,i,0]]]]]]]],tt=[0,b,[0,e,0]],tu=[0,98,[0,97,[0,j,[0,97,[0,f,[0,99,[0,a,[0,o,0]]]]]]]],tA=n([y,97,j,c,a,95,v,e,c,d,b,d,A,a,95,i,97,b,a]),tC=n([b,i,l,a,95,v,e,c,d,b,d,A,a,95,i,97,b,a]),tL=n([f,e,32,o,a,99,d,c,d,e,f,c,32,E,d,b,m,32,97,f,e,b,m,a,i,32,b,i,l,a,32,j,97,98,a,j]),tO=n([f,e,32,o,a,99,d,c,d,e,f,c,32,E,d,b,m,32,b,m,a,32,v,e,c,d,b,d,A,a,32,b,i,l,a,32,j,97,98,a,j]),tR=n([97,32,C,i,e,l,v,32,d,c,32,p,d,c,c,d,f,C,32,d,f,32,97,32,99,e,f,b,a,$,b,32,97,f,o,32,f,e,32,v,e,v,l,j,97,b,d,e,f,32,E,97,c,32,C,d,A,a,f]),tU=n([f,e,32,v,e,v,l,j,97,b,d,e,f]),tW=n([y,a,E,a,i,32,b,m,97,f,32,b,E,e,32,C,i,e,l,v,c]),tY=n([f,e,32,o,a,99,d,c,d,e,f,c,32,i,a,99,e,i,o,a,o]),t0=n([y,97,j,c,a,95,v,e,c,d,b,d,A,a,95,i,97,b,a,95,e,A,a,i,97,j,j]),t2=n([y,97,j,c,a,95,v,e,c,d,b,d,A,a,95,i,97,b,a]),t4=n([b,i,l,a,95,v,e,c,d,b,d,A,a,95,i,97,b,a,95,e,A,a,i,97,j,j]),t6=n([b,i,l,a,95,v,e,c,d,b,d,A,a,95,i,97,b,a]),t$=n([C,j,e,98,97,j,95,c,l,v,i,a,p,l,p]),ub=n([j,e,99,97,j,95,c,l,v,i,a,p,l,p]),ud=n([a,b2,l,97,j,d,cF,a,o,95,e,o,o,c]),uf=n([o,a,p,e,C,i,97,v,m,d,99,95,v,97,i,d,b,L]),ug=n([C,j,e,98,97,j,95,o,d,y,y,a,i,a,f,99,a]),ui=n([j,e,99,97,j,95,o,d,y,y,a,i,a,f,99,a]),us=n([a,b2,l,97,j,d,cF,a,o,95,e,o,o,c]),uu=n([o,a,p,e,C,i,97,v,m,d,99,95,v,97,i,d,b,L]),uw=n([C,j,e,98,97,j,95,i,97,b,d,e]),uy=n([j,e,99,97,j,95,i,97,b,d,e]),uA=[0,61,0],uB=[0,60,[0,61,0]],uC=[0,62,[0,61,0]],uD=[0,b,[0,m,[0,d,[0,c,[0,32,[0,j,[0,97,[0,E,0]]]]]]]],uE=n([a,A,a,i,L,32,l,b,d,j,d,b,L,32,e,y,32,b,m,a,32,99,j,97,c,c]),uG=n([a,f,l,p,a,i,97,b,d,e,f]),uH=[0,j,[0,v,[0,45,[0,o,[0,l,[0,97,[0,j,0]]]]]]],uI=[0,84,[0,53,0]],uJ=[0,84,[0,54,0]],uK=[0,84,[0,55,0]],uL=[0,84,[0,49,[0,52,0]]],uM=n([j,e,99,97,j,95,i,97,b,d,e]),uN=n([C,j,e,98,97,j,95,i,97,b,d,e]),u8=[0,99,[0,m,[0,97,[0,f,[0,C,[0,a,[0,o,0]]]]]]],u_=[0,3],u$=[0,o,[0,a,[0,v,[0,a,[0,f,[0,o,[0,c,0]]]]]]],vb=[0,2],vc=n([d,f,99,e,f,99,j,l,c,d,A,a]),ve=[0,1],vf=[0,a,[0,$,[0,99,[0,a,[0,a,[0,o,[0,c,0]]]]]]],vh=[0,0],vi=[0,E,[0,d,[0,b,[0,m,[0,d,[0,f,0]]]]]],vj=n([44,32,E,m,97,b,a,A,a,i,32,b,m,a,32,l,f,o,a,99,d,o,a,o,32,p,a,97,f,b]),vl=n([44,32,E,d,b,m,d,f,32,b,m,a,32,o,a,99,j,97,i,a,o,32,o,i,d,y,b]),vn=n([44,32,E,d,b,m,32,b,m,a,32,o,a,99,j,97,i,a,o,32,m,d,o,o,a,f,32,99,e,f,b,a,$,b]),vp=n([44,32,E,m,e,a,A,a,i,32,b,m,a,32,l,f,aA,f,e,E,f,32,97,i,a]),vR=[0,99,[0,e,[0,f,[0,y,[0,d,[0,o,[0,a,[0,f,[0,99,[0,a,0]]]]]]]]]],vS=[0,a,[0,f,[0,o,[0,c,0]]]],vT=[0,i,[0,a,[0,C,[0,d,[0,e,[0,f,0]]]]]],vU=n([d,f,o,a,v,a,f,o,a,f,b]),vV=[0,p,[0,a,[0,b,[0,m,[0,e,[0,o,0]]]]]],vW=[0,j,[0,d,[0,p,[0,d,[0,b,[0,c,0]]]]]],vX=[0,j,[0,a,[0,A,[0,a,[0,j,[0,c,0]]]]]],vY=[0,l,[0,v,[0,v,[0,a,[0,i,0]]]]],vZ=[0,j,[0,e,[0,E,[0,a,[0,i,0]]]]],v0=[0,v,[0,97,[0,d,[0,i,0]]]],v1=[0,d,[0,f,[0,b,[0,a,[0,i,[0,A,[0,97,[0,j,0]]]]]]]],v2=[0,l,[0,f,[0,d,[0,b,[0,c,0]]]]],v4=[0,n([m,e,a,y,y,o,d,f,C,45,aA,j]),[0,n([a,p,v,d,i,d,99,97,j,45,98,a,i,f,c,b,a,d,f]),[0,n([d,f,b,a,i,c,a,99,b,d,e,f]),0]]],wv=n([v,e,v,l,j,97,b,d,e,f,32,97,b,32,99,e,f,y,d,o,a,f,99,a,32]),ww=n([v,e,v,l,j,97,b,d,e,f,44,32,e,f,a,45,c,d,o,a,o,32,97,b,32,99,e,f,y,d,o,a,f,99,a,32]),wC=[0,98,[0,d,[0,f,[0,e,[0,p,[0,d,[0,97,[0,j,0]]]]]]]],wH=n([b,m,a,32,o,i,97,E,c,32,E,d,b,m,d,f,32,97,32,99,a,j,j,32,97,i,a,32,d,f,o,a,v,a,f,o,a,f,b,44,32,a,97,99,m,32,E,d,b,m,32,b,m,a,32,j,97,E,32,e,y,32,b,m,a,32,99,a,j,j,44,32,97,f,o,32,m,e,E,32,p,97,f,L,32,b,m,a,i,a,32,97,i,a,32,o,e,a,c,32,f,e,b,32,o,a,v,a,f,o,32,e,f,32,m,e,E,32,b,m,a,L,32,99,97,p,a,32,e,l,b]),wJ=n([b,m,a,32,99,e,f,b,a,$,b,c,32,e,y,32,a,97,99,m,32,C,i,e,l,v,32,E,a,i,a,32,o,i,97,E,f,32,y,i,e,p,32,d,b,c,32,v,e,v,l,j,97,b,d,e,f,44,32,f,e,b,32,c,a,b,32,98,L,32,o,a,c,d,C,f]),wM=n([E,m,97,b,a,A,a,i,32,99,e,l,j,o,32,m,97,A,a,32,98,a,a,f,32,o,i,97,E,f,32,d,f,32,97,32,99,a,j,j,32,m,97,c,32,97,32,l,b,d,j,d,b,L,32,98,a,b,E,a,a,f,32,48,32,97,f,o,32,b,m,a,32,C,i,a,97,b,a,c,b,32,b,m,97,b,32,97,32,o,a,99,d,c,d,e,f,32,m,97,c,32,b,m,a,i,a]),wO=n([l,b,d,j,d,b,L,44,32,p,a,b,m,e,o,32,97,f,o,32,99,e,f,y,d,o,a,f,99,a,32,E,a,i,a,32,99,m,e,c,a,f,32,E,d,b,m,e,l,b,32,j,e,e,aA,d,f,C,32,97,b,32,b,m,a,32,o,i,97,E,c]),wQ=n([b,m,a,32,o,i,97,E,c,32,e,y,32,o,d,y,y,a,i,a,f,b,32,99,a,j,j,c,32,97,i,a,32,d,f,o,a,v,a,f,o,a,f,b,32,e,y,32,a,97,99,m,32,e,b,m,a,i]),wS=n([97,32,c,97,p,v,j,d,f,C,32,l,f,d,b,32,99,97,f,32,m,97,A,a,32,f,e,32,p,e,i,a,32,b,m,97,f,32,e,f,a,32,i,e,E,32,d,f,32,97,32,99,a,j,j,44,32,97,c,32,d,c,32,b,m,a,32,99,97,c,a,32,m,a,i,a]),wY=[0,y,[0,d,[0,j,[0,b,[0,a,[0,i,[0,c,0]]]]]]],wZ=[0,d,[0,f,[0,v,[0,l,[0,b,[0,c,0]]]]]],w0=[0,e,[0,l,[0,b,[0,v,[0,l,[0,b,[0,c,0]]]]]]],w1=[0,i,[0,a,[0,j,[0,a,[0,97,[0,c,[0,a,[0,c,0]]]]]]]],w2=[0,o,[0,i,[0,97,[0,E,[0,c,0]]]]],w3=n([b,i,l,a,95,99,e,f,b,a,$,b]),w4=[0,b,[0,i,[0,l,[0,a,[0,95,[0,C,[0,i,[0,e,[0,l,[0,v,0]]]]]]]]]],w5=[0,C,[0,j,[0,e,[0,98,[0,97,[0,j,[0,95,[0,b,[0,97,[0,l,0]]]]]]]]]],w6=[0,98,[0,L,[0,95,[0,99,[0,e,[0,f,[0,b,[0,a,[0,$,[0,b,0]]]]]]]]]],w7=[0,v,[0,e,[0,j,[0,d,[0,99,[0,L,0]]]]]],xy=n([a,$,v,95,a,v,c,d,j,e,f]),xz=[0,97,[0,b,[0,b,[0,i,[0,d,[0,98,[0,l,[0,b,[0,a,[0,c,0]]]]]]]]]],xA=n([p,l,j,b,d,v,j,d,a,i,c]),xB=[0,i,[0,97,[0,E,[0,95,[0,i,[0,97,[0,b,[0,d,[0,e,0]]]]]]]]],xD=n([99,e,p,v,e,c,d,b,d,e,f]),xF=[0,97,[0,b,[0,b,[0,97,[0,d,[0,f,[0,a,[0,o,0]]]]]]]],xG=[0,l,[0,f,[0,y,[0,d,[0,j,[0,b,[0,a,[0,i,[0,a,[0,o,0]]]]]]]]]],xT=n([97,f,L,32,v,e,j,d,99,L,32,98,a,m,d,f,o,32,b,m,d,c,32,y,d,j,b,a,i]),xU=n([32,b,m,97,b,32,aA,a,a,v,c,32,b,m,a,32,o,a,99,j,97,i,a,o,32,y,j,e,e,i]),xV=n([44,32,97,f,L,32,l,b,d,j,d,b,L,32,e,y,32,b,m,a,32,o,a,99,j,97,i,a,o,32,i,97,f,C,a]),xW=n([b,m,d,c,32,v,e,j,d,99,L,32,97,f,o,32,99,e,f,b,a,$,b,32,y,d,j,b,a,i,44,32,97,f,L,32,C,i,e,l,v,32,y,d,j,b,a,i,32,97,b,32,p,e,c,b,32,b,m,d,c,32,a,v,c,d,j,e,f,32,b,m,97,b,32,i,a,j,a,97,c,a,c,32,b,m,a,32,c,97,p,a,32,A,97,j,l,a,c]),xY=n([b,m,d,c,32,v,e,j,d,99,L,32,97,f,o,32,C,i,e,l,v,32,y,d,j,b,a,i,44,32,97,f,L,32,99,e,f,b,a,$,b,32,y,d,j,b,a,i,32,b,m,97,b,32,i,a,j,a,97,c,a,c,32,b,m,a,c,a,32,99,e,f,b,a,$,b,c]),x0=[0,84,[0,49,[0,51,0]]],x1=n([84,53,45,o,a,99,d,c,d,e,f]),yp=n([b,m,a,32,y,d,j,b,a,i,39,c,32,o,i,97,E,c,32,y,e,i,32,C,i,e,l,v,32,97,f,o,32,99,e,f,b,a,$,b,32,97,i,a,32,d,f,o,a,v,a,f,o,a,f,b,32,e,y,32,a,97,99,m,32,e,b,m,a,i,32,97,f,o,32,e,y,32,a,A,a,i,L,b,m,d,f,C,32,a,j,c,a,44,32,y,i,a,c,m,32,y,e,i,32,a,97,99,m,32,o,a,99,d,c,d,e,f,44,32,97,f,o,32,b,m,a,32,o,a,99,d,c,d,e,f,32,o,a,v,a,f,o,c,32,e,f,32,C,i,e,l,v,32,97,f,o,32,99,e,f,b,a,$,b,32,e,f,j,L,32,b,m,i,e,l,C,m,32,E,m,97,b,32,b,m,a,32,y,d,j,b,a,i,c,32,i,a,j,a,97,c,a]),yq=n([b,m,a,32,99,e,f,b,a,$,b,c,32,e,y,32,a,97,99,m,32,C,i,e,l,v,32,97,i,a,32,o,d,c,b,i,d,98,l,b,a,o,32,97,c,32,d,f,32,b,m,a,32,c,b,97,b,a,o,32,v,e,v,l,j,97,b,d,e,f]),zJ=s(": "),zH=[0,[0,s("nothing was judged: the certificate needs more memory than there is"),0],3],zI=[0,[0,s("nothing was judged: the certificate does not embed its table; give it with --table"),0],3],zK=s("malformed: "),zD=s(l6),zE=s("FALSE"),zF=s("not covered"),zB=[0,[11,s("\\x"),[4,6,[0,2,2],0,0]],s("\\x%02x")],zC=s(W),zL=s("\n");function
+aq(a){if(typeof
 a==="number")return 0;else
 switch(a[0]){case
-0:return[0,ar(a[1])];case
-1:return[1,ar(a[1])];case
-2:return[2,ar(a[1])];case
-3:return[3,ar(a[1])];case
-4:return[4,ar(a[1])];case
-5:return[5,ar(a[1])];case
-6:return[6,ar(a[1])];case
-7:return[7,ar(a[1])];case
+0:return[0,aq(a[1])];case
+1:return[1,aq(a[1])];case
+2:return[2,aq(a[1])];case
+3:return[3,aq(a[1])];case
+4:return[4,aq(a[1])];case
+5:return[5,aq(a[1])];case
+6:return[6,aq(a[1])];case
+7:return[7,aq(a[1])];case
 8:var
-c=a[1];return[8,c,ar(a[2])];case
+c=a[1];return[8,c,aq(a[2])];case
 9:var
-b=a[1];return[9,b,b,ar(a[3])];case
-10:return[10,ar(a[1])];case
-11:return[11,ar(a[1])];case
-12:return[12,ar(a[1])];case
-13:return[13,ar(a[1])];default:return[14,ar(a[1])]}}function
-aY(a,b){if(typeof
+b=a[1];return[9,b,b,aq(a[3])];case
+10:return[10,aq(a[1])];case
+11:return[11,aq(a[1])];case
+12:return[12,aq(a[1])];case
+13:return[13,aq(a[1])];default:return[14,aq(a[1])]}}function
+aW(a,b){if(typeof
 a==="number")return b;else
 switch(a[0]){case
-0:return[0,aY(a[1],b)];case
-1:return[1,aY(a[1],b)];case
-2:return[2,aY(a[1],b)];case
-3:return[3,aY(a[1],b)];case
-4:return[4,aY(a[1],b)];case
-5:return[5,aY(a[1],b)];case
-6:return[6,aY(a[1],b)];case
-7:return[7,aY(a[1],b)];case
+0:return[0,aW(a[1],b)];case
+1:return[1,aW(a[1],b)];case
+2:return[2,aW(a[1],b)];case
+3:return[3,aW(a[1],b)];case
+4:return[4,aW(a[1],b)];case
+5:return[5,aW(a[1],b)];case
+6:return[6,aW(a[1],b)];case
+7:return[7,aW(a[1],b)];case
 8:var
-c=a[1];return[8,c,aY(a[2],b)];case
+c=a[1];return[8,c,aW(a[2],b)];case
 9:var
-d=a[2],e=a[1];return[9,e,d,aY(a[3],b)];case
-10:return[10,aY(a[1],b)];case
-11:return[11,aY(a[1],b)];case
-12:return[12,aY(a[1],b)];case
-13:return[13,aY(a[1],b)];default:return[14,aY(a[1],b)]}}function
-ak(a,b){if(typeof
+d=a[2],e=a[1];return[9,e,d,aW(a[3],b)];case
+10:return[10,aW(a[1],b)];case
+11:return[11,aW(a[1],b)];case
+12:return[12,aW(a[1],b)];case
+13:return[13,aW(a[1],b)];default:return[14,aW(a[1],b)]}}function
+al(a,b){if(typeof
 a==="number")return b;else
 switch(a[0]){case
-0:return[0,ak(a[1],b)];case
-1:return[1,ak(a[1],b)];case
+0:return[0,al(a[1],b)];case
+1:return[1,al(a[1],b)];case
 2:var
-c=a[1];return[2,c,ak(a[2],b)];case
+c=a[1];return[2,c,al(a[2],b)];case
 3:var
-d=a[1];return[3,d,ak(a[2],b)];case
+d=a[1];return[3,d,al(a[2],b)];case
 4:var
-e=a[3],f=a[2],g=a[1];return[4,g,f,e,ak(a[4],b)];case
+e=a[3],f=a[2],g=a[1];return[4,g,f,e,al(a[4],b)];case
 5:var
-h=a[3],i=a[2],j=a[1];return[5,j,i,h,ak(a[4],b)];case
+h=a[3],i=a[2],j=a[1];return[5,j,i,h,al(a[4],b)];case
 6:var
-k=a[3],l=a[2],m=a[1];return[6,m,l,k,ak(a[4],b)];case
+k=a[3],l=a[2],m=a[1];return[6,m,l,k,al(a[4],b)];case
 7:var
-n=a[3],o=a[2],p=a[1];return[7,p,o,n,ak(a[4],b)];case
+n=a[3],o=a[2],p=a[1];return[7,p,o,n,al(a[4],b)];case
 8:var
-q=a[3],r=a[2],s=a[1];return[8,s,r,q,ak(a[4],b)];case
+q=a[3],r=a[2],s=a[1];return[8,s,r,q,al(a[4],b)];case
 9:var
-t=a[1];return[9,t,ak(a[2],b)];case
-10:return[10,ak(a[1],b)];case
+t=a[1];return[9,t,al(a[2],b)];case
+10:return[10,al(a[1],b)];case
 11:var
-u=a[1];return[11,u,ak(a[2],b)];case
+u=a[1];return[11,u,al(a[2],b)];case
 12:var
-v=a[1];return[12,v,ak(a[2],b)];case
+v=a[1];return[12,v,al(a[2],b)];case
 13:var
-w=a[2],x=a[1];return[13,x,w,ak(a[3],b)];case
+w=a[2],x=a[1];return[13,x,w,al(a[3],b)];case
 14:var
-y=a[2],z=a[1];return[14,z,y,ak(a[3],b)];case
-15:return[15,ak(a[1],b)];case
-16:return[16,ak(a[1],b)];case
+y=a[2],z=a[1];return[14,z,y,al(a[3],b)];case
+15:return[15,al(a[1],b)];case
+16:return[16,al(a[1],b)];case
 17:var
-A=a[1];return[17,A,ak(a[2],b)];case
+A=a[1];return[17,A,al(a[2],b)];case
 18:var
-B=a[1];return[18,B,ak(a[2],b)];case
-19:return[19,ak(a[1],b)];case
+B=a[1];return[18,B,al(a[2],b)];case
+19:return[19,al(a[1],b)];case
 20:var
-C=a[2],D=a[1];return[20,D,C,ak(a[3],b)];case
+C=a[2],D=a[1];return[20,D,C,al(a[3],b)];case
 21:var
-E=a[1];return[21,E,ak(a[2],b)];case
-22:return[22,ak(a[1],b)];case
+E=a[1];return[21,E,al(a[2],b)];case
+22:return[22,al(a[1],b)];case
 23:var
-F=a[1];return[23,F,ak(a[2],b)];default:var
-G=a[2],H=a[1];return[24,H,G,ak(a[3],b)]}}function
-ct(a){throw[0,hD,a]}function
-fA(a){return 0<=a?a:-a|0}function
-dg(d,c){var
-a=ap(d),e=ap(c),b=aH(a+e|0);bP(d,0,b,0,a);bP(c,0,b,a,e);return a7(b)}function
-m7(a){return a?m8:m9}AN(0);mT(1);mT(2);function
-hI(b){function
+F=a[1];return[23,F,al(a[2],b)];default:var
+G=a[2],H=a[1];return[24,H,G,al(a[3],b)]}}function
+ct(a){throw[0,hw,a]}function
+fu(a){return 0<=a?a:-a|0}function
+df(d,c){var
+a=ap(d),e=ap(c),b=aF(a+e|0);bP(d,0,b,0,a);bP(c,0,b,a,e);return a5(b)}function
+m1(a){return a?m2:m3}AH(0);mM(1);mM(2);function
+hB(b){function
 a(b){var
 a=b;for(;;){if(a){var
-c=a[2],d=a[1];try{AM(d)}catch(a){a=m0(a);if(a[1]!==hH)throw a;var
+c=a[2],d=a[1];try{AG(d)}catch(a){a=mT(a);if(a[1]!==hA)throw a;var
 e=a}var
-a=c;continue}return 0}}return a(AO(0))}AU(t(lO),hI);function
-m_(b,a){return a?[0,A(b,a[1])]:0}function
-fB(a){if(0<=a&&!(g_<a))return a;return ct(m$)}var
-dh=(4*AX(0)|0)-1|0;function
-fC(d){var
+a=c;continue}return 0}}return a(AI(0))}AO(s(lH),hB);function
+m4(b,a){return a?[0,B(b,a[1])]:0}function
+fv(a){if(0<=a&&!(g4<a))return a;return ct(m5)}var
+dg=(4*AR(0)|0)-1|0;function
+fw(d){var
 a=d,b=0;for(;;){if(a){var
 c=[0,a[1],b],a=a[2],b=c;continue}return b}}function
-hJ(d,c){var
+hC(d,c){var
 b=0,a=c;for(;;){if(a){var
-e=a[2],b=[0,A(d,a[1]),b],a=e;continue}return b}}function
+e=a[2],b=[0,B(d,a[1]),b],a=e;continue}return b}}function
 b9(a,c){var
-b=aH(a);Ao(b,0,a,c);return b}function
-hK(d,b,a){var
-f=0;if(0<=b&&0<=a&&!((a6(d)-a|0)<b)){var
-c=aH(a);cG(d,b,c,0,a);var
+b=aF(a);Ai(b,0,a,c);return b}function
+hD(d,b,a){var
+f=0;if(0<=b&&0<=a&&!((a4(d)-a|0)<b)){var
+c=aF(a);cG(d,b,c,0,a);var
 e=c;f=1}if(!f)var
-e=ct(ng);return a7(e)}function
-hL(e,c,d,b,a){if(0<=a&&0<=c&&!((a6(e)-a|0)<c)&&0<=b&&!((a6(d)-a|0)<b))return cG(e,c,d,b,a);return ct(nh)}function
-bQ(e,c,d,b,a){if(0<=a&&0<=c&&!((ap(e)-a|0)<c)&&0<=b&&!((a6(d)-a|0)<b))return bP(e,c,d,b,a);return ct(ni)}function
-hM(b,a){return a7(b9(b,a))}function
-fD(k,g){if(g){var
+e=ct(na);return a5(e)}function
+hE(e,c,d,b,a){if(0<=a&&0<=c&&!((a4(e)-a|0)<c)&&0<=b&&!((a4(d)-a|0)<b))return cG(e,c,d,b,a);return ct(nb)}function
+bQ(e,c,d,b,a){if(0<=a&&0<=c&&!((ap(e)-a|0)<c)&&0<=b&&!((a4(d)-a|0)<b))return bP(e,c,d,b,a);return ct(nc)}function
+hF(b,a){return a5(b9(b,a))}function
+fx(k,g){if(g){var
 h=ap(k),c=0,b=g,p=0;for(;;){if(b){var
 i=b[1];if(b[2]){var
-j=(ap(i)+h|0)+c|0,m=b[2],n=c<=j?j:ct(nj),c=n,b=m;continue}var
+j=(ap(i)+h|0)+c|0,m=b[2],n=c<=j?j:ct(nd),c=n,b=m;continue}var
 l=ap(i)+c|0}else
 var
 l=c;var
-f=aH(l),e=p,d=g;for(;;){if(d){var
+f=aF(l),e=p,d=g;for(;;){if(d){var
 a=d[1];if(d[2]){var
 o=d[2];bP(a,0,f,e,ap(a));bP(k,0,f,e+ap(a)|0,h);var
-e=(e+ap(a)|0)+h|0,d=o;continue}bP(a,0,f,e,ap(a))}return a7(f)}}}return nk}function
-hN(a,c){var
-d=a[2],b=[0,a[3]];for(;;){if(b[1]<(d+c|0)){b[1]=2*b[1]|0;continue}if(dh<b[1]){if(!((d+c|0)<=dh))throw[0,hE,no];b[1]=dh}var
-e=aH(b[1]);hL(a[1],0,e,0,a[2]);a[1]=e;a[3]=b[1];if((a[2]+c|0)<=a[3]){if((d+c|0)<=a[3])return 0;throw[0,av,nm]}throw[0,av,nn]}}function
-di(a,c){var
-b=ap(c),d=a[2]+b|0;if(a[3]<d)hN(a,b);bP(c,0,a[1],a[2],b);a[2]=d;return 0}function
-fE(a){return 5===a[2]?12:-6}function
-hO(a){return[0,0,aH(a)]}function
-hP(a,h){var
-b=a6(a[2]),c=a[1]+h|0,d=b<c?1:0;if(d){var
-e=b*2|0,i=c<=e?e:c,f=aH(i);hL(a[2],0,f,0,b);a[2]=f;var
+e=(e+ap(a)|0)+h|0,d=o;continue}bP(a,0,f,e,ap(a))}return a5(f)}}}return ne}function
+hG(a,c){var
+d=a[2],b=[0,a[3]];for(;;){if(b[1]<(d+c|0)){b[1]=2*b[1]|0;continue}if(dg<b[1]){if(!((d+c|0)<=dg))throw[0,hx,ni];b[1]=dg}var
+e=aF(b[1]);hE(a[1],0,e,0,a[2]);a[1]=e;a[3]=b[1];if((a[2]+c|0)<=a[3]){if((d+c|0)<=a[3])return 0;throw[0,at,ng]}throw[0,at,nh]}}function
+dh(a,c){var
+b=ap(c),d=a[2]+b|0;if(a[3]<d)hG(a,b);bP(c,0,a[1],a[2],b);a[2]=d;return 0}function
+fy(a){return 5===a[2]?12:-6}function
+hH(a){return[0,0,aF(a)]}function
+hI(a,h){var
+b=a4(a[2]),c=a[1]+h|0,d=b<c?1:0;if(d){var
+e=b*2|0,i=c<=e?e:c,f=aF(i);hE(a[2],0,f,0,b);a[2]=f;var
 g=0}else
 var
 g=d;return g}function
-cO(a,b){hP(a,1);b4(a[2],a[1],b);a[1]=a[1]+1|0;return 0}function
-aR(a,c){var
-b=ap(c);hP(a,b);bQ(c,0,a[2],a[1],b);a[1]=a[1]+b|0;return 0}function
-hQ(a){return hK(a[2],0,a[1])}function
-fF(b,c){var
+cO(a,b){hI(a,1);b4(a[2],a[1],b);a[1]=a[1]+1|0;return 0}function
+aP(a,c){var
+b=ap(c);hI(a,b);bQ(c,0,a[2],a[1],b);a[1]=a[1]+b|0;return 0}function
+hJ(a){return hD(a[2],0,a[1])}function
+fz(b,c){var
 a=c;for(;;)if(typeof
 a==="number")return 0;else
 switch(a[0]){case
 0:var
-d=a[1];aR(b,nx);var
+d=a[1];aP(b,nr);var
 a=d;continue;case
 1:var
-e=a[1];aR(b,ny);var
+e=a[1];aP(b,ns);var
 a=e;continue;case
 2:var
-f=a[1];aR(b,nz);var
+f=a[1];aP(b,nt);var
 a=f;continue;case
 3:var
-g=a[1];aR(b,nA);var
+g=a[1];aP(b,nu);var
 a=g;continue;case
 4:var
-h=a[1];aR(b,nB);var
+h=a[1];aP(b,nv);var
 a=h;continue;case
 5:var
-i=a[1];aR(b,nC);var
+i=a[1];aP(b,nw);var
 a=i;continue;case
 6:var
-j=a[1];aR(b,nD);var
+j=a[1];aP(b,nx);var
 a=j;continue;case
 7:var
-k=a[1];aR(b,nE);var
+k=a[1];aP(b,ny);var
 a=k;continue;case
 8:var
-l=a[2],m=a[1];aR(b,nF);fF(b,m);aR(b,nG);var
+l=a[2],m=a[1];aP(b,nz);fz(b,m);aP(b,nA);var
 a=l;continue;case
 9:var
-n=a[3],o=a[1];aR(b,nH);fF(b,o);aR(b,nI);var
+n=a[3],o=a[1];aP(b,nB);fz(b,o);aP(b,nC);var
 a=n;continue;case
 10:var
-p=a[1];aR(b,nJ);var
+p=a[1];aP(b,nD);var
 a=p;continue;case
 11:var
-q=a[1];aR(b,nK);var
+q=a[1];aP(b,nE);var
 a=q;continue;case
 12:var
-r=a[1];aR(b,nL);var
+r=a[1];aP(b,nF);var
 a=r;continue;case
 13:var
-s=a[1];aR(b,nM);var
+s=a[1];aP(b,nG);var
 a=s;continue;default:var
-t=a[1];aR(b,nN);var
+t=a[1];aP(b,nH);var
 a=t;continue}}function
-aA(a){if(typeof
+ay(a){if(typeof
 a==="number")return 0;else
 switch(a[0]){case
-0:return[0,aA(a[1])];case
-1:return[1,aA(a[1])];case
-2:return[2,aA(a[1])];case
-3:return[3,aA(a[1])];case
-4:return[4,aA(a[1])];case
-5:return[5,aA(a[1])];case
-6:return[6,aA(a[1])];case
-7:return[7,aA(a[1])];case
+0:return[0,ay(a[1])];case
+1:return[1,ay(a[1])];case
+2:return[2,ay(a[1])];case
+3:return[3,ay(a[1])];case
+4:return[4,ay(a[1])];case
+5:return[5,ay(a[1])];case
+6:return[6,ay(a[1])];case
+7:return[7,ay(a[1])];case
 8:var
-b=a[1];return[8,b,aA(a[2])];case
+b=a[1];return[8,b,ay(a[2])];case
 9:var
-c=a[2],d=a[1];return[9,c,d,aA(a[3])];case
-10:return[10,aA(a[1])];case
-11:return[11,aA(a[1])];case
-12:return[12,aA(a[1])];case
-13:return[13,aA(a[1])];default:return[14,aA(a[1])]}}function
-aS(a){if(typeof
+c=a[2],d=a[1];return[9,c,d,ay(a[3])];case
+10:return[10,ay(a[1])];case
+11:return[11,ay(a[1])];case
+12:return[12,ay(a[1])];case
+13:return[13,ay(a[1])];default:return[14,ay(a[1])]}}function
+aQ(a){if(typeof
 a==="number"){var
 r=function(a){return 0},s=function(a){return 0},t=function(a){return 0};return[0,function(a){return 0},t,s,r]}else
 switch(a[0]){case
 0:var
-b=aS(a[1]),u=b[4],v=b[3],w=b[2],x=b[1],y=function(a){A(w,0);return 0};return[0,function(a){A(x,0);return 0},y,v,u];case
+b=aQ(a[1]),u=b[4],v=b[3],w=b[2],x=b[1],y=function(a){B(w,0);return 0};return[0,function(a){B(x,0);return 0},y,v,u];case
 1:var
-c=aS(a[1]),z=c[4],B=c[3],C=c[2],D=c[1],E=function(a){A(C,0);return 0};return[0,function(a){A(D,0);return 0},E,B,z];case
+c=aQ(a[1]),z=c[4],A=c[3],C=c[2],D=c[1],E=function(a){B(C,0);return 0};return[0,function(a){B(D,0);return 0},E,A,z];case
 2:var
-d=aS(a[1]),F=d[4],G=d[3],H=d[2],I=d[1],J=function(a){A(H,0);return 0};return[0,function(a){A(I,0);return 0},J,G,F];case
+d=aQ(a[1]),F=d[4],G=d[3],H=d[2],I=d[1],J=function(a){B(H,0);return 0};return[0,function(a){B(I,0);return 0},J,G,F];case
 3:var
-e=aS(a[1]),K=e[4],L=e[3],M=e[2],N=e[1],O=function(a){A(M,0);return 0};return[0,function(a){A(N,0);return 0},O,L,K];case
+e=aQ(a[1]),K=e[4],L=e[3],M=e[2],N=e[1],O=function(a){B(M,0);return 0};return[0,function(a){B(N,0);return 0},O,L,K];case
 4:var
-f=aS(a[1]),P=f[4],Q=f[3],R=f[2],S=f[1],T=function(a){A(R,0);return 0};return[0,function(a){A(S,0);return 0},T,Q,P];case
+f=aQ(a[1]),P=f[4],Q=f[3],R=f[2],S=f[1],T=function(a){B(R,0);return 0};return[0,function(a){B(S,0);return 0},T,Q,P];case
 5:var
-g=aS(a[1]),U=g[4],V=g[3],W=g[2],X=g[1],Y=function(a){A(W,0);return 0};return[0,function(a){A(X,0);return 0},Y,V,U];case
+g=aQ(a[1]),U=g[4],V=g[3],W=g[2],X=g[1],Y=function(a){B(W,0);return 0};return[0,function(a){B(X,0);return 0},Y,V,U];case
 6:var
-h=aS(a[1]),Z=h[4],_=h[3],$=h[2],aa=h[1],ab=function(a){A($,0);return 0};return[0,function(a){A(aa,0);return 0},ab,_,Z];case
+h=aQ(a[1]),Z=h[4],_=h[3],$=h[2],aa=h[1],ab=function(a){B($,0);return 0};return[0,function(a){B(aa,0);return 0},ab,_,Z];case
 7:var
-i=aS(a[1]),ac=i[4],ad=i[3],ae=i[2],af=i[1],ag=function(a){A(ae,0);return 0};return[0,function(a){A(af,0);return 0},ag,ad,ac];case
+i=aQ(a[1]),ac=i[4],ad=i[3],ae=i[2],af=i[1],ag=function(a){B(ae,0);return 0};return[0,function(a){B(af,0);return 0},ag,ad,ac];case
 8:var
-j=aS(a[2]),ah=j[4],ai=j[3],aj=j[2],ak=j[1],al=function(a){A(aj,0);return 0};return[0,function(a){A(ak,0);return 0},al,ai,ah];case
+j=aQ(a[2]),ah=j[4],ai=j[3],aj=j[2],ak=j[1],al=function(a){B(aj,0);return 0};return[0,function(a){B(ak,0);return 0},al,ai,ah];case
 9:var
-am=a[2],an=a[1],k=aS(a[3]),ao=k[4],ap=k[3],aq=k[2],ar=k[1],l=aS(aD(aA(an),am)),as=l[4],at=l[3],au=l[2],av=l[1],aw=function(a){A(as,0);A(ao,0);return 0},ax=function(a){A(ap,0);A(at,0);return 0},ay=function(a){A(au,0);A(aq,0);return 0};return[0,function(a){A(ar,0);A(av,0);return 0},ay,ax,aw];case
+am=a[2],an=a[1],k=aQ(a[3]),ao=k[4],ap=k[3],aq=k[2],ar=k[1],l=aQ(aB(ay(an),am)),as=l[4],at=l[3],au=l[2],av=l[1],aw=function(a){B(as,0);B(ao,0);return 0},ax=function(a){B(ap,0);B(at,0);return 0},az=function(a){B(au,0);B(aq,0);return 0};return[0,function(a){B(ar,0);B(av,0);return 0},az,ax,aw];case
 10:var
-m=aS(a[1]),az=m[4],aB=m[3],aC=m[2],aE=m[1],aF=function(a){A(aC,0);return 0};return[0,function(a){A(aE,0);return 0},aF,aB,az];case
+m=aQ(a[1]),aA=m[4],aC=m[3],aD=m[2],aE=m[1],aF=function(a){B(aD,0);return 0};return[0,function(a){B(aE,0);return 0},aF,aC,aA];case
 11:var
-n=aS(a[1]),aG=n[4],aH=n[3],aI=n[2],aJ=n[1],aK=function(a){A(aI,0);return 0};return[0,function(a){A(aJ,0);return 0},aK,aH,aG];case
+n=aQ(a[1]),aG=n[4],aH=n[3],aI=n[2],aJ=n[1],aK=function(a){B(aI,0);return 0};return[0,function(a){B(aJ,0);return 0},aK,aH,aG];case
 12:var
-o=aS(a[1]),aL=o[4],aM=o[3],aN=o[2],aO=o[1],aP=function(a){A(aN,0);return 0};return[0,function(a){A(aO,0);return 0},aP,aM,aL];case
+o=aQ(a[1]),aL=o[4],aM=o[3],aN=o[2],aO=o[1],aP=function(a){B(aN,0);return 0};return[0,function(a){B(aO,0);return 0},aP,aM,aL];case
 13:var
-p=aS(a[1]),aQ=p[4],aR=p[3],aT=p[2],aU=p[1],aV=function(a){A(aQ,0);return 0},aW=function(a){A(aR,0);return 0},aX=function(a){A(aT,0);return 0};return[0,function(a){A(aU,0);return 0},aX,aW,aV];default:var
-q=aS(a[1]),aY=q[4],aZ=q[3],a0=q[2],a1=q[1],a2=function(a){A(aY,0);return 0},a3=function(a){A(aZ,0);return 0},a4=function(a){A(a0,0);return 0};return[0,function(a){A(a1,0);return 0},a4,a3,a2]}}function
-aD(c,b){var
+p=aQ(a[1]),aR=p[4],aS=p[3],aT=p[2],aU=p[1],aV=function(a){B(aR,0);return 0},aW=function(a){B(aS,0);return 0},aX=function(a){B(aT,0);return 0};return[0,function(a){B(aU,0);return 0},aX,aW,aV];default:var
+q=aQ(a[1]),aY=q[4],aZ=q[3],a0=q[2],a1=q[1],a2=function(a){B(aY,0);return 0},a3=function(a){B(aZ,0);return 0},a4=function(a){B(a0,0);return 0};return[0,function(a){B(a1,0);return 0},a4,a3,a2]}}function
+aB(c,b){var
 a=0;if(typeof
 c==="number")if(typeof
 b==="number")return 0;else
@@ -1013,12 +1013,12 @@ switch(b[0]){case
 13:a=3;break;case
 14:a=4;break;case
 8:a=5;break;case
-9:a=6;break;default:throw[0,av,nO]}else
+9:a=6;break;default:throw[0,at,nI]}else
 switch(c[0]){case
 0:var
 d=0,s=c[1];if(typeof
 b!=="number")switch(b[0]){case
-0:return[0,aD(s,b[1])];case
+0:return[0,aB(s,b[1])];case
 8:a=5;d=1;break;case
 9:a=6;d=1;break;case
 10:d=1;break;case
@@ -1029,7 +1029,7 @@ b!=="number")switch(b[0]){case
 1:var
 e=0,t=c[1];if(typeof
 b!=="number")switch(b[0]){case
-1:return[1,aD(t,b[1])];case
+1:return[1,aB(t,b[1])];case
 8:a=5;e=1;break;case
 9:a=6;e=1;break;case
 10:e=1;break;case
@@ -1041,7 +1041,7 @@ b!=="number")switch(b[0]){case
 f=0,u=c[1];if(typeof
 b==="number")f=1;else
 switch(b[0]){case
-2:return[2,aD(u,b[1])];case
+2:return[2,aB(u,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1053,7 +1053,7 @@ switch(b[0]){case
 g=0,v=c[1];if(typeof
 b==="number")g=1;else
 switch(b[0]){case
-3:return[3,aD(v,b[1])];case
+3:return[3,aB(v,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1065,7 +1065,7 @@ switch(b[0]){case
 h=0,w=c[1];if(typeof
 b==="number")h=1;else
 switch(b[0]){case
-4:return[4,aD(w,b[1])];case
+4:return[4,aB(w,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1077,7 +1077,7 @@ switch(b[0]){case
 i=0,x=c[1];if(typeof
 b==="number")i=1;else
 switch(b[0]){case
-5:return[5,aD(x,b[1])];case
+5:return[5,aB(x,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1089,7 +1089,7 @@ switch(b[0]){case
 j=0,y=c[1];if(typeof
 b==="number")j=1;else
 switch(b[0]){case
-6:return[6,aD(y,b[1])];case
+6:return[6,aB(y,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1101,7 +1101,7 @@ switch(b[0]){case
 k=0,z=c[1];if(typeof
 b==="number")k=1;else
 switch(b[0]){case
-7:return[7,aD(z,b[1])];case
+7:return[7,aB(z,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1110,44 +1110,44 @@ switch(b[0]){case
 13:a=3;break;case
 14:a=4;break;default:k=1}if(k)a=7;break;case
 8:var
-l=0,B=c[2],C=c[1];if(typeof
+l=0,A=c[2],C=c[1];if(typeof
 b==="number")l=1;else
 switch(b[0]){case
 8:var
-D=b[1],E=aD(B,b[2]);return[8,aD(C,D),E];case
+D=b[1],E=aB(A,b[2]);return[8,aB(C,D),E];case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:a=4;break;default:l=1}if(l)throw[0,av,nX];break;case
+14:a=4;break;default:l=1}if(l)throw[0,at,nR];break;case
 9:var
 m=0,F=c[3],G=c[2],H=c[1];if(typeof
 b==="number")m=1;else
 switch(b[0]){case
 8:a=5;break;case
 9:var
-I=b[3],J=b[2],K=b[1],r=aS(aD(aA(G),K)),L=r[4];A(r[2],0);A(L,0);return[9,H,J,aD(F,I)];case
+I=b[3],J=b[2],K=b[1],r=aQ(aB(ay(G),K)),L=r[4];B(r[2],0);B(L,0);return[9,H,J,aB(F,I)];case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:a=4;break;default:m=1}if(m)throw[0,av,nY];break;case
+14:a=4;break;default:m=1}if(m)throw[0,at,nS];break;case
 10:var
 M=c[1];if(typeof
-b!=="number"&&10===b[0])return[10,aD(M,b[1])];throw[0,av,nZ];case
+b!=="number"&&10===b[0])return[10,aB(M,b[1])];throw[0,at,nT];case
 11:var
 n=0,N=c[1];if(typeof
 b==="number")n=1;else
 switch(b[0]){case
 10:break;case
-11:return[11,aD(N,b[1])];default:n=1}if(n)throw[0,av,n0];break;case
+11:return[11,aB(N,b[1])];default:n=1}if(n)throw[0,at,nU];break;case
 12:var
 o=0,O=c[1];if(typeof
 b==="number")o=1;else
 switch(b[0]){case
 10:break;case
 11:a=1;break;case
-12:return[12,aD(O,b[1])];default:o=1}if(o)throw[0,av,n1];break;case
+12:return[12,aB(O,b[1])];default:o=1}if(o)throw[0,at,nV];break;case
 13:var
 p=0,P=c[1];if(typeof
 b==="number")p=1;else
@@ -1155,7 +1155,7 @@ switch(b[0]){case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
-13:return[13,aD(P,b[1])];default:p=1}if(p)throw[0,av,n2];break;default:var
+13:return[13,aB(P,b[1])];default:p=1}if(p)throw[0,at,nW];break;default:var
 q=0,Q=c[1];if(typeof
 b==="number")q=1;else
 switch(b[0]){case
@@ -1163,72 +1163,72 @@ switch(b[0]){case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:return[14,aD(Q,b[1])];default:q=1}if(q)throw[0,av,n3]}switch(a){case
-0:throw[0,av,nR];case
-1:throw[0,av,nS];case
-2:throw[0,av,nT];case
-3:throw[0,av,nU];case
-4:throw[0,av,nV];case
-5:throw[0,av,nP];case
-6:throw[0,av,nQ];default:throw[0,av,nW]}}var
-aJ=[a0,n4,Aq(0)];function
-d4(b,a){if(typeof
+14:return[14,aB(Q,b[1])];default:q=1}if(q)throw[0,at,nX]}switch(a){case
+0:throw[0,at,nL];case
+1:throw[0,at,nM];case
+2:throw[0,at,nN];case
+3:throw[0,at,nO];case
+4:throw[0,at,nP];case
+5:throw[0,at,nJ];case
+6:throw[0,at,nK];default:throw[0,at,nQ]}}var
+aH=[aY,nY,Ak(0)];function
+d2(b,a){if(typeof
 b==="number")return[0,0,a];else{if(0===b[0])return[0,[0,b[1],b[2]],a];if(typeof
-a!=="number"&&2===a[0])return[0,[1,b[1]],a[1]];throw aJ}}function
-dj(e,b,d){var
-a=d4(e,d);if(typeof
+a!=="number"&&2===a[0])return[0,[1,b[1]],a[1]];throw aH}}function
+di(e,b,d){var
+a=d2(e,d);if(typeof
 b==="number"){if(b){var
 c=a[2];if(typeof
-c!=="number"&&2===c[0])return[0,a[1],1,c[1]];throw aJ}return[0,a[1],0,a[2]]}return[0,a[1],[0,b[1]],a[2]]}function
-a2(b,c,a){if(typeof
+c!=="number"&&2===c[0])return[0,a[1],1,c[1]];throw aH}return[0,a[1],0,a[2]]}return[0,a[1],[0,b[1]],a[2]]}function
+a0(b,c,a){if(typeof
 b==="number")return[0,0,ae(c,a)];else
 switch(b[0]){case
 0:if(typeof
 a!=="number"&&0===a[0]){var
-f=a2(b[1],c,a[1]);return[0,[0,f[1]],f[2]]}break;case
+f=a0(b[1],c,a[1]);return[0,[0,f[1]],f[2]]}break;case
 1:if(typeof
 a!=="number"&&1===a[0]){var
-g=a2(b[1],c,a[1]);return[0,[1,g[1]],g[2]]}break;case
+g=a0(b[1],c,a[1]);return[0,[1,g[1]],g[2]]}break;case
 2:if(typeof
 a!=="number"&&2===a[0]){var
-h=a2(b[1],c,a[1]);return[0,[2,h[1]],h[2]]}break;case
+h=a0(b[1],c,a[1]);return[0,[2,h[1]],h[2]]}break;case
 3:if(typeof
 a!=="number"&&3===a[0]){var
-i=a2(b[1],c,a[1]);return[0,[3,i[1]],i[2]]}break;case
+i=a0(b[1],c,a[1]);return[0,[3,i[1]],i[2]]}break;case
 4:if(typeof
 a!=="number"&&4===a[0]){var
-j=a2(b[1],c,a[1]);return[0,[4,j[1]],j[2]]}break;case
+j=a0(b[1],c,a[1]);return[0,[4,j[1]],j[2]]}break;case
 5:if(typeof
 a!=="number"&&5===a[0]){var
-k=a2(b[1],c,a[1]);return[0,[5,k[1]],k[2]]}break;case
+k=a0(b[1],c,a[1]);return[0,[5,k[1]],k[2]]}break;case
 6:if(typeof
 a!=="number"&&6===a[0]){var
-l=a2(b[1],c,a[1]);return[0,[6,l[1]],l[2]]}break;case
+l=a0(b[1],c,a[1]);return[0,[6,l[1]],l[2]]}break;case
 7:if(typeof
 a!=="number"&&7===a[0]){var
-m=a2(b[1],c,a[1]);return[0,[7,m[1]],m[2]]}break;case
+m=a0(b[1],c,a[1]);return[0,[7,m[1]],m[2]]}break;case
 8:if(typeof
 a!=="number"&&8===a[0]){var
-n=a[1],v=a[2],w=b[2];if(d1([0,b[1]],[0,n]))throw aJ;var
-o=a2(w,c,v);return[0,[8,n,o[1]],o[2]]}break;case
+n=a[1],v=a[2],w=b[2];if(dZ([0,b[1]],[0,n]))throw aH;var
+o=a0(w,c,v);return[0,[8,n,o[1]],o[2]]}break;case
 9:if(typeof
 a!=="number"&&9===a[0]){var
-d=a[2],e=a[1],x=a[3],y=b[3],z=b[2],B=b[1],C=[0,ar(e)];if(d1([0,ar(B)],C))throw aJ;var
-D=[0,ar(d)];if(d1([0,ar(z)],D))throw aJ;var
-p=aS(aD(aA(e),d)),E=p[4];A(p[2],0);A(E,0);var
-q=a2(ar(y),c,x),F=q[2];return[0,[9,e,d,aA(q[1])],F]}break;case
+d=a[2],e=a[1],x=a[3],y=b[3],z=b[2],A=b[1],C=[0,aq(e)];if(dZ([0,aq(A)],C))throw aH;var
+D=[0,aq(d)];if(dZ([0,aq(z)],D))throw aH;var
+p=aQ(aB(ay(e),d)),E=p[4];B(p[2],0);B(E,0);var
+q=a0(aq(y),c,x),F=q[2];return[0,[9,e,d,ay(q[1])],F]}break;case
 10:if(typeof
 a!=="number"&&10===a[0]){var
-r=a2(b[1],c,a[1]);return[0,[10,r[1]],r[2]]}break;case
+r=a0(b[1],c,a[1]);return[0,[10,r[1]],r[2]]}break;case
 11:if(typeof
 a!=="number"&&11===a[0]){var
-s=a2(b[1],c,a[1]);return[0,[11,s[1]],s[2]]}break;case
+s=a0(b[1],c,a[1]);return[0,[11,s[1]],s[2]]}break;case
 13:if(typeof
 a!=="number"&&13===a[0]){var
-t=a2(b[1],c,a[1]);return[0,[13,t[1]],t[2]]}break;case
+t=a0(b[1],c,a[1]);return[0,[13,t[1]],t[2]]}break;case
 14:if(typeof
 a!=="number"&&14===a[0]){var
-u=a2(b[1],c,a[1]);return[0,[14,u[1]],u[2]]}break}throw aJ}function
+u=a0(b[1],c,a[1]);return[0,[14,u[1]],u[2]]}break}throw aH}function
 ae(b,a){if(typeof
 b==="number")return[0,0,a];else
 switch(b[0]){case
@@ -1239,37 +1239,37 @@ s=ae(b[1],a[1]);return[0,[0,s[1]],s[2]]}break;case
 a!=="number"&&0===a[0]){var
 t=ae(b[1],a[1]);return[0,[1,t[1]],t[2]]}break;case
 2:var
-aa=b[2],u=d4(b[1],a),e=u[2],ab=u[1];if(typeof
+aa=b[2],u=d2(b[1],a),e=u[2],ab=u[1];if(typeof
 e!=="number"&&1===e[0]){var
-v=ae(aa,e[1]);return[0,[2,ab,v[1]],v[2]]}throw aJ;case
+v=ae(aa,e[1]);return[0,[2,ab,v[1]],v[2]]}throw aH;case
 3:var
-ac=b[2],w=d4(b[1],a),f=w[2],ad=w[1];if(typeof
+ac=b[2],w=d2(b[1],a),f=w[2],ad=w[1];if(typeof
 f!=="number"&&1===f[0]){var
-x=ae(ac,f[1]);return[0,[3,ad,x[1]],x[2]]}throw aJ;case
+x=ae(ac,f[1]);return[0,[3,ad,x[1]],x[2]]}throw aH;case
 4:var
-af=b[4],ag=b[1],g=dj(b[2],b[3],a),h=g[3],ah=g[1];if(typeof
+af=b[4],ag=b[1],g=di(b[2],b[3],a),h=g[3],ah=g[1];if(typeof
 h!=="number"&&2===h[0]){var
-ai=g[2],y=ae(af,h[1]);return[0,[4,ag,ah,ai,y[1]],y[2]]}throw aJ;case
+ai=g[2],y=ae(af,h[1]);return[0,[4,ag,ah,ai,y[1]],y[2]]}throw aH;case
 5:var
-aj=b[4],ak=b[1],i=dj(b[2],b[3],a),j=i[3],al=i[1];if(typeof
+aj=b[4],ak=b[1],i=di(b[2],b[3],a),j=i[3],al=i[1];if(typeof
 j!=="number"&&3===j[0]){var
-am=i[2],z=ae(aj,j[1]);return[0,[5,ak,al,am,z[1]],z[2]]}throw aJ;case
+am=i[2],z=ae(aj,j[1]);return[0,[5,ak,al,am,z[1]],z[2]]}throw aH;case
 6:var
-an=b[4],ao=b[1],k=dj(b[2],b[3],a),l=k[3],ap=k[1];if(typeof
+an=b[4],ao=b[1],k=di(b[2],b[3],a),l=k[3],ap=k[1];if(typeof
 l!=="number"&&4===l[0]){var
-aq=k[2],A=ae(an,l[1]);return[0,[6,ao,ap,aq,A[1]],A[2]]}throw aJ;case
+ar=k[2],A=ae(an,l[1]);return[0,[6,ao,ap,ar,A[1]],A[2]]}throw aH;case
 7:var
-as=b[4],at=b[1],m=dj(b[2],b[3],a),n=m[3],au=m[1];if(typeof
+as=b[4],at=b[1],m=di(b[2],b[3],a),n=m[3],au=m[1];if(typeof
 n!=="number"&&5===n[0]){var
-av=m[2],B=ae(as,n[1]);return[0,[7,at,au,av,B[1]],B[2]]}throw aJ;case
+av=m[2],B=ae(as,n[1]);return[0,[7,at,au,av,B[1]],B[2]]}throw aH;case
 8:var
-aw=b[4],ax=b[1],o=dj(b[2],b[3],a),p=o[3],ay=o[1];if(typeof
+aw=b[4],ax=b[1],o=di(b[2],b[3],a),p=o[3],ay=o[1];if(typeof
 p!=="number"&&6===p[0]){var
-az=o[2],C=ae(aw,p[1]);return[0,[8,ax,ay,az,C[1]],C[2]]}throw aJ;case
+az=o[2],C=ae(aw,p[1]);return[0,[8,ax,ay,az,C[1]],C[2]]}throw aH;case
 9:var
-aA=b[2],D=d4(b[1],a),q=D[2],aB=D[1];if(typeof
+aA=b[2],D=d2(b[1],a),q=D[2],aB=D[1];if(typeof
 q!=="number"&&7===q[0]){var
-E=ae(aA,q[1]);return[0,[9,aB,E[1]],E[2]]}throw aJ;case
+E=ae(aA,q[1]);return[0,[9,aB,E[1]],E[2]]}throw aH;case
 10:var
 F=ae(b[1],a);return[0,[10,F[1]],F[2]];case
 11:var
@@ -1278,12 +1278,12 @@ aC=b[1],G=ae(b[2],a);return[0,[11,aC,G[1]],G[2]];case
 aD=b[1],H=ae(b[2],a);return[0,[12,aD,H[1]],H[2]];case
 13:if(typeof
 a!=="number"&&8===a[0]){var
-I=a[1],aE=a[2],aF=b[3],aG=b[1];if(d1([0,b[2]],[0,I]))throw aJ;var
+I=a[1],aE=a[2],aF=b[3],aG=b[1];if(dZ([0,b[2]],[0,I]))throw aH;var
 J=ae(aF,aE);return[0,[13,aG,I,J[1]],J[2]]}break;case
 14:if(typeof
 a!=="number"&&9===a[0]){var
-K=a[1],aH=a[3],aI=b[3],aK=b[2],aL=b[1],aM=[0,ar(K)];if(d1([0,ar(aK)],aM))throw aJ;var
-L=ae(aI,ar(aH));return[0,[14,aL,K,L[1]],L[2]]}break;case
+K=a[1],aI=a[3],aJ=b[3],aK=b[2],aL=b[1],aM=[0,aq(K)];if(dZ([0,aq(aK)],aM))throw aH;var
+L=ae(aJ,aq(aI));return[0,[14,aL,K,L[1]],L[2]]}break;case
 15:if(typeof
 a!=="number"&&10===a[0]){var
 M=ae(b[1],a[1]);return[0,[15,M[1]],M[2]]}break;case
@@ -1308,61 +1308,61 @@ aQ=b[1],S=ae(b[2],a[1]);return[0,[21,aQ,S[1]],S[2]]}break;case
 23:var
 d=b[2],c=b[1];if(typeof
 c==="number")switch(c){case
-0:return a8(c,d,a);case
-1:return a8(c,d,a);case
+0:return a6(c,d,a);case
+1:return a6(c,d,a);case
 2:if(typeof
 a!=="number"&&14===a[0]){var
-Z=ae(d,a[1]);return[0,[23,2,Z[1]],Z[2]]}throw aJ;default:return a8(c,d,a)}else
+Z=ae(d,a[1]);return[0,[23,2,Z[1]],Z[2]]}throw aH;default:return a6(c,d,a)}else
 switch(c[0]){case
-0:return a8(c,d,a);case
-1:return a8(c,d,a);case
-2:return a8(c,d,a);case
-3:return a8(c,d,a);case
-4:return a8(c,d,a);case
-5:return a8(c,d,a);case
-6:return a8(c,d,a);case
-7:return a8(c,d,a);case
-8:return a8([8,c[1],c[2]],d,a);case
+0:return a6(c,d,a);case
+1:return a6(c,d,a);case
+2:return a6(c,d,a);case
+3:return a6(c,d,a);case
+4:return a6(c,d,a);case
+5:return a6(c,d,a);case
+6:return a6(c,d,a);case
+7:return a6(c,d,a);case
+8:return a6([8,c[1],c[2]],d,a);case
 9:var
-aV=c[1],_=a2(c[2],d,a),$=_[2];return[0,[23,[9,aV,_[1]],$[1]],$[2]];case
-10:return a8(c,d,a);default:return a8(c,d,a)}}throw aJ}function
-a8(d,c,b){var
+aV=c[1],_=a0(c[2],d,a),$=_[2];return[0,[23,[9,aV,_[1]],$[1]],$[2]];case
+10:return a6(c,d,a);default:return a6(c,d,a)}}throw aH}function
+a6(d,c,b){var
 a=ae(c,b);return[0,[23,d,a[1]],a[2]]}function
-a9(k,g,a){var
-b=ap(a),h=0<=g?k:0,d=fA(g);if(d<=b)return a;var
+a7(k,g,a){var
+b=ap(a),h=0<=g?k:0,d=fu(g);if(d<=b)return a;var
 l=2===h?48:32,c=b9(d,l);switch(h){case
 0:bQ(a,0,c,0,b);break;case
 1:bQ(a,0,c,d-b|0,b);break;default:var
 e=0;if(0<b){var
-i=0;if(43!==a$(a,0)&&45!==a$(a,0)&&32!==a$(a,0)){e=1;i=1}if(!i){b4(c,0,a$(a,0));bQ(a,1,c,(d-b|0)+1|0,b-1|0)}}else
+i=0;if(43!==a9(a,0)&&45!==a9(a,0)&&32!==a9(a,0)){e=1;i=1}if(!i){b4(c,0,a9(a,0));bQ(a,1,c,(d-b|0)+1|0,b-1|0)}}else
 e=1;if(e){var
-f=0;if(1<b&&48===a$(a,0)){var
-j=0;if($!==a$(a,1)&&88!==a$(a,1)){f=1;j=1}if(!j){b4(c,1,a$(a,1));bQ(a,2,c,(d-b|0)+2|0,b-2|0)}}else
-f=1;if(f)bQ(a,0,c,d-b|0,b)}}return a7(c)}function
+f=0;if(1<b&&48===a9(a,0)){var
+j=0;if($!==a9(a,1)&&88!==a9(a,1)){f=1;j=1}if(!j){b4(c,1,a9(a,1));bQ(a,2,c,(d-b|0)+2|0,b-2|0)}}else
+f=1;if(f)bQ(a,0,c,d-b|0,b)}}return a5(c)}function
 cP(k,b){var
-c=fA(k),a=ap(b),d=a$(b,0),e=0;if(58<=d){if(71<=d){if(!(5<d+me>>>0))e=1}else
+c=fu(k),a=ap(b),d=a9(b,0),e=0;if(58<=d){if(71<=d){if(!(5<d+l9>>>0))e=1}else
 if(65<=d)e=1}else{var
 f=0;if(32!==d)if(43<=d)switch(d-43|0){case
 5:if(a<(c+2|0)&&1<a){var
-j=0;if($===a$(b,1)||88===a$(b,1))j=1;if(j){var
-h=b9(c+2|0,48);b4(h,1,a$(b,1));bQ(b,2,h,(c-a|0)+4|0,a-2|0);return a7(h)}}e=1;f=1;break;case
+j=0;if($===a9(b,1)||88===a9(b,1))j=1;if(j){var
+h=b9(c+2|0,48);b4(h,1,a9(b,1));bQ(b,2,h,(c-a|0)+4|0,a-2|0);return a5(h)}}e=1;f=1;break;case
 0:case
 2:break;case
 1:case
 3:case
 4:f=1;break;default:e=1;f=1}else
 f=1;if(!f&&a<(c+1|0)){var
-g=b9(c+1|0,48);b4(g,0,d);bQ(b,1,g,(c-a|0)+2|0,a-1|0);return a7(g)}}if(e&&a<c){var
-i=b9(c,48);bQ(b,0,i,c-a|0,a);return a7(i)}return b}function
-n5(n){var
+g=b9(c+1|0,48);b4(g,0,d);bQ(b,1,g,(c-a|0)+2|0,a-1|0);return a5(g)}}if(e&&a<c){var
+i=b9(c,48);bQ(b,0,i,c-a|0,a);return a5(i)}return b}function
+nZ(n){var
 m=0,G=ap(n);for(;;){if(G<=m)var
 s=n;else{var
-r=d2(n,m)+mq|0,t=0;if(59<r>>>0){if(33<r-61>>>0)t=1}else
+r=d0(n,m)+mj|0,t=0;if(59<r>>>0){if(33<r-61>>>0)t=1}else
 if(2===r)t=1;if(!t){var
 m=m+1|0;continue}var
-f=cH(n),a=[0,0],x=a6(f)-1|0,C=0;if(!(x<0)){var
+g=cH(n),a=[0,0],x=a4(g)-1|0,C=0;if(!(x<0)){var
 l=C;for(;;){var
-h=b5(f,l),j=0;if(32<=h){var
+h=b5(g,l),j=0;if(32<=h){var
 p=h-34|0,u=0;if(58<p>>>0){if(93<=p)u=1}else
 if(56<p-1>>>0){j=1;u=1}if(!u){var
 q=1;j=2}}else
@@ -1373,33 +1373,33 @@ q=4;break;case
 1:var
 q=2;break}a[1]=a[1]+q|0;var
 F=l+1|0;if(x!==l){var
-l=F;continue}break}}if(a[1]===a6(f)){var
-v=a6(f),w=aH(v);cG(f,0,w,0,v);var
+l=F;continue}break}}if(a[1]===a4(g)){var
+v=a4(g),w=aF(v);cG(g,0,w,0,v);var
 z=w}else{var
-c=aH(a[1]);a[1]=0;var
-y=a6(f)-1|0,D=0;if(!(y<0)){var
+c=aF(a[1]);a[1]=0;var
+y=a4(g)-1|0,D=0;if(!(y<0)){var
 k=D;for(;;){var
-d=b5(f,k),e=0;if(35<=d)if(92===d)e=2;else
-if(fp<=d)e=1;else
+d=b5(g,k),e=0;if(35<=d)if(92===d)e=2;else
+if(fj<=d)e=1;else
 e=3;else
 if(32<=d)if(34<=d)e=2;else
 e=3;else
 if(14<=d)e=1;else
 switch(d){case
-8:at(c,a[1],92);a[1]++;at(c,a[1],98);break;case
-9:at(c,a[1],92);a[1]++;at(c,a[1],b);break;case
-10:at(c,a[1],92);a[1]++;at(c,a[1],g);break;case
-13:at(c,a[1],92);a[1]++;at(c,a[1],i);break;default:e=1}switch(e){case
-1:at(c,a[1],92);a[1]++;at(c,a[1],48+(d/o|0)|0);a[1]++;at(c,a[1],48+((d/10|0)%10|0)|0);a[1]++;at(c,a[1],48+(d%10|0)|0);break;case
-2:at(c,a[1],92);a[1]++;at(c,a[1],d);break;case
-3:at(c,a[1],d);break}a[1]++;var
+8:ar(c,a[1],92);a[1]++;ar(c,a[1],98);break;case
+9:ar(c,a[1],92);a[1]++;ar(c,a[1],b);break;case
+10:ar(c,a[1],92);a[1]++;ar(c,a[1],f);break;case
+13:ar(c,a[1],92);a[1]++;ar(c,a[1],i);break;default:e=1}switch(e){case
+1:ar(c,a[1],92);a[1]++;ar(c,a[1],48+(d/o|0)|0);a[1]++;ar(c,a[1],48+((d/10|0)%10|0)|0);a[1]++;ar(c,a[1],48+(d%10|0)|0);break;case
+2:ar(c,a[1],92);a[1]++;ar(c,a[1],d);break;case
+3:ar(c,a[1],d);break}a[1]++;var
 E=k+1|0;if(y!==k){var
 k=E;continue}break}}var
 z=c}var
-s=a7(z)}var
-A=ap(s),B=b9(A+2|0,34);bP(s,0,B,1,A);return a7(B)}}function
-hR(d,f){var
-g=fA(f),e=oU[1];switch(d[2]){case
+s=a5(z)}var
+A=ap(s),B=b9(A+2|0,34);bP(s,0,B,1,A);return a5(B)}}function
+hK(d,f){var
+g=fu(f),e=oO[1];switch(d[2]){case
 0:var
 b=y;break;case
 1:var
@@ -1407,7 +1407,7 @@ b=a;break;case
 2:var
 b=69;break;case
 3:var
-b=D;break;case
+b=C;break;case
 4:var
 b=71;break;case
 5:var
@@ -1417,210 +1417,210 @@ b=m;break;case
 7:var
 b=72;break;default:var
 b=70}var
-c=hO(16);cO(c,37);switch(d[1]){case
+c=hH(16);cO(c,37);switch(d[1]){case
 0:break;case
-1:cO(c,43);break;default:cO(c,32)}if(8<=d[2])cO(c,35);cO(c,46);aR(c,t(W+g));cO(c,b);return hQ(c)}function
-d5(m,a){if(13<=m){var
+1:cO(c,43);break;default:cO(c,32)}if(8<=d[2])cO(c,35);cO(c,46);aP(c,s(W+g));cO(c,b);return hJ(c)}function
+d3(m,a){if(13<=m){var
 g=[0,0],h=ap(a)-1|0,n=0;if(!(h<0)){var
-c=n;for(;;){if(!(9<d2(a,c)+lW>>>0))g[1]++;var
+c=n;for(;;){if(!(9<d0(a,c)+lP>>>0))g[1]++;var
 q=c+1|0;if(h!==c){var
 c=q;continue}break}}var
-i=g[1],j=aH(ap(a)+((i-1|0)/3|0)|0),k=[0,0],d=function(a){b4(j,k[1],a);k[1]++;return 0},e=[0,((i-1|0)%3|0)+1|0],l=ap(a)-1|0,o=0;if(!(l<0)){var
+i=g[1],j=aF(ap(a)+((i-1|0)/3|0)|0),k=[0,0],d=function(a){b4(j,k[1],a);k[1]++;return 0},e=[0,((i-1|0)%3|0)+1|0],l=ap(a)-1|0,o=0;if(!(l<0)){var
 b=o;for(;;){var
-f=d2(a,b);if(9<f+lW>>>0)d(f);else{if(0===e[1]){d(95);e[1]=3}e[1]+=-1;d(f)}var
+f=d0(a,b);if(9<f+lP>>>0)d(f);else{if(0===e[1]){d(95);e[1]=3}e[1]+=-1;d(f)}var
 p=b+1|0;if(l!==b){var
-b=p;continue}break}}return a7(j)}return a}function
-oV(b,c){switch(b){case
+b=p;continue}break}}return a5(j)}return a}function
+oP(b,c){switch(b){case
 1:var
-a=n7;break;case
+a=n1;break;case
 2:var
-a=n8;break;case
+a=n2;break;case
 4:var
-a=n_;break;case
+a=n4;break;case
 5:var
-a=n$;break;case
+a=n5;break;case
 6:var
-a=oa;break;case
-7:var
-a=ob;break;case
-8:var
-a=oc;break;case
-9:var
-a=od;break;case
-10:var
-a=oe;break;case
-11:var
-a=of;break;case
-0:case
-13:var
 a=n6;break;case
-3:case
-14:var
-a=n9;break;default:var
-a=og}return d5(b,fw(a,c))}function
-oW(b,c){switch(b){case
-1:var
-a=ov;break;case
-2:var
-a=ow;break;case
-4:var
-a=oy;break;case
-5:var
-a=oz;break;case
-6:var
-a=oA;break;case
 7:var
-a=oB;break;case
+a=n7;break;case
 8:var
-a=oC;break;case
+a=n8;break;case
 9:var
-a=oD;break;case
+a=n9;break;case
 10:var
-a=oE;break;case
+a=n_;break;case
 11:var
-a=oF;break;case
+a=n$;break;case
 0:case
 13:var
-a=ou;break;case
+a=n0;break;case
 3:case
 14:var
-a=ox;break;default:var
-a=oG}return d5(b,fw(a,c))}function
-oX(b,c){switch(b){case
+a=n3;break;default:var
+a=oa}return d3(b,fq(a,c))}function
+oQ(b,c){switch(b){case
 1:var
-a=oI;break;case
-2:var
-a=oJ;break;case
-4:var
-a=oL;break;case
-5:var
-a=oM;break;case
-6:var
-a=oN;break;case
-7:var
-a=oO;break;case
-8:var
-a=oP;break;case
-9:var
-a=oQ;break;case
-10:var
-a=oR;break;case
-11:var
-a=oS;break;case
-0:case
-13:var
-a=oH;break;case
-3:case
-14:var
-a=oK;break;default:var
-a=oT}return d5(b,fw(a,c))}function
-oY(b,c){switch(b){case
-1:var
-a=oi;break;case
-2:var
-a=oj;break;case
-4:var
-a=ol;break;case
-5:var
-a=om;break;case
-6:var
-a=on;break;case
-7:var
-a=oo;break;case
-8:var
 a=op;break;case
-9:var
+2:var
 a=oq;break;case
-10:var
-a=or;break;case
-11:var
+4:var
 a=os;break;case
+5:var
+a=ot;break;case
+6:var
+a=ou;break;case
+7:var
+a=ov;break;case
+8:var
+a=ow;break;case
+9:var
+a=ox;break;case
+10:var
+a=oy;break;case
+11:var
+a=oz;break;case
 0:case
 13:var
-a=oh;break;case
+a=oo;break;case
 3:case
 14:var
-a=ok;break;default:var
-a=ot}return d5(b,Az(a,c))}function
+a=or;break;default:var
+a=oA}return d3(b,fq(a,c))}function
+oR(b,c){switch(b){case
+1:var
+a=oC;break;case
+2:var
+a=oD;break;case
+4:var
+a=oF;break;case
+5:var
+a=oG;break;case
+6:var
+a=oH;break;case
+7:var
+a=oI;break;case
+8:var
+a=oJ;break;case
+9:var
+a=oK;break;case
+10:var
+a=oL;break;case
+11:var
+a=oM;break;case
+0:case
+13:var
+a=oB;break;case
+3:case
+14:var
+a=oE;break;default:var
+a=oN}return d3(b,fq(a,c))}function
+oS(b,c){switch(b){case
+1:var
+a=oc;break;case
+2:var
+a=od;break;case
+4:var
+a=of;break;case
+5:var
+a=og;break;case
+6:var
+a=oh;break;case
+7:var
+a=oi;break;case
+8:var
+a=oj;break;case
+9:var
+a=ok;break;case
+10:var
+a=ol;break;case
+11:var
+a=om;break;case
+0:case
+13:var
+a=ob;break;case
+3:case
+14:var
+a=oe;break;default:var
+a=on}return d3(b,At(a,c))}function
 bR(c,i,b){function
 j(d){switch(c[1]){case
 0:var
 a=45;break;case
 1:var
 a=43;break;default:var
-a=32}return At(b,i,a)}function
+a=32}return An(b,i,a)}function
 q(c){var
-a=Am(b);return 3===a?b<0.?o0:o1:4<=a?o2:c}switch(c[2]){case
+a=Ag(b);return 3===a?b<0.?oU:oV:4<=a?oW:c}switch(c[2]){case
 5:var
-e=mM(hR(c,i),b),d=0,u=ap(e);for(;;){if(d===u)var
+e=mF(hK(c,i),b),d=0,u=ap(e);for(;;){if(d===u)var
 p=0;else{var
-k=a$(e,d)-46|0,l=0;if(23<k>>>0){if(55===k)l=1}else
+k=a9(e,d)-46|0,l=0;if(23<k>>>0){if(55===k)l=1}else
 if(21<k-1>>>0)l=1;if(!l){var
 d=d+1|0;continue}var
 p=1}var
-v=p?e:dg(e,oZ);return q(v)}case
+v=p?e:df(e,oT);return q(v)}case
 6:return j(0);case
 7:var
-h=cH(j(0)),f=a6(h);if(0===f)var
+h=cH(j(0)),f=a4(h);if(0===f)var
 o=h;else{var
-m=aH(f),n=f-1|0,r=0;if(!(n<0)){var
+m=aF(f),n=f-1|0,r=0;if(!(n<0)){var
 a=r;for(;;){var
-g=b5(h,a),s=25<g+me>>>0?g:g+mq|0;at(m,a,s);var
+g=b5(h,a),s=25<g+l9>>>0?g:g+mj|0;ar(m,a,s);var
 t=a+1|0;if(n!==a){var
 a=t;continue}break}}var
-o=m}return a7(o);case
-8:return q(j(0));default:return mM(hR(c,i),b)}}function
-dU(d,x,w,v){var
+o=m}return a5(o);case
+8:return q(j(0));default:return mF(hK(c,i),b)}}function
+dS(d,x,w,v){var
 b=x,a=w,c=v;for(;;)if(typeof
-c==="number")return A(b,a);else
+c==="number")return B(b,a);else
 switch(c[0]){case
 0:var
 y=c[1];return function(c){return Z(b,[5,a,c],y)};case
 1:var
 z=c[1];return function(c){var
 e=0;if(40<=c)if(92===c)var
-d=na;else
-if(fp<=c)e=1;else
+d=m6;else
+if(fj<=c)e=1;else
 e=2;else
 if(32<=c)if(39<=c)var
-d=nb;else
+d=m7;else
 e=2;else
 if(14<=c)e=1;else
 switch(c){case
 8:var
-d=nc;break;case
+d=m8;break;case
 9:var
-d=nd;break;case
+d=m9;break;case
 10:var
-d=ne;break;case
+d=m_;break;case
 13:var
-d=nf;break;default:e=1}switch(e){case
+d=m$;break;default:e=1}switch(e){case
 1:var
-f=aH(4);at(f,0,92);at(f,1,48+(c/o|0)|0);at(f,2,48+((c/10|0)%10|0)|0);at(f,3,48+(c%10|0)|0);var
-d=a7(f);break;case
+f=aF(4);ar(f,0,92);ar(f,1,48+(c/o|0)|0);ar(f,2,48+((c/10|0)%10|0)|0);ar(f,3,48+(c%10|0)|0);var
+d=a5(f);break;case
 2:var
-g=aH(1);at(g,0,c);var
-d=a7(g);break}var
-h=ap(d),i=b9(h+2|0,39);bP(d,0,i,1,h);return Z(b,[4,a,a7(i)],z)};case
+g=aF(1);ar(g,0,c);var
+d=a5(g);break}var
+h=ap(d),i=b9(h+2|0,39);bP(d,0,i,1,h);return Z(b,[4,a,a5(i)],z)};case
 2:var
-B=c[2],C=c[1];return fG(b,a,B,C,function(a){return a});case
-3:return fG(b,a,c[2],c[1],n5);case
-4:return d6(b,a,c[4],c[2],c[3],oV,c[1]);case
-5:return d6(b,a,c[4],c[2],c[3],oW,c[1]);case
-6:return d6(b,a,c[4],c[2],c[3],oX,c[1]);case
-7:return d6(b,a,c[4],c[2],c[3],oY,c[1]);case
+A=c[2],C=c[1];return fA(b,a,A,C,function(a){return a});case
+3:return fA(b,a,c[2],c[1],nZ);case
+4:return d4(b,a,c[4],c[2],c[3],oP,c[1]);case
+5:return d4(b,a,c[4],c[2],c[3],oQ,c[1]);case
+6:return d4(b,a,c[4],c[2],c[3],oR,c[1]);case
+7:return d4(b,a,c[4],c[2],c[3],oS,c[1]);case
 8:var
 g=c[4],h=c[3],i=c[2],f=c[1];if(typeof
 i==="number"){if(typeof
-h==="number")return h?function(d,c){return Z(b,[4,a,bR(f,d,c)],g)}:function(c){return Z(b,[4,a,bR(f,fE(f),c)],g)};var
+h==="number")return h?function(d,c){return Z(b,[4,a,bR(f,d,c)],g)}:function(c){return Z(b,[4,a,bR(f,fy(f),c)],g)};var
 T=h[1];return function(c){return Z(b,[4,a,bR(f,T,c)],g)}}else{if(0===i[0]){var
 l=i[2],m=i[1];if(typeof
-h==="number")return h?function(d,c){return Z(b,[4,a,a9(m,l,bR(f,d,c))],g)}:function(c){return Z(b,[4,a,a9(m,l,bR(f,fE(f),c))],g)};var
-U=h[1];return function(c){return Z(b,[4,a,a9(m,l,bR(f,U,c))],g)}}var
+h==="number")return h?function(d,c){return Z(b,[4,a,a7(m,l,bR(f,d,c))],g)}:function(c){return Z(b,[4,a,a7(m,l,bR(f,fy(f),c))],g)};var
+U=h[1];return function(c){return Z(b,[4,a,a7(m,l,bR(f,U,c))],g)}}var
 n=i[1];if(typeof
-h==="number")return h?function(e,d,c){return Z(b,[4,a,a9(n,e,bR(f,d,c))],g)}:function(d,c){return Z(b,[4,a,a9(n,d,bR(f,fE(f),c))],g)};var
-V=h[1];return function(d,c){return Z(b,[4,a,a9(n,d,bR(f,V,c))],g)}}case
-9:return fG(b,a,c[2],c[1],m7);case
+h==="number")return h?function(e,d,c){return Z(b,[4,a,a7(n,e,bR(f,d,c))],g)}:function(d,c){return Z(b,[4,a,a7(n,d,bR(f,fy(f),c))],g)};var
+V=h[1];return function(d,c){return Z(b,[4,a,a7(n,d,bR(f,V,c))],g)}}case
+9:return fA(b,a,c[2],c[1],m1);case
 10:var
 a=[7,a],c=c[1];continue;case
 11:var
@@ -1628,14 +1628,14 @@ a=[2,a,c[1]],c=c[2];continue;case
 12:var
 a=[3,a,c[1]],c=c[2];continue;case
 13:var
-D=c[3],E=c[2],p=hO(16);fF(p,E);var
-u=hQ(p);return function(c){return Z(b,[4,a,u],D)};case
+D=c[3],E=c[2],p=hH(16);fz(p,E);var
+u=hJ(p);return function(c){return Z(b,[4,a,u],D)};case
 14:var
 F=c[3],G=c[2];return function(d){var
-e=d[1],c=ae(e,ar(aA(G)));if(typeof
-c[2]==="number")return Z(b,a,ak(c[1],F));throw aJ};case
+e=d[1],c=ae(e,aq(ay(G)));if(typeof
+c[2]==="number")return Z(b,a,al(c[1],F));throw aH};case
 15:var
-H=c[1];return function(d,c){return Z(b,[6,a,function(a){return aM(d,a,c)}],H)};case
+H=c[1];return function(d,c){return Z(b,[6,a,function(a){return aK(d,a,c)}],H)};case
 16:var
 I=c[1];return function(c){return Z(b,[6,a,c],I)};case
 17:var
@@ -1644,85 +1644,85 @@ a=[0,a,c[1]],c=c[2];continue;case
 k=c[1];if(0===k[0]){var
 J=c[2],K=k[1][1],L=0,b=function(b,c,d){return function(a){return Z(c,[1,b,[0,a]],d)}}(a,b,J),a=L,c=K;continue}var
 M=c[2],N=k[1][1],O=0,b=function(b,c,d){return function(a){return Z(c,[1,b,[1,a]],d)}}(a,b,M),a=O,c=N;continue;case
-19:throw[0,av,o4];case
+19:throw[0,at,oY];case
 20:var
-P=c[3],Q=[8,a,o5];return function(a){return Z(b,Q,P)};case
+P=c[3],Q=[8,a,oZ];return function(a){return Z(b,Q,P)};case
 21:var
-R=c[2];return function(c){return Z(b,[4,a,fw(o6,c)],R)};case
+R=c[2];return function(c){return Z(b,[4,a,fq(o0,c)],R)};case
 22:var
 S=c[1];return function(c){return Z(b,[5,a,c],S)};case
 23:var
 e=c[2],j=c[1];if(typeof
 j==="number")switch(j){case
-0:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e]);case
-1:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e]);case
-2:throw[0,av,o7];default:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e])}else
+0:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e]);case
+1:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e]);case
+2:throw[0,at,o1];default:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e])}else
 switch(j[0]){case
-0:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e]);case
-1:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e]);case
-2:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e]);case
-3:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e]);case
-4:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e]);case
-5:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e]);case
-6:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e]);case
-7:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e]);case
-8:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e]);case
+0:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e]);case
+1:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e]);case
+2:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e]);case
+3:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e]);case
+4:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e]);case
+5:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e]);case
+6:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e]);case
+7:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e]);case
+8:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e]);case
 9:var
-t=j[2];return d<50?g7(d+1|0,b,a,t,e):aQ(g7,[0,b,a,t,e]);case
-10:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e]);default:return d<50?ad(d+1|0,b,a,e):aQ(ad,[0,b,a,e])}default:var
-q=c[3],r=c[1],s=A(c[2],0);return d<50?g6(d+1|0,b,a,q,r,s):aQ(g6,[0,b,a,q,r,s])}}function
-g7(e,d,c,a,b){if(typeof
-a==="number")return e<50?ad(e+1|0,d,c,b):aQ(ad,[0,d,c,b]);else
+t=j[2];return d<50?g1(d+1|0,b,a,t,e):aO(g1,[0,b,a,t,e]);case
+10:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e]);default:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e])}default:var
+q=c[3],r=c[1],s=B(c[2],0);return d<50?g0(d+1|0,b,a,q,r,s):aO(g0,[0,b,a,q,r,s])}}function
+g1(e,d,c,a,b){if(typeof
+a==="number")return e<50?ad(e+1|0,d,c,b):aO(ad,[0,d,c,b]);else
 switch(a[0]){case
 0:var
-f=a[1];return function(a){return ba(d,c,f,b)};case
+f=a[1];return function(a){return a_(d,c,f,b)};case
 1:var
-g=a[1];return function(a){return ba(d,c,g,b)};case
+g=a[1];return function(a){return a_(d,c,g,b)};case
 2:var
-h=a[1];return function(a){return ba(d,c,h,b)};case
+h=a[1];return function(a){return a_(d,c,h,b)};case
 3:var
-i=a[1];return function(a){return ba(d,c,i,b)};case
+i=a[1];return function(a){return a_(d,c,i,b)};case
 4:var
-j=a[1];return function(a){return ba(d,c,j,b)};case
+j=a[1];return function(a){return a_(d,c,j,b)};case
 5:var
-k=a[1];return function(a){return ba(d,c,k,b)};case
+k=a[1];return function(a){return a_(d,c,k,b)};case
 6:var
-l=a[1];return function(a){return ba(d,c,l,b)};case
+l=a[1];return function(a){return a_(d,c,l,b)};case
 7:var
-m=a[1];return function(a){return ba(d,c,m,b)};case
+m=a[1];return function(a){return a_(d,c,m,b)};case
 8:var
-n=a[2];return function(a){return ba(d,c,n,b)};case
+n=a[2];return function(a){return a_(d,c,n,b)};case
 9:var
-o=a[3],p=a[2],q=aD(aA(a[1]),p);return function(a){return ba(d,c,aY(q,o),b)};case
+o=a[3],p=a[2],q=aB(ay(a[1]),p);return function(a){return a_(d,c,aW(q,o),b)};case
 10:var
-r=a[1];return function(e,a){return ba(d,c,r,b)};case
+r=a[1];return function(e,a){return a_(d,c,r,b)};case
 11:var
-s=a[1];return function(a){return ba(d,c,s,b)};case
+s=a[1];return function(a){return a_(d,c,s,b)};case
 12:var
-t=a[1];return function(a){return ba(d,c,t,b)};case
-13:throw[0,av,o8];default:throw[0,av,o9]}}function
+t=a[1];return function(a){return a_(d,c,t,b)};case
+13:throw[0,at,o2];default:throw[0,at,o3]}}function
 ad(d,b,e,a){var
-c=[8,e,o_];return d<50?dU(d+1|0,b,c,a):aQ(dU,[0,b,c,a])}function
-g6(g,b,e,a,d,c){if(d){var
-h=d[1];return function(d){return o3(b,e,a,h,A(c,d))}}var
-f=[4,e,c];return g<50?dU(g+1|0,b,f,a):aQ(dU,[0,b,f,a])}function
-Z(a,b,c){return hy(dU(0,a,b,c))}function
-ba(a,b,c,d){return hy(g7(0,a,b,c,d))}function
-o3(a,b,c,d,e){return hy(g6(0,a,b,c,d,e))}function
-fG(e,d,c,a,b){if(typeof
-a==="number")return function(a){return Z(e,[4,d,A(b,a)],c)};else{if(0===a[0]){var
-f=a[2],g=a[1];return function(a){return Z(e,[4,d,a9(g,f,A(b,a))],c)}}var
-h=a[1];return function(f,a){return Z(e,[4,d,a9(h,f,A(b,a))],c)}}}function
-d6(f,e,d,g,c,b,a){if(typeof
+c=[8,e,o4];return d<50?dS(d+1|0,b,c,a):aO(dS,[0,b,c,a])}function
+g0(g,b,e,a,d,c){if(d){var
+h=d[1];return function(d){return oX(b,e,a,h,B(c,d))}}var
+f=[4,e,c];return g<50?dS(g+1|0,b,f,a):aO(dS,[0,b,f,a])}function
+Z(a,b,c){return hs(dS(0,a,b,c))}function
+a_(a,b,c,d){return hs(g1(0,a,b,c,d))}function
+oX(a,b,c,d,e){return hs(g0(0,a,b,c,d,e))}function
+fA(e,d,c,a,b){if(typeof
+a==="number")return function(a){return Z(e,[4,d,B(b,a)],c)};else{if(0===a[0]){var
+f=a[2],g=a[1];return function(a){return Z(e,[4,d,a7(g,f,B(b,a))],c)}}var
+h=a[1];return function(f,a){return Z(e,[4,d,a7(h,f,B(b,a))],c)}}}function
+d4(f,e,d,g,c,b,a){if(typeof
 g==="number"){if(typeof
-c==="number")return c?function(g,c){return Z(f,[4,e,cP(g,aM(b,a,c))],d)}:function(c){return Z(f,[4,e,aM(b,a,c)],d)};var
-k=c[1];return function(c){return Z(f,[4,e,cP(k,aM(b,a,c))],d)}}else{if(0===g[0]){var
+c==="number")return c?function(g,c){return Z(f,[4,e,cP(g,aK(b,a,c))],d)}:function(c){return Z(f,[4,e,aK(b,a,c)],d)};var
+k=c[1];return function(c){return Z(f,[4,e,cP(k,aK(b,a,c))],d)}}else{if(0===g[0]){var
 h=g[2],i=g[1];if(typeof
-c==="number")return c?function(g,c){return Z(f,[4,e,a9(i,h,cP(g,aM(b,a,c)))],d)}:function(c){return Z(f,[4,e,a9(i,h,aM(b,a,c))],d)};var
-l=c[1];return function(c){return Z(f,[4,e,a9(i,h,cP(l,aM(b,a,c)))],d)}}var
+c==="number")return c?function(g,c){return Z(f,[4,e,a7(i,h,cP(g,aK(b,a,c)))],d)}:function(c){return Z(f,[4,e,a7(i,h,aK(b,a,c))],d)};var
+l=c[1];return function(c){return Z(f,[4,e,a7(i,h,cP(l,aK(b,a,c)))],d)}}var
 j=g[1];if(typeof
-c==="number")return c?function(h,g,c){return Z(f,[4,e,a9(j,h,cP(g,aM(b,a,c)))],d)}:function(g,c){return Z(f,[4,e,a9(j,g,aM(b,a,c))],d)};var
-m=c[1];return function(g,c){return Z(f,[4,e,a9(j,g,cP(m,aM(b,a,c)))],d)}}}function
+c==="number")return c?function(h,g,c){return Z(f,[4,e,a7(j,h,cP(g,aK(b,a,c)))],d)}:function(g,c){return Z(f,[4,e,a7(j,g,aK(b,a,c))],d)};var
+m=c[1];return function(g,c){return Z(f,[4,e,a7(j,g,cP(m,aK(b,a,c)))],d)}}}function
 b_(b,h){var
 a=h;for(;;)if(typeof
 a==="number")return 0;else
@@ -1731,179 +1731,149 @@ switch(a[0]){case
 d=a[2],i=a[1];if(typeof
 d==="number")switch(d){case
 0:var
-c=np;break;case
+c=nj;break;case
 1:var
-c=nq;break;case
+c=nk;break;case
 2:var
-c=nr;break;case
+c=nl;break;case
 3:var
-c=ns;break;case
+c=nm;break;case
 4:var
-c=nt;break;case
+c=nn;break;case
 5:var
-c=nu;break;default:var
-c=nv}else
+c=no;break;default:var
+c=np}else
 switch(d[0]){case
 0:var
 c=d[1];break;case
 1:var
 c=d[1];break;default:var
-c=dg(nw,hM(1,d[1]))}b_(b,i);return di(b,c);case
+c=df(nq,hF(1,d[1]))}b_(b,i);return dh(b,c);case
 1:var
 f=a[2],g=a[1];if(0===f[0]){var
-j=f[1];b_(b,g);di(b,o$);var
+j=f[1];b_(b,g);dh(b,o5);var
 a=j;continue}var
-k=f[1];b_(b,g);di(b,pa);var
+k=f[1];b_(b,g);dh(b,o6);var
 a=k;continue;case
 6:var
-n=a[2];b_(b,a[1]);return di(b,A(n,0));case
+n=a[2];b_(b,a[1]);return dh(b,B(n,0));case
 7:var
 a=a[1];continue;case
 8:var
 o=a[2];b_(b,a[1]);return ct(o);case
 2:case
 4:var
-l=a[2];b_(b,a[1]);return di(b,l);default:var
+l=a[2];b_(b,a[1]);return dh(b,l);default:var
 m=a[2];b_(b,a[1]);var
-e=b[2];if(b[3]<=e)hN(b,1);at(b[1],e,m);b[2]=e+1|0;return 0}}function
-hS(b){var
+e=b[2];if(b[3]<=e)hG(b,1);ar(b[1],e,m);b[2]=e+1|0;return 0}}function
+hL(b){var
 a=b[1];return Z(function(d){var
-e=64,b=dh<64?dh:e,c=aH(b),a=[0,c,0,b,c];b_(a,d);return hK(a[1],0,a[2])},0,a)}var
-u=aq(0),p=aq(1);function
-aT(a){return hA(a,u)}function
-hT(a){return T(a,u)?aW(a):a}function
-d7(b,a){return T(b,a)?a:b}function
-cu(b,a){return M(aq(b),a)}function
-d(b,a){return C(aq(b),a)}function
-z(a){return M(a,p)}function
-as(d,a){var
-b=m3(d,a),c=al(d,C(b,a));return J(u,c)?[0,b,c]:T(u,a)?[0,al(b,p),M(c,a)]:[0,z(b),al(c,a)]}function
-hU(b,a){return as(b,a)[1]}function
-hV(b,a){return as(b,a)[2]}function
-fH(d,c){var
-b=d,a=c;for(;;){if(w(a,u))return hT(b);var
-e=al(b,C(m3(b,a),a)),b=a,a=e;continue}}var
-pc=pb.slice();function
+e=64,b=dg<64?dg:e,c=aF(b),a=[0,c,0,b,c];b_(a,d);return hD(a[1],0,a[2])},0,a)}var
+u=bf(0),t=bf(1);function
+aU(a){return mU(a,u)}function
+hM(a){return R(a,u)?aT(a):a}function
+d5(b,a){return R(b,a)?a:b}function
+cu(b,a){return K(bf(b),a)}function
+g(b,a){return z(bf(b),a)}function
+D(a){return K(a,t)}function
+bg(d,a){var
+b=mX(d,a),c=ak(d,z(b,a));return M(u,c)?[0,b,c]:R(u,a)?[0,ak(b,t),K(c,a)]:[0,D(b),ak(c,a)]}function
+hN(b,a){return bg(b,a)[1]}function
+hO(b,a){return bg(b,a)[2]}function
+fB(d,c){var
+b=d,a=c;for(;;){if(w(a,u))return hM(b);var
+e=ak(b,z(mX(b,a),a)),b=a,a=e;continue}}var
+o8=o7.slice();function
 bz(b,a){return b>>>a|0|b<<(32-a|0)}function
-pd(M){var
+o9(M){var
 h=0,p=M;for(;;){if(p){var
 h=h+1|0,p=p[2];continue}var
 g=b9(((h+72|0)/64|0)*64|0,0),q=0,m=M;for(;;){if(m){var
 Q=m[2];b4(g,q,m[1]);var
-q=q+1|0,m=Q;continue}b4(g,h,db);Al(g,a6(g)-8|0,Aw(AE(pe,mP(h))));var
-f=pf.slice(),N=(a6(g)/64|0)-1|0,av=0;if(!(N<0)){var
+q=q+1|0,m=Q;continue}b4(g,h,da);Af(g,a4(g)-8|0,Aq(Ay(o_,mI(h))));var
+f=o$.slice(),N=(a4(g)/64|0)-1|0,av=0;if(!(N<0)){var
 o=av;a:for(;;){var
-aw=64*o|0,C=function(b){return function(a){return 16<=a?0:Au(Ai(g,b+(4*a|0)|0))}}(aw),c=mS(64,C(0)),i=1;for(;;){c[1+i]=C(i);var
+aw=64*o|0,C=function(b){return function(a){return 16<=a?0:Ao(Ac(g,b+(4*a|0)|0))}}(aw),c=mL(64,C(0)),i=1;for(;;){c[1+i]=C(i);var
 T=i+1|0;if(63!==i){var
 i=T;continue}var
 b=16;for(;;){var
-E=b+hf|0,F=b+hf|0,am=aP(c,E)[1+E]>>>3|0,G=b+hf|0,an=bz(aP(c,F)[1+F],18)^am,H=b-2|0,ao=bz(aP(c,G)[1+G],7)^an,I=b-2|0,ap=aP(c,H)[1+H]>>>10|0,J=b-2|0,aq=bz(aP(c,I)[1+I],19)^ap,K=b-7|0,ar=bz(aP(c,J)[1+J],17)^aq,L=b-16|0,as=aP(c,K)[1+K],at=((aP(c,L)[1+L]+ao|0)+as|0)+ar|0;aP(c,b)[1+b]=at;var
+E=b+g$|0,F=b+g$|0,am=aN(c,E)[1+E]>>>3|0,G=b+g$|0,an=bz(aN(c,F)[1+F],18)^am,H=b-2|0,ao=bz(aN(c,G)[1+G],7)^an,I=b-2|0,ap=aN(c,H)[1+H]>>>10|0,J=b-2|0,aq=bz(aN(c,I)[1+I],19)^ap,K=b-7|0,ar=bz(aN(c,J)[1+J],17)^aq,L=b-16|0,as=aN(c,K)[1+K],at=((aN(c,L)[1+L]+ao|0)+as|0)+ar|0;aN(c,b)[1+b]=at;var
 au=b+1|0;if(63!==b){var
 b=au;continue}var
-x=f.length-1,a=0===x?[0]:Af(f,0,x),e=0;for(;;){var
-k=aP(a,0)[1],l=aP(a,4)[5],_=bz(l,25),$=bz(l,11)^_,aa=bz(l,6)^$,ab=bz(k,22),ac=bz(k,13)^ab,ad=bz(k,2)^ac,ae=aP(c,e)[1+e],af=aP(pc,e)[1+e],ag=(l^-1)&aP(a,6)[7],ah=l&aP(a,5)[6]^ag,D=(((aP(a,7)[8]+aa|0)+ah|0)+af|0)+ae|0,ai=aP(a,2)[3],aj=aP(a,1)[2]&ai,P=0,ak=ad+(k&a[2]^k&a[3]^aj)|0;if(!((a.length-1-7|0)<0)&&!((a.length-1-7|0)<1)){Ac(a,0,a,1,7);P=1}if(!P)ct(nl);a[5]=a[5]+D|0;a[1]=D+ak|0;var
+x=f.length-1,a=0===x?[0]:z$(f,0,x),e=0;for(;;){var
+k=aN(a,0)[1],l=aN(a,4)[5],_=bz(l,25),$=bz(l,11)^_,aa=bz(l,6)^$,ab=bz(k,22),ac=bz(k,13)^ab,ad=bz(k,2)^ac,ae=aN(c,e)[1+e],af=aN(o8,e)[1+e],ag=(l^-1)&aN(a,6)[7],ah=l&aN(a,5)[6]^ag,D=(((aN(a,7)[8]+aa|0)+ah|0)+af|0)+ae|0,ai=aN(a,2)[3],aj=aN(a,1)[2]&ai,P=0,ak=ad+(k&a[2]^k&a[3]^aj)|0;if(!((a.length-1-7|0)<0)&&!((a.length-1-7|0)<1)){z8(a,0,a,1,7);P=1}if(!P)ct(nf);a[5]=a[5]+D|0;a[1]=D+ak|0;var
 al=e+1|0;if(63!==e){var
 e=al;continue}var
-B=a.length-1-1|0,W=0;if(!(B<0)){var
+A=a.length-1-1|0,W=0;if(!(A<0)){var
 d=W;for(;;){var
-X=a[1+d];f[1+d]=aP(f,d)[1+d]+X|0;var
-Y=d+1|0;if(B!==d){var
+X=a[1+d];f[1+d]=aN(f,d)[1+d]+X|0;var
+Y=d+1|0;if(A!==d){var
 d=Y;continue}break}}var
 ax=o+1|0;if(N!==o){var
 o=ax;continue a}break}break}break}break}}var
-O=hS(pg),r=f.length-1;if(0===r)var
+O=hL(pa),r=f.length-1;if(0===r)var
 t=[0];else{var
-y=mS(r,A(O,f[1])),z=r-1|0,U=1;if(!(z<1)){var
-j=U;for(;;){y[1+j]=A(O,f[1+j]);var
+y=mL(r,B(O,f[1])),z=r-1|0,U=1;if(!(z<1)){var
+j=U;for(;;){y[1+j]=B(O,f[1+j]);var
 V=j+1|0;if(z!==j){var
 j=V;continue}break}}var
 t=y}var
 n=t.length-1-1|0,s=0;for(;;){if(0<=n){var
 Z=[0,t[1+n],s],n=n-1|0,s=Z;continue}var
-w=cH(fD(ph,s)),v=function(a,d){if(a===a6(w))return 0;var
-b=mF(w,a),c=a+1|0;return[0,b,function(a){return v(c,a)}]},R=0,S=function(a){return v(R,a)},u=function(f,e){if(0===f){var
+w=cH(fx(pb,s)),v=function(a,d){if(a===a4(w))return 0;var
+b=my(w,a),c=a+1|0;return[0,b,function(a){return v(c,a)}]},R=0,S=function(a){return v(R,a)},u=function(f,e){if(0===f){var
 a=0,d=e;for(;;){var
-b=A(d,0);if(b){var
-a=[0,b[1],a],d=b[2];continue}return fC(a)}}var
-c=A(e,0);if(c){var
+b=B(d,0);if(b){var
+a=[0,b[1],a],d=b[2];continue}return fw(a)}}var
+c=B(e,0);if(c){var
 g=c[1];return[0,g,u(f-1|0,c[2])]}return 0};return u(500,S)}}}}function
 cQ(b,a){return b?a?0:1:a}function
 G(a){return a?0:1}function
-ay(b,a){var
-c=a?[0,A(b,a[1])]:a;return c}function
+aw(b,a){var
+c=a?[0,B(b,a[1])]:a;return c}function
 bS(a){return a[1]}function
 b$(a){return a[2]}function
-hW(b,a){return b?[0,hW(b[1],a)]:a}function
-d8(a,b){return a?hW(b,d8(a[1],b)):a}function
+hP(b,a){return b?[0,hP(b[1],a)]:a}function
+d6(a,b){return a?hP(b,d6(a[1],b)):a}function
 bA(b,a){return b?a:a?0:1}function
-hX(b,a){return b?[0,hX(b[1],a)]:a}function
-hY(a,b){return a?hX(b,hY(a[1],b)):a}function
-dk(d,c){var
+hQ(b,a){return b?[0,hQ(b[1],a)]:a}function
+hR(a,b){return a?hQ(b,hR(a[1],b)):a}function
+dj(d,c){var
 b=d,a=c;for(;;){if(b){if(a){var
 b=b[1],a=a[1];continue}return a}return a?0:1}}function
-fI(d,c){var
+fC(d,c){var
 b=d,a=c;for(;;){if(b){if(a){var
 b=b[1],a=a[1];continue}return a}return 1}}function
-fJ(b,a){return fI([0,b],a)}function
-d9(a){if(J(a,p))return p;var
-b=as(a,aq(2)),c=b[1];return w(b[2],u)?z(d(2,d9(c))):z(d(2,d(2,c)))}function
-d_(a){return typeof
-a==="number"?a?1:[0,p]:[0,z(d(2,a[1]))]}function
-d$(a){return typeof
-a==="number"?a:[0,d(2,a[1])]}function
-ea(f,b){if(J(f,p))return 1;var
-k=as(f,aq(2)),a=k[1];if(w(k[2],u)){if(J(b,p)){if(J(a,p))return 0;var
-c=as(a,aq(2)),e=c[1];return w(c[2],u)?[0,d(2,d9(e))]:[0,d(2,d(2,e))]}var
-g=as(b,aq(2)),h=g[1];return w(g[2],u)?d_(ea(a,h)):d$(ea(a,h))}if(J(b,p))return[0,d9(a)];var
-i=as(b,aq(2)),j=i[1];return w(i[2],u)?d$(cR(a,j)):d_(ea(a,j))}function
-cR(c,a){if(J(c,p))return J(a,p)?0:w(as(a,aq(2))[2],u)?1:1;var
-i=as(c,aq(2)),b=i[1];if(w(i[2],u)){if(J(a,p))return[0,d9(b)];var
-e=as(a,aq(2)),f=e[1];return w(e[2],u)?d$(cR(b,f)):d_(ea(b,f))}if(J(a,p))return[0,d(2,b)];var
-g=as(a,aq(2)),h=g[1];return w(g[2],u)?d_(cR(b,h)):d$(cR(b,h))}function
-eb(a,g,f){var
-b=g,d=f;for(;;){if(J(d,p))return A(a,b);var
-e=as(d,aq(2)),c=e[1];if(w(e[2],u)){var
-b=eb(a,b,c),d=c;continue}return A(a,eb(a,eb(a,b,c),c))}}function
-fK(h,g){var
-b=h,a=g;for(;;){if(J(b,p))return J(a,p)?1:w(as(a,aq(2))[2],u)?0:0;var
-e=as(b,aq(2)),f=e[1];if(w(e[2],u)){if(J(a,p))return 0;var
-c=as(a,aq(2)),i=c[1];if(w(c[2],u)){var
-b=f,a=i;continue}return 0}if(J(a,p))return 0;var
-d=as(a,aq(2)),j=d[1];if(w(d[2],u))return 0;var
-b=f,a=j;continue}}function
-ec(g,f,e){var
-h=e[2],a=e[1];if(typeof
-h==="number"){var
-k=d(2,d(2,p)),l=cR(A(f,A(g,p)),k);return[0,d(2,a),l]}var
-i=z(d(2,d(2,a))),b=A(f,A(g,h[1])),c=hA(i,b),j=0===c?0:0<=c?2:1,m=2<=j?0:1;if(m){var
-n=cR(b,i);return[0,z(d(2,a)),n]}return[0,d(2,a),[0,b]]}function
-dl(b){if(J(b,p))return[0,p,0];var
-h=as(b,aq(2)),a=h[1];if(w(h[2],u)){if(J(a,p))return[0,p,[0,p]];var
-c=as(a,aq(2)),e=c[1];if(w(c[2],u)){var
-i=dl(e),j=function(a){return d(2,a)};return ec(function(a){return d(2,a)},j,i)}var
-k=dl(e),l=function(a){return d(2,a)};return ec(function(a){return z(d(2,a))},l,k)}if(J(a,p))return[0,p,[0,d(2,p)]];var
-f=as(a,aq(2)),g=f[1];if(w(f[2],u)){var
-m=dl(g),n=function(a){return z(d(2,a))};return ec(function(a){return d(2,a)},n,m)}var
-o=dl(g);function
-q(a){return z(d(2,a))}return ec(function(a){return z(d(2,a))},q,o)}var
-hZ=M;function
-h0(c,b){var
-a=hA(c,b);return 0===a?0:0<=a?2:1}function
+fD(b,a){return fC([0,b],a)}function
+d7(a,g,f){var
+b=g,d=f;for(;;){if(M(d,t))return B(a,b);var
+e=bg(d,bf(2)),c=e[1];if(w(e[2],u)){var
+b=d7(a,b,c),d=c;continue}return B(a,d7(a,d7(a,b,c),c))}}function
+fE(h,g){var
+b=h,a=g;for(;;){if(M(b,t))return M(a,t)?1:w(bg(a,bf(2))[2],u)?0:0;var
+e=bg(b,bf(2)),f=e[1];if(w(e[2],u)){if(M(a,t))return 0;var
+c=bg(a,bf(2)),i=c[1];if(w(c[2],u)){var
+b=f,a=i;continue}return 0}if(M(a,t))return 0;var
+d=bg(a,bf(2)),j=d[1];if(w(d[2],u))return 0;var
+b=f,a=j;continue}}var
+hS=K;function
+hT(c,b){var
+a=mU(c,b);return 0===a?0:0<=a?2:1}function
 bs(b,a){var
-c=aT(a);return 0===c?u:1===c?hU(b,a):cu(-1,hU(cu(-1,b),a))}function
-h1(b,a){var
-c=aT(a);return 0===c?b:1===c?hV(b,a):M(a,cu(1,hV(cu(-1,b),a)))}function
-h2(e){function
-f(a){return 0<aT(hB(e,a))?1:0}if(0<aT(e)){var
+c=aU(a);return 0===c?u:1===c?hN(b,a):cu(-1,hN(cu(-1,b),a))}function
+hU(b,a){var
+c=aU(a);return 0===c?b:1===c?hO(b,a):K(a,cu(1,hO(cu(-1,b),a)))}function
+hV(e){function
+f(a){return 0<aU(hu(e,a))?1:0}if(0<aU(e)){var
 a=1;for(;;){if(f(a)){var
 a=2*a|0;continue}var
 b=0,c=a;for(;;){if(1<(c-b|0)){var
 d=(b+c|0)/2|0;if(f(d)){var
 b=d;continue}var
-c=d;continue}return aq(b)}}}return u}function
-ed(b,c){var
-a=m2(c);return 0<=a?m1(b,a):hB(b,-a|0)}function
-fL(b,a){return hT(C(b,bs(a,fH(b,a))))}function
+c=d;continue}return bf(b)}}}return u}function
+d8(b,c){var
+a=mW(c);return 0<=a?mV(b,a):hu(b,-a|0)}function
+fF(b,a){return hM(z(b,bs(a,fB(b,a))))}function
 ca(b,a){return a?a[1]:b}function
 bT(a){var
 b=a?a[2]:a;return b}function
@@ -1915,296 +1885,296 @@ a=d,b=c;for(;;){if(a){var
 e=[0,a[1],b],a=a[2],b=e;continue}return b}}function
 bh(e,d,c){var
 a=d,b=c;for(;;){if(a){var
-f=aM(e,b,a[1]),a=a[2],b=f;continue}return b}}function
+f=aK(e,b,a[1]),a=a[2],b=f;continue}return b}}function
 aa(e,d){var
 a=d;for(;;){if(a){var
-b=A(e,a[1]);if(!b){var
+b=B(e,a[1]);if(!b){var
 a=a[2];continue}var
 c=b}else
 var
 c=a;return c}}function
 F(d,c){var
 a=c;for(;;){if(a){var
-b=A(d,a[1]);if(b){var
+b=B(d,a[1]);if(b){var
 a=a[2];continue}return b}return 1}}function
-cS(d,c){var
+cR(d,c){var
 a=c;for(;;){if(a){var
-b=a[1];if(A(d,b))return[0,b];var
+b=a[1];if(B(d,b))return[0,b];var
 a=a[2];continue}return a}}function
-h3(b,a){if(b)if(a)var
-d=h3(b[1],a[2]),c=[0,a[1],d];else
+hW(b,a){if(b)if(a)var
+d=hW(b[1],a[2]),c=[0,a[1],d];else
 var
 c=a;else
 var
 c=b;return c}function
-dm(b,a){var
-c=a?[0,b,dm(b,a[1])]:a;return c}var
-h4=0,pi=1;function
-h5(a,b){var
-c=a?1:a;return fB((b<<1&g_)+c|0)}function
-fM(b,a){if(b){var
-c=b[1];if(J(a,p))return pi;var
-d=as(a,aq(2)),e=d[1];return w(d[2],u)?h5(0,fM(c,e)):h5(1,fM(c,e))}return h4}function
-h6(a){if(a){var
-b=h6(a[2]),c=C(d(2,p),b),e=a[1]?p:u;return M(e,c)}return u}function
-h7(c,b){var
+dk(b,a){var
+c=a?[0,b,dk(b,a[1])]:a;return c}var
+hX=0,pc=1;function
+hY(a,b){var
+c=a?1:a;return fv((b<<1&g4)+c|0)}function
+fG(b,a){if(b){var
+c=b[1];if(M(a,t))return pc;var
+d=bg(a,bf(2)),e=d[1];return w(d[2],u)?hY(0,fG(c,e)):hY(1,fG(c,e))}return hX}function
+hZ(a){if(a){var
+b=hZ(a[2]),c=z(g(2,t),b),d=a[1]?t:u;return K(d,c)}return u}function
+h0(c,b){var
 a=c-b|0;return 0<=a?0===a?0:2:1}function
-ee(b,a){return 2<=h7(b,a)?0:1}function
+d9(b,a){return 2<=h0(b,a)?0:1}function
 k(a){if(a)var
 c=k(a[2]),b=[0,a[1],c];else
 var
 b=a;return b}function
 x(b,a){return N(N(b,0),a)}function
-aw(c){var
+au(c){var
 b=0,a=c;for(;;){if(a){var
 b=[0,b],a=a[2];continue}return b}}function
-s(e,d){var
+r(e,d){var
 b=0,a=d,f=0;for(;;){if(a){var
-c=a[2],b=[0,A(e,a[1]),b],a=c;continue}return N(b,f)}}function
+c=a[2],b=[0,B(e,a[1]),b],a=c;continue}return N(b,f)}}function
 ab(e,d){var
 b=0,a=d,f=0;for(;;){if(a){var
-c=a[2],b=N(A(e,a[1]),b),a=c;continue}return N(b,f)}}function
+c=a[2],b=N(B(e,a[1]),b),a=c;continue}return N(b,f)}}function
 bi(d){var
 b=0,a=d,e=0;for(;;){if(a){var
 c=a[2],b=N(a[1],b),a=c;continue}return N(b,e)}}function
-az(g,f){var
+ax(g,f){var
 b=0,a=f,h=0;for(;;){if(a){var
-c=a[1],d=a[2],e=A(g,c)?[0,c,b]:b,b=e,a=d;continue}return N(b,h)}}function
-aB(e,d){var
+c=a[1],d=a[2],e=B(g,c)?[0,c,b]:b,b=e,a=d;continue}return N(b,h)}}function
+az(e,d){var
 c=0,b=e,a=d,f=0;for(;;){if(b&&a){var
 c=[0,[0,b[1],a[1]],c],b=b[2],a=a[2];continue}return N(c,f)}}function
-dn(e,d){var
+dl(e,d){var
 c=0,b=e,a=d,f=0;for(;;){if(a){var
-c=[0,[0,b,a[1]],c],b=M(b,p),a=a[2];continue}return N(c,f)}}function
-ef(c,a){var
+c=[0,[0,b,a[1]],c],b=K(b,t),a=a[2];continue}return N(c,f)}}function
+d_(c,a){var
 b=0,d=N(a,0);return bh(function(b,a){if(b){var
-d=b[1],e=d[1];return w(e,A(c,a))?[0,[0,e,[0,a,d[2]]],b[2]]:[0,[0,A(c,a),[0,a,0]],b]}return[0,[0,A(c,a),[0,a,0]],0]},d,b)}function
-ax(c,b,a){var
-d=N(a,0);return bh(function(b,a){return aM(c,a,b)},d,b)}function
-aK(c){var
+d=b[1],e=d[1];return w(e,B(c,a))?[0,[0,e,[0,a,d[2]]],b[2]]:[0,[0,B(c,a),[0,a,0]],b]}return[0,[0,B(c,a),[0,a,0]],0]},d,b)}function
+av(c,b,a){var
+d=N(a,0);return bh(function(b,a){return aK(c,a,b)},d,b)}function
+aI(c){var
 b=u,a=c;for(;;){if(a){var
-b=M(b,p),a=a[1];continue}return b}}function
+b=K(b,t),a=a[1];continue}return b}}function
 bj(a){var
-b=aT(a);if(0===b)return 0;if(0<b){var
-c=0;return eb(function(a){return[0,a]},c,a)}return 0}function
+b=aU(a);if(0===b)return 0;if(0<b){var
+c=0;return d7(function(a){return[0,a]},c,a)}return 0}function
 cb(e,d){var
 c=0,b=e,a=d,f=0;for(;;){if(a){var
 c=[0,b,c],b=[0,b],a=a[1];continue}return N(c,f)}}function
-dp(d){var
+dm(d){var
 c=0,b=u,a=bj(d),e=0;for(;;){if(a){var
-c=[0,b,c],b=M(b,p),a=a[1];continue}return N(c,e)}}function
-eg(j,i,h){var
+c=[0,b,c],b=K(b,t),a=a[1];continue}return N(c,e)}}function
+d$(j,i,h){var
 d=N(i,h),a=0,c=i,b=h;for(;;){if(c){var
 e=c[1];if(b){if(d){var
-f=d[2],g=b[1];if(aM(j,e,g)){var
+f=d[2],g=b[1];if(aK(j,e,g)){var
 d=f,a=[0,e,a],c=c[2];continue}var
 d=f,a=[0,g,a],b=b[2];continue}return d}return N(a,c)}return N(a,b)}}function
-h8(c,b,a){if(a){var
-d=a[2],e=a[1];return e?[0,0,h8(c,eg(c,e,b),d)]:[0,b,d]}return[0,b,0]}function
-h9(e,d,c){var
+h1(c,b,a){if(a){var
+d=a[2],e=a[1];return e?[0,0,h1(c,d$(c,e,b),d)]:[0,b,d]}return[0,b,0]}function
+h2(e,d,c){var
 b=d,a=c;for(;;){if(a){var
-f=a[2],b=eg(e,a[1],b),a=f;continue}return b}}function
-h_(c,i){var
+f=a[2],b=d$(e,a[1],b),a=f;continue}return b}}function
+h3(c,i){var
 b=0,a=i;for(;;){if(a){var
 d=a[2],e=a[1];if(d){var
-f=d[1],g=d[2],h=aM(c,e,f)?[0,e,[0,f,0]]:[0,f,[0,e,0]],b=h8(c,h,b),a=g;continue}return h9(c,a,b)}return h9(c,a,b)}}function
-h$(c,b,a){if(b){var
-d=b[2],e=b[1];return e?[0,0,h$(c,d,eg(c,e[1],a))]:[0,[0,a],d]}return[0,[0,a],0]}function
-ia(b,e){var
+f=d[1],g=d[2],h=aK(c,e,f)?[0,e,[0,f,0]]:[0,f,[0,e,0]],b=h1(c,h,b),a=g;continue}return h2(c,a,b)}return h2(c,a,b)}}function
+h4(c,b,a){if(b){var
+d=b[2],e=b[1];return e?[0,0,h4(c,d,d$(c,e[1],a))]:[0,[0,a],d]}return[0,[0,a],0]}function
+h5(b,e){var
 a=e;for(;;){if(a){var
 c=a[2],d=a[1];if(d){var
-f=ia(b,c);return eg(b,d[1],f)}var
+f=h5(b,c);return d$(b,d[1],f)}var
 a=c;continue}return a}}function
-fN(c,e){var
+fH(c,e){var
 b=0,a=e;for(;;){if(a){var
-d=a[2],b=h$(c,b,[0,a[1],0]),a=d;continue}return ia(c,b)}}function
-eh(a){var
+d=a[2],b=h4(c,b,[0,a[1],0]),a=d;continue}return h5(c,b)}}function
+ea(a){var
 b=a?1:a;return b}function
-cT(a){var
-b=fH(a[1],a[2]),c=bs(a[2],b),d=aT(c);return 0===d?a:0<d?[0,bs(a[1],b),c]:a}function
-aj(b,a){return cT([0,M(C(b[1],a[2]),C(a[1],b[2])),C(b[2],a[2])])}function
-R(b,a){return cT([0,C(b[1],a[1]),C(b[2],a[2])])}function
-bC(a){return[0,aW(a[1]),a[2]]}function
-aU(a){var
-b=a[1],c=aT(b);return 0===c?[0,u,p]:0<c?[0,a[2],b]:[0,u,p]}var
-P=[0,u,p],U=[0,p,p];function
-a3(a){return J(u,a[1])}function
-ag(a){return T(u,a[1])}function
-I(b,a){return J(C(b[1],a[2]),C(a[1],b[2]))}function
-cU(b,a){var
+cS(a){var
+b=fB(a[1],a[2]),c=bs(a[2],b),d=aU(c);return 0===d?a:0<d?[0,bs(a[1],b),c]:a}function
+aj(b,a){return cS([0,K(z(b[1],a[2]),z(a[1],b[2])),z(b[2],a[2])])}function
+S(b,a){return cS([0,z(b[1],a[1]),z(b[2],a[2])])}function
+bC(a){return[0,aT(a[1]),a[2]]}function
+aR(a){var
+b=a[1],c=aU(b);return 0===c?[0,u,t]:0<c?[0,a[2],b]:[0,u,t]}var
+P=[0,u,t],U=[0,t,t];function
+a1(a){return M(u,a[1])}function
+ag(a){return R(u,a[1])}function
+I(b,a){return M(z(b[1],a[2]),z(a[1],b[2]))}function
+cT(b,a){var
 c=w(b[1],a[1]);return c?w(b[2],a[2]):c}function
-aE(a){return ax(aj,P,a)}function
-ib(f,a){if(a){var
-g=a[1],b=g[2],c=g[1],d=ib(f,a[2]);if(d){var
-h=d[1],i=h[2],e=h[1],j=d[2];return aM(f,c,e)?[0,[0,e,M(b,i)],j]:[0,[0,c,b],[0,[0,e,i],j]]}var
+aC(a){return av(aj,P,a)}function
+h6(f,a){if(a){var
+g=a[1],b=g[2],c=g[1],d=h6(f,a[2]);if(d){var
+h=d[1],i=h[2],e=h[1],j=d[2];return aK(f,c,e)?[0,[0,e,K(b,i)],j]:[0,[0,c,b],[0,[0,e,i],j]]}var
 k=[0,[0,c,b],0]}else
 var
 k=a;return k}function
-ic(a){if(a){var
-b=a[1],c=ic(a[2]),d=b[2][1],e=b[1];return x(s(function(a){return[0,a[1],C(e,a[2])]},d),c)}return a}function
-id(a){if(a){var
-b=a[1],c=id(a[2]);return M(C(b[1],b[2][2]),c)}return u}function
-ie(d,c,b){if(b){var
-f=ie(d,c,b[2]),a=b[1],e=T(u,a[2])?A(c,a[1]):A(d,a[1]);return M(C(a[2],e),f)}return u}function
-pk(b,a){var
+h7(a){if(a){var
+b=a[1],c=h7(a[2]),d=b[2][1],e=b[1];return x(r(function(a){return[0,a[1],z(e,a[2])]},d),c)}return a}function
+h8(a){if(a){var
+b=a[1],c=h8(a[2]);return K(z(b[1],b[2][2]),c)}return u}function
+h9(d,c,b){if(b){var
+f=h9(d,c,b[2]),a=b[1],e=R(u,a[2])?B(c,a[1]):B(d,a[1]);return K(z(a[2],e),f)}return u}function
+pe(b,a){var
 c=a[1],d=b[1],e=w(d[1],c[1]),f=e?w(d[2],c[2]):e;return f?w(b[2],a[2]):f}function
 bU(a){return[0,0,a]}function
-ei(b,a){var
+eb(b,a){var
 c=aj(b[2],a[2]);return[0,x(b[1],a[1]),c]}function
 cv(b,a){var
-c=R(b,a[2]),d=a[1];return[0,s(function(a){var
-c=R(b,a[2]);return[0,a[1],c]},d),c]}function
-cc(b,a){return ei(b,cv(bC(U),a))}function
-ig(a){return ax(ei,bU(P),a)}function
-ej(e,d,c){var
+c=S(b,a[2]),d=a[1];return[0,r(function(a){var
+c=S(b,a[2]);return[0,a[1],c]},d),c]}function
+cc(b,a){return eb(b,cv(bC(U),a))}function
+h_(a){return av(eb,bU(P),a)}function
+ec(e,d,c){var
 a=d,b=c;for(;;){if(a){if(w(b,u))return a[1];var
-a=a[2],b=al(b,p);continue}return e}}function
-ih(a){var
-b=dn(u,a);return[0,s(function(a){return[0,[0,[0,a[1],u],u],a[2]]},b),P]}function
-dq(c,b,a){if(c[11])return ih(a[3]);var
-d=0,e=a[1],f=c[6]?aW(p):b[2];return[0,[0,[0,[0,[0,b[1],f],e],U],d],P]}function
-dr(a){var
-b=a[3];return aE(s(function(a){return a[2]},b))}function
-fO(b,a){switch(b[3]){case
-0:return dr(a);case
+a=a[2],b=ak(b,t);continue}return e}}function
+h$(a){var
+b=dl(u,a);return[0,r(function(a){return[0,[0,[0,a[1],u],u],a[2]]},b),P]}function
+dn(c,b,a){if(c[11])return h$(a[3]);var
+d=0,e=a[1],f=c[6]?aT(t):b[2];return[0,[0,[0,[0,[0,b[1],f],e],U],d],P]}function
+dp(a){var
+b=a[3];return aC(r(function(a){return a[2]},b))}function
+fI(b,a){switch(b[3]){case
+0:return dp(a);case
 1:return a[4];default:return U}}function
-ii(c,a){var
-b=a[3],d=ig(s(function(b){var
-d=dq(c,a,b);return cv(b[2],d)},b));return cv(aU(dr(a)),d)}function
-fP(b,a){var
-c=b[4];return az(function(b){return w(b[2],a)},c)}function
-fQ(a,b){var
-c=fP(a,b);return aE(s(function(b){return fO(a,b)},c))}var
-ek=bU(P);function
-el(e,a,d){var
-b=a[3],c=cS(function(a){return w(a[1],d)},b);return ay(function(b){return dq(e,a,b)},c)}function
-ij(f,e){var
+ia(c,a){var
+b=a[3],d=h_(r(function(b){var
+d=dn(c,a,b);return cv(b[2],d)},b));return cv(aR(dp(a)),d)}function
+fJ(b,a){var
+c=b[4];return ax(function(b){return w(b[2],a)},c)}function
+fK(a,b){var
+c=fJ(a,b);return aC(r(function(b){return fI(a,b)},c))}var
+ed=bU(P);function
+ee(e,a,d){var
+b=a[3],c=cR(function(a){return w(a[1],d)},b);return aw(function(b){return dn(e,a,b)},c)}function
+ib(f,e){var
 a=f;for(;;){if(a){var
 c=a[2],b=a[1],g=b[1];if(aa(function(b){return function(a){return w(b,a)}}(g),e)){var
 a=c;continue}var
-d=[0,b,ij(c,[0,b[1],0])]}else
+d=[0,b,ib(c,[0,b[1],0])]}else
 var
 d=a;return d}}function
-ik(b,a){if(a){var
-c=a[1],d=b[4];return az(function(a){return w(a[1],c)},d)}return b[4]}function
-il(d,c,b){var
-a=ik(c,b);return d[6]?ij(a,0):a}function
-im(e,g,d){if(d){var
-a=d[1],i=g[4],c=cS(function(b){var
+ic(b,a){if(a){var
+c=a[1],d=b[4];return ax(function(a){return w(a[1],c)},d)}return b[4]}function
+id(d,c,b){var
+a=ic(c,b);return d[6]?ib(a,0):a}function
+ie(e,g,d){if(d){var
+a=d[1],i=g[4],c=cR(function(b){var
 c=w(b[1],a[1]);if(c){var
 d=e[6];if(!d)return w(b[2],a[2]);var
 f=d}else
 var
 f=c;return f},i);if(c)var
-j=el(e,c[1],a[3]),k=a[4],b=ay(function(a){return cv(k,a)},j);else
+j=ee(e,c[1],a[3]),k=a[4],b=aw(function(a){return cv(k,a)},j);else
 var
 b=c;if(b)var
-f=im(e,g,d[2]),l=f?[0,ei(b[1],f[1])]:f,h=l;else
+f=ie(e,g,d[2]),l=f?[0,eb(b[1],f[1])]:f,h=l;else
 var
 h=b;return h}return[0,bU(P)]}function
-io(a,b,f){var
+ig(a,b,f){var
 c=a[11];if(c)var
-j=c[1][3],k=s(function(a){var
-b=ih(a[1]);return cc(bU(a[2]),b)},j),i=il(a,b,0),g=x(ab(function(b){var
+j=c[1][3],k=r(function(a){var
+b=h$(a[1]);return cc(bU(a[2]),b)},j),i=id(a,b,0),g=x(ab(function(b){var
 c=b[3];return ab(function(c){var
-d=dq(a,b,c),e=[0,cc(bU(a[2]),d),0],f=bU(a[3]);return[0,cc(dq(a,b,c),f),e]},c)},i),k);else
+d=dn(a,b,c),e=[0,cc(bU(a[2]),d),0],f=bU(a[3]);return[0,cc(dn(a,b,c),f),e]},c)},i),k);else
 var
 g=c;var
-l=a[10],m=x(s(function(d){var
-c=im(a,b,d[1]);if(c){var
-e=c[1];return cc(bU(d[2]),e)}return ek},l),g),d=a[7];if(d)var
-n=d[1],e=ik(b,f),h=ab(function(b){return ab(function(c){var
+l=a[10],m=x(r(function(d){var
+c=ie(a,b,d[1]);if(c){var
+e=c[1];return cc(bU(d[2]),e)}return ed},l),g),d=a[7];if(d)var
+n=d[1],e=ic(b,f),h=ab(function(b){return ab(function(c){var
 d=w(b[1],c[1]),e=d?G(w(b[2],c[2])):d;if(e){var
-f=b[3];return s(function(e){var
-f=el(a,c,e[1]);if(f){var
-g=dq(a,b,e),d=a[8],h=f[1],i=c[2],j=b[2],k=d?ej(P,ej(0,d[1],j),i):U;return cc(ei(bU(R(n,k)),h),g)}return ek},f)}return e},e)},e);else
+f=b[3];return r(function(e){var
+f=ee(a,c,e[1]);if(f){var
+g=dn(a,b,e),d=a[8],h=f[1],i=c[2],j=b[2],k=d?ec(P,ec(0,d[1],j),i):U;return cc(eb(bU(S(n,k)),h),g)}return ed},f)}return e},e)},e);else
 var
 h=d;var
-o=x(h,m),p=il(a,b,f);return x(ab(function(d){var
-b=a[9];return s(function(e){var
-b=el(a,d,e[1]);if(b){var
-c=el(a,d,e[2]);return c?cc(c[1],b[1]):ek}return ek},b)},p),o)}function
-ip(a){if(a[10])return 1;var
+o=x(h,m),p=id(a,b,f);return x(ab(function(d){var
+b=a[9];return r(function(e){var
+b=ee(a,d,e[1]);if(b){var
+c=ee(a,d,e[2]);return c?cc(c[1],b[1]):ed}return ed},b)},p),o)}function
+ih(a){if(a[10])return 1;var
 b=a[11],c=b?1:b;return c}function
-iq(a){return ax(function(b,a){return fL(b[2],a)},p,a)}function
-ir(b,a){return w(h1(b,a[2]),u)}function
-em(b,a){var
-c=bs(b,a[2]);return C(a[1],c)}function
-is(a){var
-b=s(b$,a[1]);return[0,a[2],b]}function
-cV(a){return iq(is(a))}function
-it(a){var
-b=T(u,cV(a));if(b){var
-c=is(a),d=cV(a);return F(function(a){return ir(d,a)},c)}return b}function
-iu(a){var
-b=cV(a),c=em(b,a[2]),d=a[1];return[0,s(function(a){var
-c=em(b,a[2]);return[0,a[1],c]},d),c]}function
-iv(a){var
+ii(a){return av(function(b,a){return fF(b[2],a)},t,a)}function
+ij(b,a){return w(hU(b,a[2]),u)}function
+ef(b,a){var
+c=bs(b,a[2]);return z(a[1],c)}function
+ik(a){var
+b=r(b$,a[1]);return[0,a[2],b]}function
+cU(a){return ii(ik(a))}function
+il(a){var
+b=R(u,cU(a));if(b){var
+c=ik(a),d=cU(a);return F(function(a){return ij(d,a)},c)}return b}function
+im(a){var
+b=cU(a),c=ef(b,a[2]),d=a[1];return[0,r(function(a){var
+c=ef(b,a[2]);return[0,a[1],c]},d),c]}function
+io(a){var
 b=a[11];if(b){var
 c=b[1];return x(c[1],c[2])}return[0,a[3],[0,a[2],0]]}function
-fR(a){return iq(iv(a))}function
-iw(g,a,f){var
+fL(a){return ii(io(a))}function
+ip(g,a,f){var
 c=g,b=f;for(;;){if(b){if(a){var
 d=a[1],e=b[2],h=d[2],i=b[1];if(w(d[1],c)){var
-j=iw(M(c,p),a[2],e);return ay(function(a){return[0,[0,h,i],a]},j)}var
-c=M(c,p),b=e;continue}return pl}return a?0:pm}}function
-ix(a){var
+j=ip(K(c,t),a[2],e);return aw(function(a){return[0,[0,h,i],a]},j)}var
+c=K(c,t),b=e;continue}return pf}return a?0:pg}}function
+iq(a){var
 b=a[4];if(b){var
 c=b[1];return I(c,a[3])?a[3]:c}return a[3]}function
-pn(a){var
-b=a[3];return s(function(b){var
-c=b[2],d=R(aU(dr(a)),c);return[0,b[1],d]},b)}function
-iy(b,a){return ag(fQ(b,a))}function
-iz(a){if(2<=a[3]){var
-c=aK(aw(a[2])),d=C(aK(aw(a[1])),c),b=w(aK(aw(a[4])),d);if(b){var
-e=a[2];return az(function(b){return iy(a,b)},e)}return b}var
-f=a[2];return az(function(b){return iy(a,b)},f)}function
-po(a){var
-e=a[3],b=F(function(a){return a3(a[2])},e);if(b){var
-c=ag(dr(a));if(c)return a3(a[4]);var
+ph(a){var
+b=a[3];return r(function(b){var
+c=b[2],d=S(aR(dp(a)),c);return[0,b[1],d]},b)}function
+ir(b,a){return ag(fK(b,a))}function
+is(a){if(2<=a[3]){var
+c=aI(au(a[2])),d=z(aI(au(a[1])),c),b=w(aI(au(a[4])),d);if(b){var
+e=a[2];return ax(function(b){return ir(a,b)},e)}return b}var
+f=a[2];return ax(function(b){return ir(a,b)},f)}function
+pi(a){var
+e=a[3],b=F(function(a){return a1(a[2])},e);if(b){var
+c=ag(dp(a));if(c)return a1(a[4]);var
 d=c}else
 var
 d=b;return d}function
-iA(a){var
-b=a[3],c=aE(s(function(a){return R(a[2],a[4])},b));return R(aU(dr(a)),c)}function
-iB(b,a){if(b[1]){var
-c=a[1];return s(function(b){var
-c=a[4];return s(iA,az(function(a){return w(a[1],b)},c))},c)}var
-d=0,e=iz(a);return[0,s(function(b){var
-c=fP(a,b),d=aE(s(function(b){var
-c=iA(b);return R(fO(a,b),c)},c));return R(aU(fQ(a,b)),d)},e),d]}function
+it(a){var
+b=a[3],c=aC(r(function(a){return S(a[2],a[4])},b));return S(aR(dp(a)),c)}function
+iu(b,a){if(b[1]){var
+c=a[1];return r(function(b){var
+c=a[4];return r(it,ax(function(a){return w(a[1],b)},c))},c)}var
+d=0,e=is(a);return[0,r(function(b){var
+c=fJ(a,b),d=aC(r(function(b){var
+c=it(b);return S(fI(a,b),c)},c));return S(aR(fK(a,b)),d)},e),d]}function
 H(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=dZ(b[1],a[1]);if(c){var
+c=dX(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return a?0:1}}var
-ds=34;function
-dt(a){var
+dq=34;function
+dr(a){var
 b=32===a?1:0,c=b||(9===a?1:0),d=c||(10===a?1:0),e=d||(13===a?1:0);return e}function
-fS(a){if(48===a)return[0,u];if(49===a)return[0,p];if(50===a)return[0,d(2,p)];if(51===a)return[0,z(d(2,p))];if(52===a)return[0,d(2,d(2,p))];if(53===a)return[0,z(d(2,d(2,p)))];if(54===a)return[0,d(2,z(d(2,p)))];if(55===a)return[0,z(d(2,z(d(2,p))))];if(56===a)return[0,d(2,d(2,d(2,p)))];var
-b=57===a?1:0,c=b?[0,z(d(2,d(2,d(2,p))))]:b;return c}function
-en(b){var
-a=fS(b),c=a?1:a;return c}function
-iC(f,e){var
-b=f,a=e;for(;;){if(a){var
-c=fS(a[1]);if(c){var
-g=a[2],h=c[1],b=M(C(d(2,z(d(2,d(2,p)))),b),h),a=g;continue}return c}return[0,b]}}function
-iD(d,c){var
+fM(a){if(48===a)return[0,u];if(49===a)return[0,t];if(50===a)return[0,g(2,t)];if(51===a)return[0,D(g(2,t))];if(52===a)return[0,g(2,g(2,t))];if(53===a)return[0,D(g(2,g(2,t)))];if(54===a)return[0,g(2,D(g(2,t)))];if(55===a)return[0,D(g(2,D(g(2,t))))];if(56===a)return[0,g(2,g(2,g(2,t)))];var
+b=57===a?1:0,c=b?[0,D(g(2,g(2,g(2,t))))]:b;return c}function
+eg(b){var
+a=fM(b),c=a?1:a;return c}function
+iv(e,d){var
+b=e,a=d;for(;;){if(a){var
+c=fM(a[1]);if(c){var
+f=a[2],h=c[1],b=K(z(g(2,D(g(2,g(2,t)))),b),h),a=f;continue}return c}return[0,b]}}function
+iw(d,c){var
 a=d,b=c;for(;;){if(b){if(a){var
 a=a[1],b=b[2];continue}return a}return 1}}function
-iE(a){var
-b=iD(pp,a);return b?a?a[2]?48===a[1]?0:iC(u,a):iC(u,a):a:b}function
-cW(d,c){var
+ix(a){var
+b=iw(pj,a);return b?a?a[2]?48===a[1]?0:iv(u,a):iv(u,a):a:b}function
+cV(d,c){var
 a=c;for(;;){if(a){var
-b=a[1];if(dZ(d,b[1]))return[0,b[2]];var
+b=a[1];if(dX(d,b[1]))return[0,b[2]];var
 a=a[2];continue}return a}}function
-fT(k,j,i,h){var
-a=cW(k,du);if(a){var
-b=cW(j,du);if(b){var
-c=cW(i,du);if(c)var
-d=cW(h,du),l=d?[0,[0,[0,[0,a[1],b[1]],c[1]],d[1]]]:d,e=l;else
+fN(k,j,i,h){var
+a=cV(k,ds);if(a){var
+b=cV(j,ds);if(b){var
+c=cV(i,ds);if(c)var
+d=cV(h,ds),l=d?[0,[0,[0,[0,a[1],b[1]],c[1]],d[1]]]:d,e=l;else
 var
 e=c;var
 f=e}else
@@ -2216,11 +2186,11 @@ g=a;return g}function
 bD(i,h,g,f,e,d,c,b){function
 a(a,b){var
 c=a?1<<b:a;return c}var
-j=a(i,7),k=a(h,6),l=a(g,5),m=a(f,4),n=a(e,3),o=a(d,2),p=a(c,1);return fB(((((((a(b,0)+p|0)+o|0)+n|0)+m|0)+l|0)+k|0)+j|0)}function
-cX(b){function
+j=a(i,7),k=a(h,6),l=a(g,5),m=a(f,4),n=a(e,3),o=a(d,2),p=a(c,1);return fv(((((((a(b,0)+p|0)+o|0)+n|0)+m|0)+l|0)+k|0)+j|0)}function
+cW(b){function
 a(a){return 0!==(b&1<<a)?1:0}var
 c=a(7);return a(6)?0:c}function
-iF(a){function
+iy(a){function
 b(b){return 0!==(a&1<<b)?1:0}var
 f=b(7),g=b(6);if(b(5)){if(f)return 0;var
 c=G(a===34?1:0);return c?G(92===a?1:0):c}if(g){if(f)return 0;var
@@ -2228,13 +2198,13 @@ d=G(a===34?1:0);if(d)return G(92===a?1:0);var
 e=d}else
 var
 e=g;return e}var
-pr=[0,[0,ds,ds],pq];function
-ps(cJ,cI){var
+pl=[0,[0,dq,dq],pk];function
+pm(cJ,cI){var
 d=cJ,h=cI;for(;;){if(h){var
-w=h[2],j=h[1];if(iF(j)){var
+w=h[2],j=h[1];if(iy(j)){var
 d=[0,j,d],h=w;continue}if(w){var
 i=w[2],e=w[1];if(G(92===j?1:0)){var
-bx=cX(e);if(bx){var
+bx=cW(e);if(bx){var
 s=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),by=s(7),bz=s(6),co=s(5),cp=s(4),cq=s(3),cr=s(2),cs=s(1);if(co)var
 ao=0;else{if(bz)if(by)var
 cm=cs||cr,cn=cm||cq,ah=cn||cp;else
@@ -2246,7 +2216,7 @@ ao=ah}}else
 var
 ao=bx;if(ao){var
 d=[0,e,[0,j,d]],h=i;continue}if(i){var
-x=i[2],M=i[1],bA=cX(e),bB=bA?cX(M):bA;if(bB){var
+x=i[2],M=i[1],bA=cW(e),bB=bA?cW(M):bA;if(bB){var
 k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),g=k(7),b=k(6),c=k(5),m=k(4),bC=k(3),bE=k(2),bF=k(1);if(k(0))if(bF)if(m)var
 a=0;else
 var
@@ -2290,7 +2260,7 @@ a=aj}}else
 var
 a=bB;if(a){var
 d=[0,M,[0,e,[0,j,d]]],h=x;continue}if(x){var
-bS=x[1],bG=cX(e),bH=bG?cX(M):bG,bI=bH?cX(bS):bH;if(bI){var
+bS=x[1],bG=cW(e),bH=bG?cW(M):bG,bI=bH?cW(bS):bH;if(bI){var
 n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),t=n(7),o=n(6),p=n(5),q=n(4),H=n(3),ak=n(2),cH=n(1);if(n(0))if(ak||H)var
 f=0;else
 var
@@ -2329,7 +2299,7 @@ bU=i;return bU}if(l===e){if(i){var
 O=i[2];if(O){var
 P=O[2];if(P){var
 Q=P[2];if(Q){var
-r=Q[2],ap=fT(i[1],O[1],P[1],Q[1]);if(ap){var
+r=Q[2],ap=fN(i[1],O[1],P[1],Q[1]);if(ap){var
 y=ap[1],aE=y[1][1],aF=aE[1],aG=aF[1],aH=aG[1],aI=aH[1],aw=0;if(aI){var
 aJ=aH[2];if(aJ)if(aG[2]){var
 aq=0;aw=1}else{var
@@ -2355,7 +2325,7 @@ K=J[2],aA=0;if(K){var
 L=K[2],aB=0;if(L){var
 al=L[2],aC=0;if(al){var
 bL=92===r[1]?1:0,bM=bL?l===I[1]?1:0:bL;if(bM){var
-am=fT(J[1],K[1],L[1],al[1]);if(am){var
+am=fN(J[1],K[1],L[1],al[1]);if(am){var
 aO=am[1][1][1],aP=aO[1],aQ=aP[1],aR=aQ[1],aS=aR[1],b8=0;if(aS){var
 aT=aR[2];if(aT)if(aQ[2]){var
 ar=0;ay=1;az=1;aA=1;aB=1;aC=1;b8=1}else{var
@@ -2394,7 +2364,7 @@ R=as[2];if(R){var
 S=R[2];if(S){var
 T=S[2];if(T){var
 U=T[2];if(U){var
-at=fT(R[1],S[1],T[1],U[1]);if(at){var
+at=fN(R[1],S[1],T[1],U[1]);if(at){var
 bV=at[1],be=bV[2],bf=be[1],bg=bf[1],bh=bV[1],bi=bh[2],bj=bi[1],bk=bj[1],bl=bh[1][2],bm=y[2],bn=bm[1],bo=bn[1],bp=y[1],bq=bp[2],br=bq[1],bs=br[1],u=bs[2],v=bs[1],bt=bp[1][2],ag=bt[1][2],D=bt[2],cK=U[2],cc=G(u),cd=cQ(v,u),ce=v?u:v,cf=cQ(D,ce),bu=D?v:D,cg=bu?u:bu,ch=cQ(ag,cg),bv=ag?D:ag,bw=bv?v:bv,ci=bw?u:bw,cj=[0,bD(1,0,bj[2],bi[2],bg[1],bg[2],bf[2],be[2]),0],ck=[0,bD(1,0,bn[2],bm[2],bl[1][2],bl[2],bk[1],bk[2]),cj],cl=[0,bD(1,0,cd,cc,br[2],bq[2],bo[1],bo[2]),ck],d=N([0,bD(1,1,1,1,0,ci,ch,cf),cl],d),h=cK;continue}var
 bW=at}else
 var
@@ -2432,84 +2402,84 @@ b4=O;var
 b5=b4}else
 var
 b5=i;return b5}var
-av=cW(e,pr);if(av){var
+av=cV(e,pl);if(av){var
 d=[0,av[1],d],h=i;continue}var
 b6=av}else
 var
 b6=w;return b6}return[0,N(d,0)]}}function
-fU(d,c){var
-b=d,a=c;for(;;){if(b){if(a)switch(h7(b[1],a[1])){case
+fO(d,c){var
+b=d,a=c;for(;;){if(b){if(a)switch(h0(b[1],a[1])){case
 0:var
 b=b[2],a=a[2];continue;case
 1:return 1;default:return 0}return a}return 1}}function
 cw(d){var
-a=fN(fU,d);for(;;){if(a){var
+a=fH(fO,d);for(;;){if(a){var
 b=a[2];if(b){var
 c=G(H(a[1],b[1]));if(c){var
 a=b;continue}return c}return 1}return 1}}function
-iG(c,b,a){if(dt(c))return[0,[0,[6,b],a]];if(a){var
+iz(c,b,a){if(dr(c))return[0,[0,[6,b],a]];if(a){var
 d=a[2],e=a[1];if(0===e[0]){var
-f=e[1];if(44===c)return[0,[0,pt,[0,[0,[0,b,f]],d]]];var
+f=e[1];if(44===c)return[0,[0,pn,[0,[0,[0,b,f]],d]]];var
 g=93===c?1:0,n=g?[0,[0,[6,[3,N(f,[0,b,0])]],d]]:g;return n}var
 h=e[2],i=e[1];if(44===c)return[0,[0,[1,[0,[0,h,b],i],0],d]];var
-j=dW===c?1:0;if(j)var
-k=N(i,[0,[0,h,b],0]),l=cw(s(bS,k)),o=l?[0,[0,[6,[4,k]],d]]:l,m=o;else
+j=dU===c?1:0;if(j)var
+k=N(i,[0,[0,h,b],0]),l=cw(r(bS,k)),o=l?[0,[0,[6,[4,k]],d]]:l,m=o;else
 var
 m=j;return m}return a}function
-pG(R,Q,P){var
+pA(R,Q,P){var
 e=R,a=Q,i=P;for(;;){if(i){var
 d=i[1];switch(e[0]){case
 0:var
-u=e[1];if(dt(d))var
+u=e[1];if(dr(d))var
 c=[0,[0,[0,u],a]];else
 if(d===34)var
-c=[0,[0,pu,a]];else
-if(en(d))var
+c=[0,[0,po,a]];else
+if(eg(d))var
 c=[0,[0,[4,[0,d,0]],a]];else
 if(91===d)var
-c=[0,[0,pw,[0,pv,a]]];else
-if(hl===d)var
-c=[0,[0,px,a]];else
-if(g===d)var
-c=[0,[0,[5,k(py),0],a]];else
+c=[0,[0,pq,[0,pp,a]]];else
+if(hf===d)var
+c=[0,[0,pr,a]];else
+if(f===d)var
+c=[0,[0,[5,k(ps),0],a]];else
 if(b===d)var
-c=[0,[0,[5,k(pA),pz],a]];else
+c=[0,[0,[5,k(pu),pt],a]];else
 if(y===d)var
-c=[0,[0,[5,k(pC),pB],a]];else{var
+c=[0,[0,[5,k(pw),pv],a]];else{var
 q=93===d?1:0,r=q?u:q,o=0;if(r)if(a)var
-s=a[1],c=0===s[0]?s[1]?0:[0,[0,pD,a[2]]]:0;else{var
+s=a[1],c=0===s[0]?s[1]?0:[0,[0,px,a[2]]]:0;else{var
 t=a;o=1}else{var
 t=r;o=1}if(o)var
 c=t}break;case
 1:var
-v=e[2],w=e[1];if(dt(d))var
+v=e[2],w=e[1];if(dr(d))var
 c=[0,[0,[1,w,v],a]];else
 if(d===34)var
 c=[0,[0,[3,[0,w],0,0],a]];else
 var
-x=dW===d?1:0,z=x?v:x,K=z?[0,[0,pE,a]]:z,c=K;break;case
+x=dU===d?1:0,z=x?v:x,K=z?[0,[0,py,a]]:z,c=K;break;case
 2:var
-A=e[2],B=e[1];if(dt(d))var
+A=e[2],B=e[1];if(dr(d))var
 c=[0,[0,[2,B,A],a]];else
 var
-C=58===d?1:0,L=C?[0,[0,pF,[0,[1,B,A],a]]]:C,c=L;break;case
+C=58===d?1:0,L=C?[0,[0,pz,[0,[1,B,A],a]]]:C,c=L;break;case
 3:var
-j=e[3],f=e[1];if(e[2])var
-c=[0,[0,[3,f,0,[0,d,j]],a]];else
+j=e[3],g=e[1];if(e[2])var
+c=[0,[0,[3,g,0,[0,d,j]],a]];else
 if(d===34){var
-l=ps(0,N(j,0)),p=0;if(l){var
-D=l[1];if(f)var
-c=[0,[0,[2,f[1],D],a]];else{var
+l=pm(0,N(j,0)),p=0;if(l){var
+D=l[1];if(g)var
+c=[0,[0,[2,g[1],D],a]];else{var
 E=[0,[0,[6,[2,D]],a]];p=1}}else{var
 E=l;p=1}if(p)var
 c=E}else
 var
-c=[0,[0,[3,f,92===d?1:0,[0,d,j]],a]];break;case
+c=[0,[0,[3,g,92===d?1:0,[0,d,j]],a]];break;case
 4:var
-F=e[1];if(en(d))var
+F=e[1];if(eg(d))var
 c=[0,[0,[4,[0,d,F]],a]];else
 var
-m=iE(N(F,0)),c=m?iG(d,[1,m[1]],a):m;break;case
+m=ix(N(F,0)),c=m?iz(d,[1,m[1]],a):m;break;case
 5:var
 h=e[1];if(h){var
 G=d===h[1]?1:0;if(G)var
@@ -2519,28 +2489,28 @@ n=G}else
 var
 n=h;var
 c=n;break;default:var
-c=iG(d,e[1],a)}if(c){var
+c=iz(d,e[1],a)}if(c){var
 J=c[1],e=J[1],a=J[2],i=i[2];continue}return c}switch(e[0]){case
 4:if(a)return 0;var
-O=iE(N(e[1],0));return ay(function(a){return[1,a]},O);case
+O=ix(N(e[1],0));return aw(function(a){return[1,a]},O);case
 6:return a?0:[0,e[1]];default:return 0}}}function
-eo(d){var
+eh(d){var
 e=d[1],f=e[1],g=f[2],c=e[2],b=d[2],h=g?c?b?55:54:b?53:52:c?b?51:50:b?49:48;return f[1]?g?c?b?y:a:b?o:99:c?b?98:97:b?57:56:h}function
-dv(a){var
-b=a[1],c=b[1],d=[0,eo(a[2]),0],e=[0,eo(b[2]),d],f=[0,eo(c[2]),e];return[0,92,[0,l,[0,eo(c[1]),f]]]}function
-pT(aY,aX){var
+dt(a){var
+b=a[1],c=b[1],d=[0,eh(a[2]),0],e=[0,eh(b[2]),d],f=[0,eh(c[2]),e];return[0,92,[0,l,[0,eh(c[1]),f]]]}function
+pN(aY,aX){var
 b=aY,f=aX;for(;;){if(f){var
 c=f[2],a=f[1],u=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aS=u(7),D=u(6);if(u(5))var
 K=0;else
 var
 aR=D?aS:D,K=aR;if(K){if(c){var
-aZ=c[2],a0=c[1],n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),$=n(4),aa=n(3),ab=n(2),ac=n(1),ad=n(0),g=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a0),W=g(5),X=g(4),Y=g(3),Z=g(2),_=g(1),b=N(dv([0,[0,[0,fV,[0,[0,[0,0,$],aa],ab]],[0,[0,[0,ac,ad],W],X]],[0,[0,[0,Y,Z],_],g(0)]]),b),f=aZ;continue}return b}var
+aZ=c[2],a0=c[1],n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),$=n(4),aa=n(3),ab=n(2),ac=n(1),ad=n(0),g=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a0),W=g(5),X=g(4),Y=g(3),Z=g(2),_=g(1),b=N(dt([0,[0,[0,fP,[0,[0,[0,0,$],aa],ab]],[0,[0,[0,ac,ad],W],X]],[0,[0,[0,Y,Z],_],g(0)]]),b),f=aZ;continue}return b}var
 q=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aU=q(7),E=q(6),F=q(5);if(q(4))var
 L=0;else
 var
 aT=F?E?aU:E:F,L=aT;if(L){if(c){var
 v=c[2];if(v){var
-a1=v[2],a2=v[1],a3=c[1],p=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),ap=p(3),aq=p(2),ar=p(1),as=p(0),i=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a3),aj=i(5),ak=i(4),al=i(3),am=i(2),an=i(1),ao=i(0),h=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a2),ae=h(5),af=h(4),ag=h(3),ah=h(2),ai=h(1),b=N(dv([0,[0,[0,[0,[0,[0,ap,aq],ar],as],[0,[0,[0,aj,ak],al],am]],[0,[0,[0,an,ao],ae],af]],[0,[0,[0,ag,ah],ai],h(0)]]),b),f=a1;continue}return b}return b}var
+a1=v[2],a2=v[1],a3=c[1],p=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),ap=p(3),aq=p(2),ar=p(1),as=p(0),i=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a3),aj=i(5),ak=i(4),al=i(3),am=i(2),an=i(1),ao=i(0),h=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a2),ae=h(5),af=h(4),ag=h(3),ah=h(2),ai=h(1),b=N(dt([0,[0,[0,[0,[0,[0,ap,aq],ar],as],[0,[0,[0,aj,ak],al],am]],[0,[0,[0,an,ao],ae],af]],[0,[0,[0,ag,ah],ai],h(0)]]),b),f=a1;continue}return b}return b}var
 o=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aW=o(7),H=o(6),I=o(5),J=o(4);if(o(3))var
 M=0;else
 var
@@ -2548,77 +2518,77 @@ aV=J?I?H?aW:H:I:J,M=aV;if(M){if(c){var
 w=c[2];if(w){var
 y=w[2];if(y){var
 a4=y[2],a5=y[1],a6=w[1],a7=c[1],t=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aP=t(2),aQ=t(1),C=t(0),m=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a7),s=m(5),aK=m(4),aL=m(3),aM=m(2),aN=m(1),aO=m(0),l=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a6),aE=l(5),aF=l(4),aG=l(3),aH=l(2),aI=l(1),aJ=l(0),k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a5),ay=k(5),az=k(4),aA=k(3),aB=k(2),aC=k(1),aD=k(0);if(aP)var
-z=1,r=pO;else
+z=1,r=pI;else
 var
 j=G(aK),au=cQ(s,j),av=j?G(s):j,aw=cQ(C,av),B=j?G(s):j,ax=B?G(C):B,z=j,r=[0,[0,cQ(aQ,ax),aw],au];var
-A=r[1],at=dv([0,[0,[0,pQ,[0,[0,pP,aG],aH]],[0,[0,[0,aI,aJ],ay],az]],[0,[0,[0,aA,aB],aC],aD]]),b=N(x(dv([0,[0,[0,pS,[0,[0,pR,A[1]],A[2]]],[0,[0,[0,r[2],z],aL],aM]],[0,[0,[0,aN,aO],aE],aF]]),at),b),f=a4;continue}return b}return b}return b}if(a===34)var
-d=[0,92,[0,ds,0]];else
+A=r[1],at=dt([0,[0,[0,pK,[0,[0,pJ,aG],aH]],[0,[0,[0,aI,aJ],ay],az]],[0,[0,[0,aA,aB],aC],aD]]),b=N(x(dt([0,[0,[0,pM,[0,[0,pL,A[1]],A[2]]],[0,[0,[0,r[2],z],aL],aM]],[0,[0,[0,aN,aO],aE],aF]]),at),b),f=a4;continue}return b}return b}return b}if(a===34)var
+d=[0,92,[0,dq,0]];else
 if(92===a)var
-d=pI;else
+d=pC;else
 if(8===a)var
-d=pJ;else
+d=pD;else
 if(12===a)var
-d=pK;else
+d=pE;else
 if(10===a)var
-d=pL;else
+d=pF;else
 if(13===a)var
-d=pM;else
+d=pG;else
 if(9===a)var
-d=pN;else{var
-O=0;if(iF(a)&&G(fp===a?1:0))var
+d=pH;else{var
+O=0;if(iy(a)&&G(fj===a?1:0))var
 d=[0,a,0];else
 O=1;if(O)var
-e=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),P=e(7),Q=e(6),R=e(5),S=e(4),T=e(3),U=e(2),V=e(1),d=dv([0,[0,[0,fV,fV],[0,[0,[0,P,Q],R],S]],[0,[0,[0,T,U],V],e(0)]])}var
+e=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),P=e(7),Q=e(6),R=e(5),S=e(4),T=e(3),U=e(2),V=e(1),d=dt([0,[0,[0,fP,fP],[0,[0,[0,P,Q],R],S]],[0,[0,[0,T,U],V],e(0)]])}var
 b=N(d,b),f=c;continue}return b}}function
-iH(b,a){return[0,ds,pT([0,ds,b],a)]}function
-iI(q){var
-f=pU,b=q,a=0;for(;;){if(f){var
-c=d(2,z(d(2,d(2,p)))),g=aT(c);if(0===g)var
-e=[0,u,b];else
-if(1===g)var
-e=as(b,c);else
+iA(b,a){return[0,dq,pN([0,dq,b],a)]}function
+iB(p){var
+e=pO,b=p,a=0;for(;;){if(e){var
+c=g(2,D(g(2,g(2,t)))),f=aU(c);if(0===f)var
+d=[0,u,b];else
+if(1===f)var
+d=bg(b,c);else
 var
-h=as(cu(-1,b),c),m=h[2],n=M(cu(1,c),m),e=[0,cu(-1,h[1]),n];var
-i=e[1],j=e[2],o=0<=aT(j)?j:u,k=M(d(2,d(2,d(2,d(2,z(d(2,p)))))),o),l=0<aT(k)?fM(pj,k):h4;if(w(i,u))return[0,l,a];var
-f=f[1],b=i,a=[0,l,a];continue}return a}}function
-pV(b,a){return fU(b[1],a[1])}function
-ep(a,b){if(typeof
-b==="number")return N(k(pW),a);else
+h=bg(cu(-1,b),c),m=h[2],n=K(cu(1,c),m),d=[0,cu(-1,h[1]),n];var
+i=d[1],j=d[2],o=0<=aU(j)?j:u,k=K(g(2,g(2,g(2,g(2,D(g(2,t)))))),o),l=0<aU(k)?fG(pd,k):hX;if(w(i,u))return[0,l,a];var
+e=e[1],b=i,a=[0,l,a];continue}return a}}function
+pP(b,a){return fO(b[1],a[1])}function
+ei(a,b){if(typeof
+b==="number")return N(k(pQ),a);else
 switch(b[0]){case
-0:return b[1]?N(k(pX),a):N(k(pY),a);case
-1:return N(iI(b[1]),a);case
-2:return iH(a,b[1]);case
+0:return b[1]?N(k(pR),a):N(k(pS),a);case
+1:return N(iB(b[1]),a);case
+2:return iA(a,b[1]);case
 3:var
 i=b[1];if(i){var
 f=a,j=91,c=i;for(;;){if(c){var
-n=c[2],f=ep([0,j,f],c[1]),j=44,c=n;continue}return[0,93,f]}}return[0,93,[0,91,a]];default:var
+n=c[2],f=ei([0,j,f],c[1]),j=44,c=n;continue}return[0,93,f]}}return[0,93,[0,91,a]];default:var
 l=function(a){if(a)var
-b=a[1],c=b[1],e=l(a[2]),f=b[2],d=[0,[0,c,[2,ep([0,58,iH(0,c)],f)]],e];else
+b=a[1],c=b[1],e=l(a[2]),f=b[2],d=[0,[0,c,[2,ei([0,58,iA(0,c)],f)]],e];else
 var
-d=a;return d},h=fN(pV,l(b[1]));if(h){var
-e=a,m=hl,d=[0,h[1],h[2]];for(;;){if(d){var
+d=a;return d},h=fH(pP,l(b[1]));if(h){var
+e=a,m=hf,d=[0,h[1],h[2]];for(;;){if(d){var
 g=d[1][2];if(typeof
 g!=="number"&&2===g[0]){var
-o=d[2],e=N(N(g[1],0),[0,m,e]),m=44,d=o;continue}return[0,dW,e]}return[0,dW,e]}}return[0,dW,[0,hl,a]]}}function
-fW(a){return N(ep(0,a),0)}function
-eq(d){var
+o=d[2],e=N(N(g[1],0),[0,m,e]),m=44,d=o;continue}return[0,dU,e]}return[0,dU,e]}}return[0,dU,[0,hf,a]]}}function
+fQ(a){return N(ei(0,a),0)}function
+ej(d){var
 b=0,a=d,e=0;for(;;){if(a){var
-c=a[2],b=[0,10,ep(b,a[1])],a=c;continue}return N(b,e)}}function
-h(a,b){return 0===a[0]?A(b,a[1]):[1,a[1]]}function
+c=a[2],b=[0,10,ei(b,a[1])],a=c;continue}return N(b,e)}}function
+h(a,b){return 0===a[0]?B(b,a[1]):[1,a[1]]}function
 O(a){return[1,k(a)]}function
-K(c,b,a){return c?a:O(b)}function
-aX(b,a){return 0===a[0]?[0,a[1]]:[1,x(b,[0,32,a[1]])]}function
-aZ(e,d){var
+J(c,b,a){return c?a:O(b)}function
+aV(b,a){return 0===a[0]?[0,a[1]]:[1,x(b,[0,32,a[1]])]}function
+aX(e,d){var
 b=0,a=d;for(;;){if(a){var
-c=A(e,a[1]);if(0===c[0]){var
+c=B(e,a[1]);if(0===c[0]){var
 b=[0,c[1],b],a=a[2];continue}return[1,c[1]]}return[0,N(b,0)]}}function
 bt(b,a){if(typeof
-a==="number")return pZ;function
-c(a){return[0,[0,a]]}return h(A(b,a),c)}function
-a4(a){if(typeof
-a!=="number"&&4===a[0])return[0,a[1]];return O(p0)}function
-bb(a){if(typeof
-a!=="number"&&3===a[0])return[0,a[1]];return O(p1)}function
+a==="number")return pT;function
+c(a){return[0,[0,a]]}return h(B(b,a),c)}function
+a2(a){if(typeof
+a!=="number"&&4===a[0])return[0,a[1]];return O(pU)}function
+a$(a){if(typeof
+a!=="number"&&3===a[0])return[0,a[1]];return O(pV)}function
 ah(d,c){var
 a=c;for(;;){if(a){var
 b=a[1];if(H(d,b[1]))return[0,b[2]];var
@@ -2626,18 +2596,18 @@ a=a[2];continue}return a}}function
 X(c,b){var
 a=ah(c,b),d=a?1:a;return d}function
 cd(b,a){return aa(function(b){return H(a,b)},b)}function
-S(b,d,a){function
+T(b,d,a){function
 c(a){var
-c=[0,a],e=K(F(function(a){var
-c=cd(b,a[1]);return c?c:cd(d,a[1])},a),p2,c);return K(F(function(b){return X(b,a)},b),p3,e)}return h(a4(a),c)}function
-r(d,a,c){var
-b=ah(a,c);return b?aX(a,A(d,b[1])):O(p4)}function
+c=[0,a],e=J(F(function(a){var
+c=cd(b,a[1]);return c?c:cd(d,a[1])},a),pW,c);return J(F(function(b){return X(b,a)},b),pX,e)}return h(a2(a),c)}function
+q(d,a,c){var
+b=ah(a,c);return b?aV(a,B(d,b[1])):O(pY)}function
 ai(b,a){function
-c(a){return aZ(b,a)}return h(bb(a),c)}function
-iJ(b,a){return w(aK(aw(a)),b)}function
+c(a){return aX(b,a)}return h(a$(a),c)}function
+iC(b,a){return w(aI(au(a)),b)}function
 am(c,b,a){function
 d(a){var
-d=aZ(b,a);return K(iJ(c,a),p5,d)}return h(bb(a),d)}function
+d=aX(b,a);return J(iC(c,a),pZ,d)}return h(a$(a),d)}function
 _(c){if(typeof
 c!=="number"&&2===c[0]){var
 h=c[1],a=h,j=[0,h];for(;;){if(a){var
@@ -2649,127 +2619,127 @@ var
 f=b;var
 g=f}else
 var
-g=a;return K(G(g),p7,j)}}return O(p6)}function
-aL(a){if(typeof
-a!=="number"&&1===a[0])return[0,a[1]];return O(p8)}function
-er(b,a){function
-c(a){return K(T(a,b),p9,[0,a])}return h(aL(a),c)}function
-fX(a){if(typeof
-a!=="number"&&0===a[0])return[0,a[1]];return O(p_)}function
-dw(d,c){var
+g=a;return J(G(g),p1,j)}}return O(p0)}function
+aJ(a){if(typeof
+a!=="number"&&1===a[0])return[0,a[1]];return O(p2)}function
+ek(b,a){function
+c(a){return J(R(a,b),p3,[0,a])}return h(aJ(a),c)}function
+fR(a){if(typeof
+a!=="number"&&0===a[0])return[0,a[1]];return O(p4)}function
+du(d,c){var
 a=d;for(;;){if(a){var
 b=a[1];if(H(b[1],c))return[0,b[2]];var
-a=a[2];continue}return O(p$)}}function
-bc(b,a){function
-c(a){return dw(b,a)}return h(_(a),c)}function
-iK(a){return ab(function(a){return x(ab(function(a){return 44===a?qb:[0,a,0]},a),qa)},a)}function
-es(a){function
+a=a[2];continue}return O(p5)}}function
+ba(b,a){function
+c(a){return du(b,a)}return h(_(a),c)}function
+iD(a){return ab(function(a){return x(ab(function(a){return 44===a?p7:[0,a,0]},a),p6)},a)}function
+el(a){function
 b(a){var
-b=K(cw(a),qc,[0,a]),c=a?1:a;return K(c,qd,b)}return h(ai(_,a),b)}function
-et(b,a){function
+b=J(cw(a),p8,[0,a]),c=a?1:a;return J(c,p9,b)}return h(ai(_,a),b)}function
+em(b,a){function
 c(a){var
-b=K(cw(s(iK,a)),qe,[0,a]),c=a?1:a;return K(c,qf,b)}return h(ai(function(a){return am(b,_,a)},a),c)}function
-iL(c,b,a){function
+b=J(cw(r(iD,a)),p_,[0,a]),c=a?1:a;return J(c,p$,b)}return h(ai(function(a){return am(b,_,a)},a),c)}function
+iE(c,b,a){function
 d(a){function
 f(a){var
-c=cW(a,du);if(c){if(!b)return 0!==(a&32)?1:0;var
+c=cV(a,ds);if(c){if(!b)return 0!==(a&32)?1:0;var
 d=b}else
 var
 d=c;return d}var
-d=iD(c,a),g=[0,a],e=d?iJ(aK(c),a):d,h=e?F(f,a):e;return K(h,qg,g)}return h(_(a),d)}var
-qh=0;function
-eu(a){return iL(qi,qh,a)}function
-iM(b,a){return[0,M(C(b[1],a[2]),a[1]),C(b[2],a[2])]}function
-fY(b,a){if(a){var
-c=a[2],d=a[1];return d?[0,0,fY(iM(d[1],b),c)]:[0,[0,b],c]}return[0,[0,b],0]}function
-iN(d){var
+d=iw(c,a),g=[0,a],e=d?iC(aI(c),a):d,h=e?F(f,a):e;return J(h,qa,g)}return h(_(a),d)}var
+qb=0;function
+en(a){return iE(qc,qb,a)}function
+iF(b,a){return[0,K(z(b[1],a[2]),a[1]),z(b[2],a[2])]}function
+fS(b,a){if(a){var
+c=a[2],d=a[1];return d?[0,0,fS(iF(d[1],b),c)]:[0,[0,b],c]}return[0,[0,b],0]}function
+iG(d){var
 a=d;for(;;){if(a){var
 b=a[2],c=a[1];if(c){var
-e=c[1];return iM(iN(b),e)}var
-a=b;continue}return[0,u,p]}}function
-iO(l,k,j,i){var
-e=l,a=k,c=j,b=i;for(;;){if(b){var
-g=b[2],f=fS(b[1]);if(f){var
-h=f[1];if(c){var
-m=c[1],n=a[2],o=C(d(2,z(d(2,d(2,p)))),n),q=a[1],a=[0,M(C(d(2,z(d(2,d(2,p)))),q),h),o],c=m,b=g;continue}var
-r=[0,h,d(2,z(d(2,d(2,p))))],e=fY(a,e),a=r,c=qj,b=g;continue}return f}return[0,iN(fY(a,e))[1]]}}function
-fZ(a){return a?a[2]?48===a[1]?0:iO(0,[0,u,p],qk,a):iO(0,[0,u,p],ql,a):a}function
-f0(e){var
-b=d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,z(d(2,d(2,z(d(2,z(d(2,d(2,d(2,d(2,d(2,z(d(2,p))))))))))))))))))))),a=e;for(;;){if(a){if(!J(b,u)){var
-b=al(b,p),a=a[2];continue}var
+e=c[1];return iF(iG(b),e)}var
+a=b;continue}return[0,u,t]}}function
+iH(l,k,j,i){var
+d=l,a=k,c=j,b=i;for(;;){if(b){var
+f=b[2],e=fM(b[1]);if(e){var
+h=e[1];if(c){var
+m=c[1],n=a[2],o=z(g(2,D(g(2,g(2,t)))),n),p=a[1],a=[0,K(z(g(2,D(g(2,g(2,t)))),p),h),o],c=m,b=f;continue}var
+q=[0,h,g(2,D(g(2,g(2,t))))],d=fS(a,d),a=q,c=qd,b=f;continue}return e}return[0,iG(fS(a,d))[1]]}}function
+fT(a){return a?a[2]?48===a[1]?0:iH(0,[0,u,t],qe,a):iH(0,[0,u,t],qf,a):a}function
+fU(d){var
+b=g(2,g(2,g(2,g(2,g(2,D(g(2,g(2,D(g(2,g(2,D(g(2,D(g(2,g(2,g(2,g(2,g(2,D(g(2,t))))))))))))))))))))),a=d;for(;;){if(a){if(!M(b,u)){var
+b=ak(b,t),a=a[2];continue}var
 c=0}else
 var
-c=1;return c?fZ(e):c}}function
-iP(g,f,e){var
+c=1;return c?fT(d):c}}function
+iI(g,f,e){var
 b=f,a=e;for(;;){if(a){var
-c=a[2],d=a[1];if(dZ(d,g))return[0,N(b,0),[0,c]];var
+c=a[2],d=a[1];if(dX(d,g))return[0,N(b,0),[0,c]];var
 b=[0,d,b],a=c;continue}return[0,N(b,0),0]}}function
-iQ(m){var
-e=iP(47,0,m),f=e[2],g=e[1];if(f){var
-b=f0(g);if(b){var
-h=b[1],c=f0(f[1]);if(c){var
-a=c[1],k=aT(a);if(0===k)return 0;if(0<k){var
-i=G(fK(a,p)),j=i?w(fH(h,a),p):i,n=j?[0,[0,h,a]]:j;return n}return 0}var
+iJ(m){var
+e=iI(47,0,m),f=e[2],g=e[1];if(f){var
+b=fU(g);if(b){var
+h=b[1],c=fU(f[1]);if(c){var
+a=c[1],k=aU(a);if(0===k)return 0;if(0<k){var
+i=G(fE(a,t)),j=i?w(fB(h,a),t):i,n=j?[0,[0,h,a]]:j;return n}return 0}var
 l=c}else
 var
 l=b;return l}var
-d=f0(g),o=d?[0,[0,d[1],p]]:d;return o}function
+d=fU(g),o=d?[0,[0,d[1],t]]:d;return o}function
 an(e){if(typeof
 e!=="number"&&2===e[0]){var
 a=e[1];if(a)if(45===a[1]){var
-c=iQ(a[2]),f=0;if(c){var
+c=iJ(a[2]),f=0;if(c){var
 d=c[1];if(w(d[1],u))var
 b=0;else{var
-g=[0,[0,aW(d[1]),d[2]]];f=1}}else{var
+g=[0,[0,aT(d[1]),d[2]]];f=1}}else{var
 g=c;f=1}if(f)var
 b=g}else
 var
-b=iQ(a);else
+b=iJ(a);else
 var
-b=a;return b?[0,b[1]]:O(qn)}return O(qm)}function
-aF(a){function
-b(a){return K(J(u,a[1]),qo,[0,a])}return h(an(a),b)}var
-iR=k(qp);function
+b=a;return b?[0,b[1]]:O(qh)}return O(qg)}function
+aD(a){function
+b(a){return J(M(u,a[1]),qi,[0,a])}return h(an(a),b)}var
+iK=k(qj);function
 bu(a){if(typeof
-a!=="number"&&2===a[0]){if(H(a[1],iR))return qr;var
-b=function(a){return[0,[0,a]]};return h(an(a),b)}return O(qq)}function
-ev(f,e){var
+a!=="number"&&2===a[0]){if(H(a[1],iK))return ql;var
+b=function(a){return[0,[0,a]]};return h(an(a),b)}return O(qk)}function
+eo(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
 c=H(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return a?0:1}}var
-f1=aW(d(2,p));function
-dx(c){return function(d){var
-b=u,a=d;for(;;){if(a){if(A(c,a[1]))return b;var
-b=M(b,p),a=a[2];continue}return f1}}}function
-f2(a){var
+fV=aT(g(2,t));function
+dv(c){return function(d){var
+b=u,a=d;for(;;){if(a){if(B(c,a[1]))return b;var
+b=K(b,t),a=a[2];continue}return fV}}}function
+fW(a){var
 b=a[5];if(b)return b[1];var
 c=a[7];return ab(function(a){var
 b=a[4];return ab(function(a){var
 b=a?[0,a[1],0]:a;return b},b)},c)}function
-f3(a){var
-b=f2(a);return aa(function(a){return T(a[1],u)},b)}function
-bv(b,a){return w(aK(aw(a)),b)}function
-ew(c,a){var
-b=J(u,a);return b?T(a,c):b}function
-iS(a){return w(a[1],a[2])}function
-iT(a){var
-p=T(u,a[1]);if(p){var
-q=T(u,a[2]);if(q){var
-r=T(u,a[3]);if(r){var
+fX(a){var
+b=fW(a);return aa(function(a){return R(a[1],u)},b)}function
+bv(b,a){return w(aI(au(a)),b)}function
+ep(c,a){var
+b=M(u,a);return b?R(a,c):b}function
+iL(a){return w(a[1],a[2])}function
+iM(a){var
+p=R(u,a[1]);if(p){var
+q=R(u,a[2]);if(q){var
+s=R(u,a[3]);if(s){var
 t=a[5];if(t)var
 h=bv(a[3],t[1]);else
 var
 A=a[7],H=A?1:A,h=H;if(h){if(1===a[4])var
-C=a[7],i=iS(aE(s(function(a){return a[5]},C)));else
+C=a[7],i=iL(aC(r(function(a){return a[5]},C)));else
 var
 i=1;if(i){var
 v=a[6];if(v){var
 j=v[1],x=a[4]?0:1;if(x){var
-y=ew(j[3],j[2]);if(y)var
-D=j[1],E=a[3],k=F(function(a){return ew(E,a)},D);else
+y=ep(j[3],j[2]);if(y)var
+D=j[1],E=a[3],k=F(function(a){return ep(E,a)},D);else
 var
 k=y}else
 var
@@ -2778,24 +2748,24 @@ l=k}else
 var
 l=1;if(l){var
 G=a[7],z=F(function(b){var
-k=ew(a[1],b[1]);if(k){var
-l=ew(a[2],b[2]);if(l){var
+k=ep(a[1],b[1]);if(k){var
+l=ep(a[2],b[2]);if(l){var
 m=bv(a[3],b[3]);if(m){var
-n=F(a3,b[3]);if(n){var
-o=a[4]?iS(aE(b[3])):ag(aE(b[3]));if(o){var
-p=1===a[4]?a3(b[5]):1;if(p){if(a[5])var
+n=F(a1,b[3]);if(n){var
+o=a[4]?iL(aC(b[3])):ag(aC(b[3]));if(o){var
+p=1===a[4]?a1(b[5]):1;if(p){if(a[5])var
 d=1;else{var
 f=bv(a[3],b[4]);if(f)var
-q=aB(b[3],b[4]),d=F(function(a){var
+q=az(b[3],b[4]),d=F(function(a){var
 b=a[1];return a[2]?1:w(b[1],u)},q);else
 var
 d=f}if(d){var
 g=a[6];if(g){var
 h=bv(g[1][3],b[6]);if(h){var
-r=b[6],t=a[3],i=F(function(a){return bv(t,a)},r);if(i){var
-v=b[6],j=F(function(a){return F(a3,a)},v);if(j){var
-x=b[3],y=aB(cb(0,aw(b[3])),x);return F(function(a){var
-c=cT(a[2]),d=a[1],e=b[6];return cU(aE(s(function(a){return bB(d,a,P)},e)),c)},y)}var
+s=b[6],t=a[3],i=F(function(a){return bv(t,a)},s);if(i){var
+v=b[6],j=F(function(a){return F(a1,a)},v);if(j){var
+x=b[3],y=az(cb(0,au(b[3])),x);return F(function(a){var
+c=cS(a[2]),d=a[1],e=b[6];return cT(aC(r(function(a){return bB(d,a,P)},e)),c)},y)}var
 e=j}else
 var
 e=i}else
@@ -2816,10 +2786,10 @@ var
 c=k;return c},G);if(z){var
 c=a[7];for(;;){if(c){var
 d=c[2];if(d){var
-e=d[1],f=c[1],m=T(f[1],e[1]),B=0;if(m)var
+e=d[1],f=c[1],m=R(f[1],e[1]),B=0;if(m)var
 n=m;else{var
 o=w(f[1],e[1]);if(o){var
-g=T(f[2],e[2]);B=1}else
+g=R(f[2],e[2]);B=1}else
 var
 n=o}if(!B)var
 g=n;if(g){var
@@ -2832,116 +2802,116 @@ b=i}else
 var
 b=h}else
 var
-b=r}else
+b=s}else
 var
 b=q}else
 var
 b=p;return b}var
-a5=aW(p);function
+a3=aT(t);function
 cx(h){var
-e=qs,b=h;b:for(;;){if(e&&b&&b[2]){var
+e=qm,b=h;b:for(;;){if(e&&b&&b[2]){var
 c=0,a=b;for(;;){if(a){var
 d=a[2];if(d){var
 g=d[2],c=[0,aj(a[1],d[1]),c],a=g;continue}var
 f=N(c,a)}else
 var
 f=N(c,a);var
-e=e[1],b=f;continue b}}return aE(b)}}function
-iU(a,b){return ef(a,h_(function(c,d){var
-b=A(a,d);return J(A(a,c),b)},b))}function
-iV(a,b){if(a)var
-d=s(bT,b),e=iV(a[1],d),c=[0,cx(s(function(a){return ca(P,a)},b)),e];else
+e=e[1],b=f;continue b}}return aC(b)}}function
+iN(a,b){return d_(a,h3(function(c,d){var
+b=B(a,d);return M(B(a,c),b)},b))}function
+iO(a,b){if(a)var
+d=r(bT,b),e=iO(a[1],d),c=[0,cx(r(function(a){return ca(P,a)},b)),e];else
 var
 c=a;return c}function
-iW(a){var
-b=C(a[1],a[2]);return w(aK(aw(a[7])),b)}function
-iX(a){return 2<=a[4]?iW(a):1}function
-iY(b,f,a){var
-c=a[6],e=aB(s(aK,cb(0,aw(c))),c),d=s(b$,az(function(a){return bA(w(a[1],b[2]),w(f,u))},e)),g=aE(s(function(a){var
-c=b[1];return aE(s(function(b){return bB(bj(b),a,P)},c))},d)),h=[0,aE(s(aE,d)),g];return[0,a[2],h]}function
-qt(a){var
-b=aU(a[2][1]),c=R(a[2][2],b);return[0,a[1],c]}function
-qu(a){return ag(a[2][1])}function
-f4(b,a){return[0,[0,[0,a5,b],a5],s(function(a){return[0,a[1],a[3]]},a)]}function
-f5(a,d,c,b){if(a)var
-f=s(function(a){var
-b=bT(a[2]);return[0,a[1],b]},b),g=f5(a[1],d,M(c,p),f),e=[0,[0,[0,[0,a5,d],c],s(function(a){var
+iP(a){var
+b=z(a[1],a[2]);return w(aI(au(a[7])),b)}function
+iQ(a){return 2<=a[4]?iP(a):1}function
+iR(b,f,a){var
+c=a[6],e=az(r(aI,cb(0,au(c))),c),d=r(b$,ax(function(a){return bA(w(a[1],b[2]),w(f,u))},e)),g=aC(r(function(a){var
+c=b[1];return aC(r(function(b){return bB(bj(b),a,P)},c))},d)),h=[0,aC(r(aC,d)),g];return[0,a[2],h]}function
+qn(a){var
+b=aR(a[2][1]),c=S(a[2][2],b);return[0,a[1],c]}function
+qo(a){return ag(a[2][1])}function
+fY(b,a){return[0,[0,[0,a3,b],a3],r(function(a){return[0,a[1],a[3]]},a)]}function
+fZ(a,d,c,b){if(a)var
+f=r(function(a){var
+b=bT(a[2]);return[0,a[1],b]},b),g=fZ(a[1],d,K(c,t),f),e=[0,[0,[0,[0,a3,d],c],r(function(a){var
 b=ca(P,a[2]);return[0,a[1],b]},b)],g];else
 var
 e=a;return e}function
-iZ(a){return s(function(a){return[0,a[1],a[2]]},a)}function
-qv(a,b,d){if(w(b[2][1],u)){var
-c=cS(function(a){return ag(a[2])},d),e=c?c[1]:a;return[0,0,e]}var
-f=aU(b[2]);return[0,[0,R(a[2],f)],a]}function
-qw(a,b,d){var
+iS(a){return r(function(a){return[0,a[1],a[2]]},a)}function
+qp(a,b,d){if(w(b[2][1],u)){var
+c=cR(function(a){return ag(a[2])},d),e=c?c[1]:a;return[0,0,e]}var
+f=aR(b[2]);return[0,[0,S(a[2],f)],a]}function
+qq(a,b,d){var
 c=bC(b[2]);return[0,[0,aj(a[2],c)],a]}function
-i0(q,p,e){var
+iT(q,p,e){var
 f=e[2];if(f){var
 g=f[2];if(g){var
 i=g[1],h=f[1],b=h,a=h,c=[0,i,g[2]];for(;;){if(c){var
 d=c[1],m=c[2],n=I(a[2],d[2])?a:d,o=I(d[2],b[2])?b:d,b=o,a=n,c=m;continue}if(I(b[2],a[2]))return[0,[0,[0,q],e[1],h,i]];var
-j=Ab(p,b,a,e[2]),k=[0,[0,j[1],e[1],j[2],a]];break}}else
+j=z7(p,b,a,e[2]),k=[0,[0,j[1],e[1],j[2],a]];break}}else
 var
 k=g;var
 l=k}else
 var
 l=f;return l}function
-qx(a){return i0(U,qv,a)}function
-i1(a){return i0(P,qw,a)}function
-f6(b,a){return b?a?I(b[1],a[1]):1:a?0:1}function
-f7(c,a){var
+qr(a){return iT(U,qp,a)}function
+iU(a){return iT(P,qq,a)}function
+f0(b,a){return b?a?I(b[1],a[1]):1:a?0:1}function
+f1(c,a){var
 b=0;return bh(function(a,d){var
-b=A(c,d);return a?b?f6(b[1][1],a[1][1])?a:b:a:b},a,b)}function
-ex(a){var
+b=B(c,d);return a?b?f0(b[1][1],a[1][1])?a:b:a:b},a,b)}function
+eq(a){var
 c=a[2],b=c[1];return[0,a[1],[0,b[1],b[2],c[2],a[3][1],a[4][1]],[0,[0,a[3][2],a[4][2]]],0]}var
-i2=d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,p))))))))))))))))))))))))))));function
-qy(a){return bs(C(a[1],i2),a[2])}function
-i3(a){var
-b=s(qy,a[2]);return[0,a[1],a[2],b]}function
-i4(h,g){var
+iV=g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t))))))))))))))))))))))))))));function
+qs(a){return bs(z(a[1],iV),a[2])}function
+iW(a){var
+b=r(qs,a[2]);return[0,a[1],a[2],b]}function
+iX(h,g){var
 b=h,a=g;for(;;){if(b){if(a){var
 c=a[2],d=a[1],e=b[2],f=b[1];if(I(f,d)){var
 b=e,a=c;continue}var
-i=i4(e,c);return aj(aj(f,bC(d)),i)}return P}return P}}function
-i5(b,a){if(b){if(a){var
-c=a[1],d=b[1],e=i5(b[2],a[2]),f=T(d,c)?u:M(al(d,c),p);return M(f,e)}return u}return u}function
-i6(e,d,c,a){var
-b=[0,i4(d[2],c[2]),e,d,c];return a?I(b[1],a[1][1])?a:[0,b]:[0,b]}function
-i7(a){var
+i=iX(e,c);return aj(aj(f,bC(d)),i)}return P}return P}}function
+iY(b,a){if(b){if(a){var
+c=a[1],d=b[1],e=iY(b[2],a[2]),f=R(d,c)?u:K(ak(d,c),t);return K(f,e)}return u}return u}function
+iZ(e,d,c,a){var
+b=[0,iX(d[2],c[2]),e,d,c];return a?I(b[1],a[1][1])?a:[0,b]:[0,b]}function
+i0(a){var
 b=0;return bh(function(g,d){var
 e=d[1],a=d[2],b=g;for(;;){if(a){var
 c=a[2],f=a[1],a=c,b=bh(function(c){return function(a,b){if(a){var
-d=a[1],f=C(d[1][1],i2),g=d[1][2];return J(C(i5(c[3],b[3]),g),f)?a:i6(e,c,b,a)}return i6(e,c,b,0)}}(f),c,b);continue}return b}},a,b)}function
-i8(i,h,g){var
+d=a[1],f=z(d[1][1],iV),g=d[1][2];return M(z(iY(c[3],b[3]),g),f)?a:iZ(e,c,b,a)}return iZ(e,c,b,0)}}(f),c,b);continue}return b}},a,b)}function
+i1(i,h,g){var
 c=i,b=h,a=g;for(;;){if(b)if(a){var
 e=a[2],f=b[2];if(I(b[1],a[1])){var
-c=M(c,p),b=f,a=e;continue}var
-d=[0,c,i8(M(c,p),f,e)]}else
+c=K(c,t),b=f,a=e;continue}var
+d=[0,c,i1(K(c,t),f,e)]}else
 var
 d=a;else
 var
 d=b;return d}}function
-i9(a){var
-b=i8(u,a[3][2],a[4][2]);return[0,[0,a[1]],[0,a5,a[2],a5,a[3][1],a[4][1]],0,b]}function
-qz(a){if(typeof
+i2(a){var
+b=i1(u,a[3][2],a[4][2]);return[0,[0,a[1]],[0,a3,a[2],a3,a[3][1],a[4][1]],0,b]}function
+qt(a){if(typeof
 a!=="number"&&0===a[0])return a[2]?0:1;return 0}function
-f8(a,b){var
+f2(a,b){var
 c=a?[0,b,0]:a;return c}function
-i_(a){if(a)var
+i3(a){if(a)var
 b=a[2],c=b?1:b;else
 var
 c=a;return c}function
-qB(A,am,S,R){var
-an=dp(A[1]),f=0,g=an,j=am;function
+qv(A,am,S,R){var
+an=dm(A[1]),f=0,g=an,j=am;function
 ao(a){return a[1]}var
 ad=0;for(;;){if(g){var
 t=g[2],l=g[1];if(j){var
 B=j[1];if(w(B[1],l)){var
-ac=j[2],f=[0,[0,l,s(ao,B[2])],f],g=t,j=ac;continue}var
+ac=j[2],f=[0,[0,l,r(ao,B[2])],f],g=t,j=ac;continue}var
 f=[0,[0,l,0],f],g=t;continue}var
 f=[0,[0,l,0],f],g=t,j=0;continue}var
-C=N(f,ad);if(aa(qz,R))return 0;var
-n=C,e=R,ap=dp(A[2]);c:for(;;){if(n){var
+C=N(f,ad);if(aa(qt,R))return 0;var
+n=C,e=R,ap=dm(A[2]);c:for(;;){if(n){var
 I=n[1],ae=I[1];if(e){var
 m=e[1],T=0;if(typeof
 m==="number"||!(0===m[0]))T=1;else
@@ -2968,14 +2938,14 @@ p=H}}else
 var
 p=d?0:1;if(p){var
 n=n[2],e=o[2];continue c}var
-r=p;break}}else
+s=p;break}}else
 var
-r=[0,e];if(r){if(iX(A))var
-ah=1,J=f8(G(i_(az(function(a){return ag(a[4])},S))),ah);else
+s=[0,e];if(s){if(iQ(A))var
+ah=1,J=f2(G(i3(ax(function(a){return ag(a[4])},S))),ah);else
 var
-J=qA;var
-ai=az(function(a){return G(ag(a[4]))},S),y=s(function(a){return a[1]},ai),aj=[2,y],af=y?1:y,ak=x(f8(af,aj),J),al=x(ab(function(a){var
-b=[1,a[1]];return f8(G(i_(a[2])),b)},C),ak),q=r[1],i=al;for(;;){if(q){if(i){var
+J=qu;var
+ai=ax(function(a){return G(ag(a[4]))},S),y=r(function(a){return a[1]},ai),aj=[2,y],af=y?1:y,ak=x(f2(af,aj),J),al=x(ab(function(a){var
+b=[1,a[1]];return f2(G(i3(a[2])),b)},C),ak),q=s[1],i=al;for(;;){if(q){if(i){var
 a=i[1],c=q[1],z=function(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
 c=w(b[1],a[1]);if(c){var
@@ -3033,58 +3003,67 @@ b=0}if(b){var
 q=q[2],i=i[2];continue}var
 Q=b}else
 var
-Q=i;return Q}return i?0:1}}return r}}}function
-dy(b,a){var
+Q=i;return Q}return i?0:1}}return s}}}function
+er(b,a){var
 c=I(b,a);return c?I(a,b):c}function
-i$(b,a){return R(b,aU(a))}function
-ja(A,k,a){if(a){var
-f=a[1],l=dy(f[1],U);if(l){if(k)var
-g=f[2],n=g?dy(k[1],g[1]):g,h=n;else
+i4(b,a){return S(b,aR(a))}var
+dw=g(2,g(2,g(2,g(2,g(2,g(2,D(g(2,g(2,g(2,D(g(2,g(2,g(2,g(2,g(2,D(g(2,g(2,D(g(2,D(g(2,D(g(2,t)))))))))))))))))))))))));function
+i5(H,j,a){if(a){var
+e=a[1],k=er(e[1],U);if(k){if(j)var
+f=e[2],m=f?er(j[1],f[1]):f,g=m;else
 var
-o=f[2]?0:1,h=o;if(h){var
+n=e[2]?0:1,g=n;if(g){var
 b=a;for(;;){if(b){var
-e=b[2];if(e){var
-j=G(I(e[1][1],b[1][1]));if(j){var
-b=e;continue}var
-c=j}else
+d=b[2];if(d){var
+i=G(I(d[1][1],b[1][1]));if(i){var
+b=d;continue}var
+c=i}else
 var
 c=1}else
 var
-c=1;if(c)return F(function(a){if(A){var
-r=A[1],h=a[2];if(h){var
-b=i$(r,a[1]),s=ag(a[1]);if(s){var
-t=G(I(r,a[1]));if(t){var
-E=d(2,d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,d(2,z(d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,z(d(2,z(d(2,z(d(2,p))))))))))))))))))))))))),f=b[2],g=b[1],B=d(2,d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,d(2,z(d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,z(d(2,z(d(2,z(d(2,p))))))))))))))))))))))))),k=C(al(C(g,g),C(f,f)),C(d(2,d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,d(2,z(d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,z(d(2,z(d(2,z(d(2,p))))))))))))))))))))))))),B)),j=aT(k),D=0===j?u:0<j?dl(k)[1]:u,F=[0,bs(M(C(g,d(2,d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,d(2,z(d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,z(d(2,z(d(2,z(d(2,p)))))))))))))))))))))))))),D),f),E],v=dy(h[1],F);if(v){var
-l=b,c=a[3];for(;;){if(c){var
-m=c[1],e=m[1],n=G(I(e,l));if(n){var
-H=aj(e,bC(b)),J=bC(U),K=i$(aj(R(b,e),J),H),o=dy(m[2],K);if(o){var
-l=e,c=c[2];continue}var
-q=o}else
+c=1;if(c)return F(function(a){if(H){var
+A=H[1],j=a[2];if(j){var
+d=i4(A,a[1]),B=ag(a[1]);if(B){var
+C=G(I(A,a[1]));if(C){var
+g=j[1],q=bs(z(g[1],dw),g[2]),r=w(z(q,g[2]),z(g[1],dw));if(r){var
+c=d[2],i=d[1],b=ak(z(c,q),z(i,dw)),m=z(ak(z(i,i),z(c,c)),z(dw,dw)),J=M(b,u),n=J||M(z(b,b),m),l=0;if(n){var
+o=R(u,K(b,c));if(o)var
+h=R(m,z(K(b,c),K(b,c)));else{var
+p=o;l=1}}else{var
+p=n;l=1}if(l)var
+h=p}else
 var
-q=n;return q}return 1}}var
-i=v}else
+h=r;if(h){var
+s=d,e=a[3];for(;;){if(e){var
+t=e[1],f=t[1],v=G(I(f,s));if(v){var
+L=aj(f,bC(d)),N=bC(U),O=i4(aj(S(d,f),N),L),x=er(t[2],O);if(x){var
+s=f,e=e[2];continue}var
+y=x}else
 var
-i=t}else
+y=v;return y}return 1}}var
+k=h}else
 var
-i=s;var
-w=i}else
+k=C}else
 var
-w=h;return w}if(a[2])return 0;var
-x=dy(a[1],U);if(x){if(a[3])return 0;var
-y=1}else
+k=B;var
+D=k}else
 var
-y=x;return y},a);var
-i=c;break}}else
+D=j;return D}if(a[2])return 0;var
+E=er(a[1],U);if(E){if(a[3])return 0;var
+F=1}else
 var
-i=h}else
+F=E;return F},a);var
+h=c;break}}else
 var
-i=l;var
-m=i}else
+h=g}else
 var
-m=a;return m}function
-bw(b,a){return w(C(b[1],a[2]),C(a[1],b[2]))}function
-ce(c,b,a){return b?a?aM(c,b[1],a[1]):a:a?0:1}function
-qC(g,f){var
+h=k;var
+l=h}else
+var
+l=a;return l}function
+bw(b,a){return w(z(b[1],a[2]),z(a[1],b[2]))}function
+ce(c,b,a){return b?a?aK(c,b[1],a[1]):a:a?0:1}function
+qw(g,f){var
 p=ce(bw,g[1],f[1]);if(p){var
 b=f[2],c=g[2],l=w(c[1],b[1]),r=0;if(l){var
 m=w(c[2],b[2]);if(m){var
@@ -3113,7 +3092,7 @@ var
 i=h}else
 var
 i=p;return i}function
-jb(b,a){if(typeof
+i6(b,a){if(typeof
 b==="number")switch(b){case
 0:if(typeof
 a==="number"&&!a)return 1;return 0;case
@@ -3132,34 +3111,34 @@ a==="number"&&6===a)return 1;return 0;default:if(typeof
 a==="number"&&7<=a)return 1;return 0}else{if(0===b[0]){if(typeof
 a!=="number"&&0===a[0])return bA(b[1],a[1]);return 0}if(typeof
 a!=="number"&&1===a[0])return bA(b[1],a[1]);return 0}}function
-dz(c,a){switch(c){case
+dx(c,a){switch(c){case
 0:return a?0:1;case
 1:return 1===a?1:0;case
 2:return 2===a?1:0;default:var
 b=3<=a?1:0,d=b?1:b;return d}}function
-jc(e,a,c,b){var
+i7(e,a,c,b){var
 d=bj(e[3]);if(typeof
 b==="number")switch(b){case
-0:return s(function(a){return f4(a[1],a[2])},a);case
+0:return r(function(a){return fY(a[1],a[2])},a);case
 4:return ab(function(a){var
-b=iZ(a[2]);return f5(d,a[1],u,b)},a);case
-5:return f5(d,a5,u,iZ(c));case
-6:return s(function(a){return f4(a[1],a[2])},a);case
+b=iS(a[2]);return fZ(d,a[1],u,b)},a);case
+5:return fZ(d,a3,u,iS(c));case
+6:return r(function(a){return fY(a[1],a[2])},a);case
 1:case
-7:return[0,f4(a5,c),0]}return 0}function
-ey(a,d,j){var
+7:return[0,fY(a3,c),0]}return 0}function
+es(a,d,j){var
 b=a[6];if(b){var
-c=b[1];return f7(i1,ab(function(b){if(j)var
-g=0,h=a[7],i=iU(bS,s(function(a){return iY(c,b,a)},h)),d=[0,[0,a5,s(function(a){var
-b=s(b$,a[2]),d=a[1],c=cx(s(b$,b));return[0,d,[0,cx(s(bS,b)),c]]},i)],g];else
+c=b[1];return f1(iU,ab(function(b){if(j)var
+g=0,h=a[7],i=iN(bS,r(function(a){return iR(c,b,a)},h)),d=[0,[0,a3,r(function(a){var
+b=r(b$,a[2]),d=a[1],c=cx(r(b$,b));return[0,d,[0,cx(r(bS,b)),c]]},i)],g];else
 var
-e=a[7],f=ef(function(a){return a[1]},e),d=s(function(a){var
-d=a[2],e=s(function(a){return iY(c,b,a)},d);return[0,a[1],e]},f);return s(function(a){var
-c=a[1];return[0,[0,[0,b,c],a5],s(qt,az(qu,a[2]))]},d)},d))}return b}function
-jd(a){var
-g=a[7],h=ef(function(a){return a[1]},g),d=s(function(b){var
-c=b[2],d=s(function(b){var
-e=aE(b[3]),i=b[3],j=aU(e),f=s(function(a){return R(j,a)},i);switch(a[4]){case
+e=a[7],f=d_(function(a){return a[1]},e),d=r(function(a){var
+d=a[2],e=r(function(a){return iR(c,b,a)},d);return[0,a[1],e]},f);return r(function(a){var
+c=a[1];return[0,[0,[0,b,c],a3],r(qn,ax(qo,a[2]))]},d)},d))}return b}function
+i8(a){var
+g=a[7],h=d_(function(a){return a[1]},g),d=r(function(b){var
+c=b[2],d=r(function(b){var
+e=aC(b[3]),i=b[3],j=aR(e),f=r(function(a){return S(j,a)},i);switch(a[4]){case
 0:var
 c=e;break;case
 1:var
@@ -3168,40 +3147,40 @@ c=U}var
 d=a[5];if(d)var
 g=d[1];else
 var
-h=b[4],g=s(function(a){return a?a[1]:P},h);var
-k=aB(f,g),l=aE(s(function(a){return R(a[1],a[2])},k));return[0,b[2],f,l,c]},c);return[0,b[1],d]},h),i=ab(b$,d),j=iU(function(a){return a[1]},i),b=s(function(e){var
-b=e[2],h=e[1],i=bj(a[3]),c=cx(s(function(a){return a[4]},b)),d=aU(c),f=R(d,cx(s(function(a){return R(a[4],a[3])},b))),g=iV(i,s(function(a){var
-b=a[2],c=a[4];return s(function(a){return R(c,a)},b)},b));return[0,h,s(function(a){return R(d,a)},g),f,c]},j),e=iX(a),f=e?az(function(a){return ag(a[4])},b):e,c=a[6],k=c?qD:c,l=x(qE,k);return[0,a,d,b,s(function(b){if(typeof
+h=b[4],g=r(function(a){return a?a[1]:P},h);var
+k=az(f,g),l=aC(r(function(a){return S(a[1],a[2])},k));return[0,b[2],f,l,c]},c);return[0,b[1],d]},h),i=ab(b$,d),j=iN(function(a){return a[1]},i),b=r(function(e){var
+b=e[2],h=e[1],i=bj(a[3]),c=cx(r(function(a){return a[4]},b)),d=aR(c),f=S(d,cx(r(function(a){return S(a[4],a[3])},b))),g=iO(i,r(function(a){var
+b=a[2],c=a[4];return r(function(a){return S(c,a)},b)},b));return[0,h,r(function(a){return S(d,a)},g),f,c]},j),e=iQ(a),f=e?ax(function(a){return ag(a[4])},b):e,c=a[6],k=c?qx:c,l=x(qy,k);return[0,a,d,b,r(function(b){if(typeof
 b==="number")switch(b){case
 2:var
-c=ay(i9,i7(s(function(a){var
-b=s(i3,a[2]);return[0,a[1],b]},d)));break;case
+c=aw(i2,i0(r(function(a){var
+b=r(iW,a[2]);return[0,a[1],b]},d)));break;case
 3:var
-c=ay(i9,i7([0,[0,a5,s(i3,f)],0]));break;case
+c=aw(i2,i0([0,[0,a3,r(iW,f)],0]));break;case
 6:case
 7:var
-c=ay(ex,f7(i1,jc(a,d,f,b)));break;default:var
-c=f3(a)?0:ay(ex,f7(qx,jc(a,d,f,b)))}else
+c=aw(eq,f1(iU,i7(a,d,f,b)));break;default:var
+c=fX(a)?0:aw(eq,f1(qr,i7(a,d,f,b)))}else
 if(0===b[0])var
-c=ay(ex,ey(a,[0,u,0],b[1]));else{var
-e=b[1],h=ey(a,[0,u,0],e),g=0;if(h){var
-i=ey(a,[0,p,0],e);if(i)var
-c=ay(ex,ey(a,[0,u,[0,p,0]],e));else{var
+c=aw(eq,es(a,[0,u,0],b[1]));else{var
+e=b[1],h=es(a,[0,u,0],e),g=0;if(h){var
+i=es(a,[0,t,0],e);if(i)var
+c=aw(eq,es(a,[0,u,[0,t,0]],e));else{var
 j=i;g=1}}else{var
 j=h;g=1}if(g)var
 c=j}return[0,b,c]},l)]}function
 bE(c,b){var
-d=c[4],a=cS(function(a){return jb(a[1],b)},d);return a?a[1][2]:a}function
-je(b,a){return I(b,a)?a:b}function
-qF(b,a){return I(b,a)?b:a}function
-jf(a){var
-b=a?[0,bh(je,a[2],a[1])]:a;return b}function
-f9(a){var
-b=a?[0,bh(qF,a[2],a[1])]:a;return b}function
-jg(a,f){if(a){var
-i=s(bT,f),j=jg(a[1],i),k=0,l=s(function(a){return ca(k,a)},f),c=ab(function(a){var
-b=a?[0,a[1],0]:a;return b},l),d=jf(c);if(d){var
-e=f9(c);if(e)var
+d=c[4],a=cR(function(a){return i6(a[1],b)},d);return a?a[1][2]:a}function
+i9(b,a){return I(b,a)?a:b}function
+qz(b,a){return I(b,a)?b:a}function
+i_(a){var
+b=a?[0,bh(i9,a[2],a[1])]:a;return b}function
+f3(a){var
+b=a?[0,bh(qz,a[2],a[1])]:a;return b}function
+i$(a,f){if(a){var
+i=r(bT,f),j=i$(a[1],i),k=0,l=r(function(a){return ca(k,a)},f),c=ab(function(a){var
+b=a?[0,a[1],0]:a;return b},l),d=i_(c);if(d){var
+e=f3(c);if(e)var
 h=bC(e[1]),b=aj(d[1],h);else
 var
 b=P}else
@@ -3210,14 +3189,14 @@ b=P;var
 g=[0,b,j]}else
 var
 g=a;return g}function
-jh(a){if(a[5])return P;var
-b=a[7],c=ef(function(a){return a[1]},b);return bh(je,ab(function(b){var
-c=b[2],d=s(function(a){return a[4]},c);return jg(bj(a[3]),d)},c),P)}function
-ji(a){if(a){var
-b=a[1],c=aU(aj(b,U));return R(aj(b,bC(U)),c)}return U}function
-jj(a,b){return a?f6(a[1][1],b):a}function
-f_(a,b){return a?ce(bw,a[1][1],b):a}function
-jk(b,a){var
+ja(a){if(a[5])return P;var
+b=a[7],c=d_(function(a){return a[1]},b);return bh(i9,ab(function(b){var
+c=b[2],d=r(function(a){return a[4]},c);return i$(bj(a[3]),d)},c),P)}function
+jb(a){if(a){var
+b=a[1],c=aR(aj(b,U));return S(aj(b,bC(U)),c)}return U}function
+jc(a,b){return a?f0(a[1][1],b):a}function
+f4(a,b){return a?ce(bw,a[1][1],b):a}function
+jd(b,a){var
 _=b[1];switch(a[0]){case
 2:var
 i=0;break;case
@@ -3225,106 +3204,106 @@ i=0;break;case
 i=_[6]?0:1;break;case
 1:case
 9:var
-A=typeof
-a[1]==="number"?1:0,Z=A?1:A,i=Z;break;default:var
+B=typeof
+a[1]==="number"?1:0,Z=B?1:B,i=Z;break;default:var
 i=1}if(i){switch(a[0]){case
 0:var
-L=b[1][3],M=C(aK(aw(b[1][7])),L),c=w(a[1],M);break;case
+L=b[1][3],M=z(aI(au(b[1][7])),L),c=w(a[1],M);break;case
 1:var
-N=bE(b,a[1]),c=ce(qC,a[2],N);break;case
+N=bE(b,a[1]),c=ce(qw,a[2],N);break;case
 2:var
 c=0;break;case
 3:var
-m=jf(f2(b[1])),c=m?bw(a[1],m[1]):m;break;case
+m=i_(fW(b[1])),c=m?bw(a[1],m[1]):m;break;case
 4:var
-n=f9(f2(b[1])),c=n?bw(a[1],n[1]):n;break;case
+n=f3(fW(b[1])),c=n?bw(a[1],n[1]):n;break;case
 5:var
-B=b[2],O=f9(ab(function(b){var
+C=b[2],O=f3(ab(function(b){var
 a=b[2];if(a){var
 c=a[2];if(c){var
-e=b[2];return s(function(a){return a[3]},e)}var
+e=b[2];return r(function(a){return a[3]},e)}var
 d=c}else
 var
-d=a;return d},B)),c=ce(bw,a[1],O);break;case
+d=a;return d},C)),c=ce(bw,a[1],O);break;case
 6:var
-P=jh(b[1]),c=bw(a[1],P);break;case
+P=ja(b[1]),c=bw(a[1],P);break;case
 7:var
-Q=ag(jh(b[1])),c=bA(a[1],Q);break;case
+Q=ag(ja(b[1])),c=bA(a[1],Q);break;case
 8:var
-c=qB(b[1],b[2],b[3],a[1]);break;case
+c=qv(b[1],b[2],b[3],a[1]);break;case
 9:var
-S=a[2],c=f_(bE(b,a[1]),S);break;case
+R=a[2],c=f4(bE(b,a[1]),R);break;case
 10:var
-T=a[2],U=a[1]?4:5,c=f_(bE(b,U),T);break;case
+T=a[2],U=a[1]?4:5,c=f4(bE(b,U),T);break;case
 11:var
 d=a[3],e=a[2];if(a[1]){var
-r=0;if(typeof
+s=0;if(typeof
 e==="number")if(2===e)var
-k=bE(b,4),g=k?ce(bw,[0,ji(k[1][1])],d):k;else
+k=bE(b,4),g=k?ce(bw,[0,jb(k[1][1])],d):k;else
 if(3===e)var
-l=bE(b,5),g=l?ce(bw,[0,ji(l[1][1])],d):l;else
-r=1;else
-r=1;if(r)var
+l=bE(b,5),g=l?ce(bw,[0,jb(l[1][1])],d):l;else
+s=1;else
+s=1;if(s)var
 g=0;var
-c=g?jj(bE(b,e),d):g}else{var
-v=jb(e,1),j=0;if(v){var
-D=b[3],t=s(function(a){return a[4]},D),E=cx(t),u=iW(b[1]);if(u)var
+c=g?jc(bE(b,e),d):g}else{var
+v=i6(e,1),j=0;if(v){var
+D=b[3],t=r(function(a){return a[4]},D),E=cx(t),u=iP(b[1]);if(u)var
 G=b[2],o=F(function(a){var
-b=a[2],c=cx(s(function(a){return a[4]},b)),d=aB(a[2],t);return F(function(a){var
-b=R(c,a[2]);return bw(R(a[1][4],E),b)},d)},G);else
+b=a[2],c=cx(r(function(a){return a[4]},b)),d=az(a[2],t);return F(function(a){var
+b=S(c,a[2]);return bw(S(a[1][4],E),b)},d)},G);else
 var
 o=u;if(o){var
-x=f_(bE(b,0),d);if(x)var
-c=jj(bE(b,1),d);else{var
+x=f4(bE(b,0),d);if(x)var
+c=jc(bE(b,1),d);else{var
 p=x;j=1}}else{var
 p=o;j=1}}else{var
 p=v;j=1}if(j)var
 c=p}break;case
 12:var
-V=a[1]?0:1,q=bE(b,V),c=q?ja(q[1][1],a[2],a[3]):q;break;case
+V=a[1]?0:1,q=bE(b,V),c=q?i5(q[1][1],a[2],a[3]):q;break;case
 13:var
-y=a[2],W=a[3],X=a[1]?y?6:7:y?0:1,z=bE(b,X),Y=z?f6(z[1][1],[0,W])?0:1:2,c=dz(a[4],Y);break;default:var
-f=a[1],H=1;if(aa(function(a){return dz(H,a)},f))var
-h=qG;else{var
-I=3;if(aa(function(a){return dz(I,a)},f))var
-h=qH;else{var
-J=2;if(aa(function(a){return dz(J,a)},f))var
-h=qI;else
+y=a[2],W=a[3],X=a[1]?y?6:7:y?0:1,A=bE(b,X),Y=A?f0(A[1][1],[0,W])?0:1:2,c=dx(a[4],Y);break;default:var
+f=a[1],H=1;if(aa(function(a){return dx(H,a)},f))var
+h=qA;else{var
+I=3;if(aa(function(a){return dx(I,a)},f))var
+h=qB;else{var
+J=2;if(aa(function(a){return dx(J,a)},f))var
+h=qC;else
 var
-K=f?qJ:f,h=K}}var
-c=ce(dz,a[2],h)}return c?0:1}return 2}function
-jl(g,l){var
-s=d(2,d(2,d(2,d(2,d(2,d(2,p)))))),h=M(C(d(2,p),g),s),k=ed(l[2],g),r=[0,d7(u,bs(ed(M(k,l[1]),h),k)),aW(h)],f=bj(g),a=r;for(;;){if(f){var
-o=a[2],q=C(d(2,p),o),b=[0,C(a[1],a[1]),q],e=al(h2(b[1]),h);if(T(u,e))var
-i=b[1],c=m2(e),m=M(b[2],e),n=0<=c?hB(i,c):m1(i,-c|0),j=[0,n,m];else
+K=f?qD:f,h=K}}var
+c=ce(dx,a[2],h)}return c?0:1}return 2}function
+je(f,l){var
+r=g(2,g(2,g(2,g(2,g(2,g(2,t)))))),h=K(z(g(2,t),f),r),k=d8(l[2],f),q=[0,d5(u,bs(d8(K(k,l[1]),h),k)),aT(h)],e=bj(f),a=q;for(;;){if(e){var
+o=a[2],p=z(g(2,t),o),b=[0,z(a[1],a[1]),p],d=ak(hV(b[1]),h);if(R(u,d))var
+i=b[1],c=mW(d),m=K(b[2],d),n=0<=c?hu(i,c):mV(i,-c|0),j=[0,n,m];else
 var
 j=b;var
-f=f[1],a=j;continue}return a}}function
-jm(c,b,a){if(J(u,a[2]))return T(c,ed(C(a[1],b),a[2]));var
-d=C(a[1],b);return T(ed(c,aW(a[2])),d)}var
-qK=[0,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,p)))))))))))))),0],qL=[0,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,p))))))))))),qK],qM=[0,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,p))))))))),qL],qN=[0,d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,p)))))))),qM],qO=[0,d(2,d(2,d(2,d(2,d(2,d(2,p)))))),qN];function
-ez(b,a){var
-c=b[1],e=b[2];if(T(c,e))return 0;if(T(a[1],u))return 0;if(w(c,e))return[0,h0(u,a[1])];var
-i=a[1],j=a[2];if(J(C(M(h2(c),p),j),i))return qR;if(J(C(al(c,e),a[2]),C(a[1],e)))return qS;if(J(C(a[1],c),C(al(c,e),a[2])))return qT;var
-d=qO;for(;;){if(d){var
-f=d[1],g=jl(f,a);if(jm(b[1],b[2],g))return qP;var
-h=jl(f,[0,aW(a[1]),a[2]]);if(jm(b[2],b[1],h))return qQ;var
+e=e[1],a=j;continue}return a}}function
+jf(c,b,a){if(M(u,a[2]))return R(c,d8(z(a[1],b),a[2]));var
+d=z(a[1],b);return R(d8(c,aT(a[2])),d)}var
+qE=[0,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t)))))))))))))),0],qF=[0,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t))))))))))),qE],qG=[0,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t))))))))),qF],qH=[0,g(2,g(2,g(2,g(2,g(2,D(g(2,g(2,t)))))))),qG],qI=[0,g(2,g(2,g(2,g(2,g(2,g(2,t)))))),qH];function
+et(b,a){var
+c=b[1],e=b[2];if(R(c,e))return 0;if(R(a[1],u))return 0;if(w(c,e))return[0,hT(u,a[1])];var
+i=a[1],j=a[2];if(M(z(K(hV(c),t),j),i))return qL;if(M(z(ak(c,e),a[2]),z(a[1],e)))return qM;if(M(z(a[1],c),z(ak(c,e),a[2])))return qN;var
+d=qI;for(;;){if(d){var
+f=d[1],g=je(f,a);if(jf(b[1],b[2],g))return qJ;var
+h=je(f,[0,aT(a[1]),a[2]]);if(jf(b[2],b[1],h))return qK;var
 d=d[2];continue}return d}}var
-f$=d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,d(2,d(2,z(d(2,d(2,z(d(2,d(2,d(2,z(d(2,d(2,z(d(2,d(2,d(2,z(d(2,d(2,z(d(2,d(2,z(d(2,z(d(2,d(2,d(2,d(2,z(d(2,d(2,z(d(2,z(d(2,p)))))))))))))))))))))))))))))))))))))))))))))))))));function
-jn(a){if(a){var
+f5=g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,D(g(2,g(2,g(2,g(2,D(g(2,g(2,D(g(2,g(2,g(2,D(g(2,g(2,D(g(2,g(2,g(2,D(g(2,g(2,D(g(2,g(2,D(g(2,D(g(2,g(2,g(2,g(2,D(g(2,g(2,D(g(2,D(g(2,t)))))))))))))))))))))))))))))))))))))))))))))))))));function
+jg(a){if(a){var
 b=a[2],c=a[1];if(46===c)return[0,0,b];var
-d=jn(b);return[0,[0,c,d[1]],d[2]]}return qZ}function
-jo(D){var
-j=jn(D),b=j[1];if(b){var
+d=jg(b);return[0,[0,c,d[1]],d[2]]}return qT}function
+jh(C){var
+j=jg(C),b=j[1];if(b){var
 k=j[2],m=0;if(48===b[1]){var
-l=b[2],E=l?1:l;if(E)m=1}if(!m&&!G(dk(aw(k),q0))){var
-g=u,c=x(b,k);for(;;){if(c){var
-y=c[1],w=d(2,d(2,d(2,d(2,z(d(2,p)))))),a=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(y),n=a(7),o=a(6),q=a(5),r=a(4),s=a(3),t=a(2),v=a(1),e=al(h6([0,a(0),[0,v,[0,t,[0,s,[0,r,[0,q,[0,o,[0,n,0]]]]]]]]),w),h=J(u,e),i=h?J(e,z(d(2,d(2,d(2,p))))):h,f=i?[0,e]:i;if(f){var
-A=c[2],B=f[1],g=M(C(d(2,z(d(2,d(2,p)))),g),B),c=A;continue}return f}return[0,g]}}return 0}return b}var
-jp=k(q1),jq=k(q2);function
-eA(h,g){var
+l=b[2],E=l?1:l;if(E)m=1}if(!m&&!G(dj(au(k),qU))){var
+f=u,c=x(b,k);for(;;){if(c){var
+y=c[1],w=g(2,g(2,g(2,g(2,D(g(2,t)))))),a=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(y),n=a(7),o=a(6),p=a(5),q=a(4),r=a(3),s=a(2),v=a(1),d=ak(hZ([0,a(0),[0,v,[0,s,[0,r,[0,q,[0,p,[0,o,[0,n,0]]]]]]]]),w),h=M(u,d),i=h?M(d,D(g(2,g(2,g(2,t))))):h,e=i?[0,d]:i;if(e){var
+A=c[2],B=e[1],f=K(z(g(2,D(g(2,g(2,t)))),f),B),c=A;continue}return e}return[0,f]}}return 0}return b}var
+ji=k(qV),jj=k(qW);function
+eu(h,g){var
 b=h,a=g;for(;;){if(b){if(a){var
-d=dZ(b[1],a[1]);if(d){var
+d=dX(b[1],a[1]);if(d){var
 b=b[2],a=a[2];continue}var
 e=d}else
 var
@@ -3333,41 +3312,41 @@ c=e}else
 var
 c=a?0:1;var
 f=c?1:c;return f}}var
-cY=k(q6),eB=k(q7),ga=k(q8),cZ=k(q9),bd=k(q_),ac=k(q$),cy=k(ra),eC=k(rb),eD=k(rc),bx=k(rd),jr=k(re),bk=k(rf),gb=k(rg),gc=k(rh),gd=k(ri),ge=k(rj),eE=k(rk),eF=k(rl),bl=k(rm),be=k(rn);function
-js(d){var
-a=ah(eB,d);if(a){var
+cX=k(q0),ev=k(q1),f6=k(q2),cY=k(q3),bb=k(q4),ac=k(q5),cy=k(q6),ew=k(q7),ex=k(q8),bx=k(q9),jk=k(q_),bk=k(q$),f7=k(ra),f8=k(rb),f9=k(rc),f_=k(rd),ey=k(re),ez=k(rf),bl=k(rg),bc=k(rh);function
+jl(d){var
+a=ah(ev,d);if(a){var
 b=a[1];if(typeof
 b!=="number"&&4===b[0])return X(cy,b[1]);var
 c=0}else
 var
 c=a;return c}function
-ro(a){function
+ri(a){function
 b(a){function
 b(c){function
 b(b){function
 d(d){function
 g(a){var
-e=a?[0,a[1],0]:a,f=K(cw([0,c,x(b,x(d,e))]),rp,[0,[0,c,b,d,a]]),g=b?1:b;return K(g,rq,f)}var
+e=a?[0,a[1],0]:a,f=J(cw([0,c,x(b,x(d,e))]),rj,[0,[0,c,b,d,a]]),g=b?1:b;return J(g,rk,f)}var
 e=ah(cy,a);if(e)var
 i=function(a){return[0,[0,a]]},f=h(_(e[1]),i);else
 var
-f=rr;return h(f,g)}return h(r(function(a){return ai(_,a)},ac,a),d)}return h(r(function(a){return ai(_,a)},bd,a),b)}return h(r(_,cZ,a),b)}return h(S([0,cZ,[0,bd,[0,ac,0]]],[0,cy,0],a),b)}function
-gf(a){function
+f=rl;return h(f,g)}return h(q(function(a){return ai(_,a)},ac,a),d)}return h(q(function(a){return ai(_,a)},bb,a),b)}return h(q(_,cY,a),b)}return h(T([0,cY,[0,bb,[0,ac,0]]],[0,cy,0],a),b)}function
+f$(a){function
 b(b){function
 d(d){function
 c(a){var
 e=[0,[0,b,d,a]];if(b)var
 f=a[4]?0:1,c=f;else
 var
-c=1;return K(c,rs,e)}return h(r(ro,eB,a),c)}if(b)var
-e=[0,[0,k(rt),2],0],c=[0,[0,k(ru),1],e];else
+c=1;return J(c,rm,e)}return h(q(ri,ev,a),c)}if(b)var
+e=[0,[0,k(rn),2],0],c=[0,[0,k(ro),1],e];else
 var
-c=[0,[0,k(rv),0],0];return h(r(function(a){return bc(c,a)},ga,a),d)}var
-c=[0,[0,k(rw),1],0],d=[0,[0,k(rx),0],c];return h(r(function(a){return bc(d,a)},cY,a),b)}function
-jt(e,a){var
+c=[0,[0,k(rp),0],0];return h(q(function(a){return ba(c,a)},f6,a),d)}var
+c=[0,[0,k(rq),1],0],d=[0,[0,k(rr),0],c];return h(q(function(a){return ba(d,a)},cX,a),b)}function
+jm(e,a){var
 c=e[3],b=a[3],h=H(c[1],b[1]);if(h){var
-i=ev(c[2],b[2]);if(i){var
-j=ev(c[3],b[3]);if(j){var
+i=eo(c[2],b[2]);if(i){var
+j=eo(c[3],b[3]);if(j){var
 k=c[4];if(k)var
 f=b[4],p=f?H(k[1],f[1]):f,l=p;else
 var
@@ -3387,10 +3366,10 @@ o=2<=a[2]?1:0,u=o?1:o,g=u}if(e[1])var
 m=a[1],r=m?1:m,n=r;else
 var
 s=a[1]?0:1,n=s;return[0,[0,n,g],d]}function
-V(a){return aK(aw(a))}function
-ju(a){function
+V(a){return aI(au(a))}function
+jn(a){function
 b(c){var
-b=js(c),d=b?[0,ge,0]:b;function
+b=jl(c),d=b?[0,f_,0]:b;function
 e(a){function
 b(e){function
 c(c){function
@@ -3402,90 +3381,90 @@ c(m){function
 f(f){function
 n(g){function
 i(a){return[0,[0,b,e,k,l,m,f,g]]}var
-c=ah(gc,a);if(c)var
-j=function(a){return aZ(eu,s(b$,a))},d=h(S(0,[0,bl,[0,be,0]],c[1]),j);else
+c=ah(f8,a);if(c)var
+j=function(a){return aX(en,r(b$,a))},d=h(T(0,[0,bl,[0,bc,0]],c[1]),j);else
 var
-d=ry;return h(d,i)}var
-g=ah(gd,a);if(g){var
+d=rs;return h(d,i)}var
+g=ah(f9,a);if(g){var
 c=g[1],j=0;if(typeof
 c==="number"||!(0===c[0]))j=1;else
 if(c[1])var
-o=b[1]?0:f?0:1,d=K(o,rB,rA);else
+o=b[1]?0:f?0:1,d=J(o,rv,ru);else
 var
-d=O(rC);if(j)var
-d=O(rz);var
+d=O(rw);if(j)var
+d=O(rt);var
 i=d}else
 var
-i=rD;return h(i,n)}var
-c=ah(ge,a);if(c)var
-g=function(a){return[0,[0,a]]},d=h(aX(ge,es(c[1])),g);else
+i=rx;return h(i,n)}var
+c=ah(f_,a);if(c)var
+g=function(a){return[0,[0,a]]},d=h(aV(f_,el(c[1])),g);else
 var
-d=rE;return h(d,f)}var
+d=ry;return h(d,f)}var
 d=V(e);function
-f(a){return am(d,an,a)}return h(r(function(a){return bt(f,a)},bk,a),c)}var
-d=V(b[3][3]);return h(r(function(a){return et(d,a)},jr,a),c)}var
-d=V(b[3][2]);return h(r(function(a){return et(d,a)},bx,a),c)}return h(r(es,eD,a),c)}return h(gf(a),b)}var
-b=ah(gb,a),d=b?aX(gb,iL(rF,1,b[1])):rG;return h(d,c)}var
-c=[0,[0,k(rH),0],0];return h(r(function(a){return bc(c,a)},eC,a),b)}return h(S(x([0,eC,[0,cY,[0,eB,[0,ga,[0,eD,[0,bx,[0,jr,[0,bk,0]]]]]]]],d),[0,gb,[0,gc,[0,gd,0]]],a),e)}return h(a4(a),b)}function
-jv(a){if(typeof
-a!=="number"&&4===a[0])return X(gd,a[1]);return 0}var
-rP=k(rO);function
-rQ(j){var
-b=0,a=fN(fU,j);for(;;){if(a){var
+f(a){return am(d,an,a)}return h(q(function(a){return bt(f,a)},bk,a),c)}var
+d=V(b[3][3]);return h(q(function(a){return em(d,a)},jk,a),c)}var
+d=V(b[3][2]);return h(q(function(a){return em(d,a)},bx,a),c)}return h(q(el,ex,a),c)}return h(f$(a),b)}var
+b=ah(f7,a),d=b?aV(f7,iE(rz,1,b[1])):rA;return h(d,c)}var
+c=[0,[0,k(rB),0],0];return h(q(function(a){return ba(c,a)},ew,a),b)}return h(T(x([0,ew,[0,cX,[0,ev,[0,f6,[0,ex,[0,bx,[0,jk,[0,bk,0]]]]]]]],d),[0,f7,[0,f8,[0,f9,0]]],a),e)}return h(a2(a),b)}function
+jo(a){if(typeof
+a!=="number"&&4===a[0])return X(f9,a[1]);return 0}var
+rJ=k(rI);function
+rK(j){var
+b=0,a=fH(fO,j);for(;;){if(a){var
 d=a[2],f=a[1];if(d){var
 i=H(f,d[1])?b:[0,f,b],b=i,a=d;continue}var
 c=N(a,b)}else
 var
 c=N(a,b);if(c){var
 e=c[2];if(e){var
-k=[0,c[1],[0,e[1],e[2]]],I=0,g=s(function(F){var
+k=[0,c[1],[0,e[1],e[2]]],I=0,g=r(function(F){var
 e=I,d=F;for(;;){if(d){var
-g=d[2],a=d[1],k=dt(a),l=k||(11===a?1:0),m=l||(12===a?1:0);if(m){var
+g=d[2],a=d[1],k=dr(a),l=k||(11===a?1:0),m=l||(12===a?1:0);if(m){var
 d=g;continue}var
-h=ee(33,a),i=h?ee(a,ms):h;if(i){var
+h=d9(33,a),i=h?d9(a,ml):h;if(i){var
 c=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),x=c(7),y=c(6),z=c(5),A=c(4),B=c(3),C=c(2),D=c(1),E=c(0);if(z||!(y&&!x))var
 f=a;else{var
-j=0;if(ee(65,a)&&ee(a,90))var
+j=0;if(d9(65,a)&&d9(a,90))var
 n=0,o=1,p=1,b=function(a,b){var
-c=a?1<<b:a;return c},q=b(n,7),r=b(o,6),s=b(p,5),t=b(A,4),u=b(B,3),v=b(C,2),w=b(D,1),f=fB(((((((b(E,0)+w|0)+v|0)+u|0)+t|0)+s|0)+r|0)+q|0);else
+c=a?1<<b:a;return c},q=b(n,7),r=b(o,6),s=b(p,5),t=b(A,4),u=b(B,3),v=b(C,2),w=b(D,1),f=fv(((((((b(E,0)+w|0)+v|0)+u|0)+t|0)+s|0)+r|0)+q|0);else
 j=1;if(j)var
 f=a}var
 e=[0,f,e],d=g;continue}return i}return[0,N(e,0)]}},k),h=F(function(a){if(a){var
-b=a[1],f=aa(function(a){return G(aa(function(b){return a===b?1:0},rP))},b),c=f||G(aa(en,b));if(c)var
+b=a[1],f=aa(function(a){return G(aa(function(b){return a===b?1:0},rJ))},b),c=f||G(aa(eg,b));if(c)var
 d=c;else
 var
-e=fZ(b),g=e?1:e,d=g;return d}return a},g);return h?cw(ab(function(a){var
+e=fT(b),g=e?1:e,d=g;return d}return a},g);return h?cw(ab(function(a){var
 b=a?[0,a[1],0]:a;return b},g)):h}return 1}return 1}}function
-gg(a,b){if(a)var
-d=s(bT,b),e=gg(a[2],d),f=0,c=[0,s(function(a){return ca(f,a)},b),e];else
+ga(a,b){if(a)var
+d=r(bT,b),e=ga(a[2],d),f=0,c=[0,r(function(a){return ca(f,a)},b),e];else
 var
 c=a;return c}function
-gh(a){var
-c=a[1][3],b=a[6],d=b?[0,b[1],0]:b,e=x(gg(c[3],a[4]),d),f=x(gg(c[2],a[3]),e);return F(rQ,[0,a[2],f])}var
-bm=k(rR),bf=k(rS),bn=k(rT),bo=k(rU),jw=k(rV),jx=k(rW),bp=k(rX),jy=k(rY),jz=k(rZ),bg=k(r0),jA=k(r1),jB=k(r2),eG=k(r3),jC=k(r4),cf=k(r5),jD=k(r6),jE=k(r7),jF=k(r8),eH=k(r9),jG=k(r_),c0=k(r$),jH=k(sa);function
-gi(a){return w(a[1],u)}function
-jI(a,b){if(a)var
-d=s(bT,b),e=jI(a[1],d),c=[0,s(function(a){return ca(P,a)},b),e];else
+gb(a){var
+c=a[1][3],b=a[6],d=b?[0,b[1],0]:b,e=x(ga(c[3],a[4]),d),f=x(ga(c[2],a[3]),e);return F(rK,[0,a[2],f])}var
+bm=k(rL),bd=k(rM),bn=k(rN),bo=k(rO),jp=k(rP),jq=k(rQ),bp=k(rR),jr=k(rS),js=k(rT),be=k(rU),jt=k(rV),ju=k(rW),eA=k(rX),jv=k(rY),cf=k(rZ),jw=k(r0),jx=k(r1),jy=k(r2),eB=k(r3),jz=k(r4),cZ=k(r5),jA=k(r6);function
+gc(a){return w(a[1],u)}function
+jB(a,b){if(a)var
+d=r(bT,b),e=jB(a[1],d),c=[0,r(function(a){return ca(P,a)},b),e];else
 var
 c=a;return c}function
-jJ(e,d){var
+jC(e,d){var
 b=e,a=d;for(;;){if(b){if(a){var
-f=aB(b[1],a[1]),c=F(function(a){return cU(a[1],a[2])},f);if(c){var
+f=az(b[1],a[1]),c=F(function(a){return cT(a[1],a[2])},f);if(c){var
 b=b[2],a=a[2];continue}return c}return 1}return 1}}function
-sb(a){function
+r7(a){function
 b(a){function
 b(a){var
-c=jJ(a,jI(aw(a),a)),f=[0,a];if(c)var
-e=dn(u,a),b=F(function(a){var
-b=dn(u,a[2]);return F(function(b){var
-c=w(a[1],b[1]);return bA(gi(b[2]),c)},b)},e),g=b?F(function(b){var
-c=aB(b,a);return F(function(a){var
-c=aB(b,a[2]);return F(function(b){var
+c=jC(a,jB(au(a),a)),f=[0,a];if(c)var
+e=dl(u,a),b=F(function(a){var
+b=dl(u,a[2]);return F(function(b){var
+c=w(a[1],b[1]);return bA(gc(b[2]),c)},b)},e),g=b?F(function(b){var
+c=az(b,a);return F(function(a){var
+c=az(b,a[2]);return F(function(b){var
 c=aj(b[1],b[2]);return I(a[1],c)},c)},c)},a):b,d=g;else
 var
-d=c;return K(d,sc,f)}var
-c=V(a);return h(aZ(function(a){return am(c,aF,a)},a),b)}return h(bb(a),b)}function
-sj(a){function
+d=c;return J(d,r8,f)}var
+c=V(a);return h(aX(function(a){return am(c,aD,a)},a),b)}return h(a$(a),b)}function
+sd(a){function
 b(a){function
 b(c){var
 b=V(c);function
@@ -3493,198 +3472,198 @@ d(c){function
 d(d){function
 e(e){function
 f(a){var
-b=[0,[0,[0,c,d,a],e]],f=aB(c,d);return K(F(function(a){return I(a[1],a[2])},f),sk,b)}function
+b=[0,[0,[0,c,d,a],e]],f=az(c,d);return J(F(function(a){return I(a[1],a[2])},f),se,b)}function
 g(c){function
 a(a){function
 c(b){function
-c(a){return[0,[0,b,a]]}return h(r(an,eG,a),c)}return h(r(function(a){return am(b,an,a)},jF,a),c)}return h(S([0,jF,[0,eG,0]],0,c),a)}return h(r(function(a){return ai(g,a)},bg,a),f)}function
+c(a){return[0,[0,b,a]]}return h(q(an,eA,a),c)}return h(q(function(a){return am(b,an,a)},jy,a),c)}return h(T([0,jy,[0,eA,0]],0,c),a)}return h(q(function(a){return ai(g,a)},be,a),f)}function
 f(a){return am(b,an,a)}function
-g(a){return ai(f,a)}return h(r(function(a){return ai(g,a)},jE,a),e)}return h(r(function(a){return am(b,an,a)},jD,a),d)}return h(r(function(a){return am(b,an,a)},cf,a),d)}return h(r(es,jC,a),b)}return h(S([0,jC,[0,cf,[0,jD,[0,jE,[0,bg,0]]]]],0,a),b)}function
-jK(d,a,c,b){if(a)var
-f=bT(b),g=bT(c),h=jK(M(d,p),a[2],g,f),i=ca(P,c),j=ca(0,b),e=[0,[0,d,a[1],j,i],h];else
+g(a){return ai(f,a)}return h(q(function(a){return ai(g,a)},jx,a),e)}return h(q(function(a){return am(b,an,a)},jw,a),d)}return h(q(function(a){return am(b,an,a)},cf,a),d)}return h(q(el,jv,a),b)}return h(T([0,jv,[0,cf,[0,jw,[0,jx,[0,be,0]]]]],0,a),b)}function
+jD(d,a,c,b){if(a)var
+f=bT(b),g=bT(c),h=jD(K(d,t),a[2],g,f),i=ca(P,c),j=ca(0,b),e=[0,[0,d,a[1],j,i],h];else
 var
 e=a;return e}function
-jL(f,b,e){if(b){var
-k=bT(e),l=jL(f,b[2],k),m=ca(0,e),a=b[1],c=f[5];if(c)var
+jE(f,b,e){if(b){var
+k=bT(e),l=jE(f,b[2],k),m=ca(0,e),a=b[1],c=f[5];if(c)var
 d=c[1];else
 var
-j=a[4],d=s(function(a){return a?a[1]:P},j);var
-h=a[5],i=jK(u,a[3],d,m),g=[0,[0,a[1],a[2],i,h],l]}else
+j=a[4],d=r(function(a){return a?a[1]:P},j);var
+h=a[5],i=jD(u,a[3],d,m),g=[0,[0,a[1],a[2],i,h],l]}else
 var
 g=b;return g}function
-jM(e,d){var
+jF(e,d){var
 a=d;for(;;){if(a){var
 b=a[2];if(b){var
-c=aM(e,a[1],b[1]);if(c){var
+c=aK(e,a[1],b[1]);if(c){var
 a=b;continue}return c}return 1}return 1}}function
-sA(a){function
+su(a){function
 b(a){if(a){var
 b=a[2];if(b){var
-c=b[1];if(b[2])return O(sB);var
+c=b[1];if(b[2])return O(sv);var
 d=function(b){function
-a(a){return K(G(gi(a)),sC,[0,[0,b,a]])}return h(aF(c),a)};return h(aL(a[1]),d)}return O(sD)}return O(sE)}return h(bb(a),b)}function
-sF(a){function
+a(a){return J(G(gc(a)),sw,[0,[0,b,a]])}return h(aD(c),a)};return h(aJ(a[1]),d)}return O(sx)}return O(sy)}return h(a$(a),b)}function
+sz(a){function
 b(a){var
-b=[0,a];return K(jM(function(b,a){return T(b[1],a[1])},a),sG,b)}return h(ai(sA,a),b)}function
-sH(b,a){var
-d=T(b[1],a[1]);if(d)var
+b=[0,a];return J(jF(function(b,a){return R(b[1],a[1])},a),sA,b)}return h(ai(su,a),b)}function
+sB(b,a){var
+d=R(b[1],a[1]);if(d)var
 c=d;else{var
 e=w(b[1],a[1]);if(e){var
-f=T(b[2],a[2]);if(f)var
+f=R(b[2],a[2]);if(f)var
 c=f;else{var
-g=w(b[2],a[2]);if(g)return T(b[3],a[3]);var
+g=w(b[2],a[2]);if(g)return R(b[3],a[3]);var
 c=g}}else
 var
 c=e}return c}function
-jN(c,b,d){var
+jG(c,b,d){var
 a=b?b[1][11]:b;function
 e(b){function
 d(c){function
-e(a){return K(jM(sH,c),sI,[0,c])}if(a)var
-f=V(a[1][1]),d=r(function(a){return am(f,an,a)},jG,b);else
+e(a){return J(jF(sB,c),sC,[0,c])}if(a)var
+f=V(a[1][1]),d=q(function(a){return am(f,an,a)},jz,b);else
 var
-d=sJ;return h(d,e)}function
+d=sD;return h(d,e)}function
 e(f){function
 a(a){function
 b(b){function
 c(c){function
 d(d){function
-e(a){return[0,[0,b,c,d,a]]}return h(r(sF,jH,a),e)}return h(r(aL,cf,a),d)}return h(r(aL,c0,a),c)}var
-d=c?r(aL,ac,a):[0,aW(p)];return h(d,b)}var
-b=0,d=[0,c0,[0,cf,[0,jH,0]]],e=c?[0,ac,0]:c;return h(S(x(e,d),b,f),a)}return h(r(function(a){return ai(e,a)},eH,b),d)}var
-f=0,g=a?[0,jG,0]:a;return h(S([0,eH,g],f,d),e)}function
-dA(a){return a?aw(a[1]):a}function
-jO(a){return ax(hY,sK,a)}function
-gj(a){return jO(s(aw,a))}function
-gk(a){return jO(s(dA,a))}function
-bF(a){return gj(a[1])}function
-jP(a){return gk(a[1])}function
+e(a){return[0,[0,b,c,d,a]]}return h(q(sz,jA,a),e)}return h(q(aJ,cf,a),d)}return h(q(aJ,cZ,a),c)}var
+d=c?q(aJ,ac,a):[0,aT(t)];return h(d,b)}var
+b=0,d=[0,cZ,[0,cf,[0,jA,0]]],e=c?[0,ac,0]:c;return h(T(x(e,d),b,f),a)}return h(q(function(a){return ai(e,a)},eB,b),d)}var
+f=0,g=a?[0,jz,0]:a;return h(T([0,eB,g],f,d),e)}function
+dy(a){return a?au(a[1]):a}function
+jH(a){return av(hR,sE,a)}function
+gd(a){return jH(r(au,a))}function
+ge(a){return jH(r(dy,a))}function
+bF(a){return gd(a[1])}function
+jI(a){return ge(a[1])}function
 cg(b){var
-a=b[2];return 0===a[0]?gj(a[1]):a[1]}function
-jQ(b){var
-a=b[2];return 0===a[0]?gk(a[1]):a[1]}function
-cz(b,a){return dk(aw(a),b)}function
-eI(e,a){var
+a=b[2];return 0===a[0]?gd(a[1]):a[1]}function
+jJ(b){var
+a=b[2];return 0===a[0]?ge(a[1]):a[1]}function
+cz(b,a){return dj(au(a),b)}function
+eC(e,a){var
 b=cz(e,a);if(b){var
-c=F(a3,a);if(c)return cU(aE(a),U);var
+c=F(a1,a);if(c)return cT(aC(a),U);var
 d=c}else
 var
 d=b;return d}function
-jR(a){return aa(ag,a)}function
+jK(a){return aa(ag,a)}function
 cA(b,a){if(a){var
-c=cA(b,a[2]),d=aB(a[1],c);return s(function(a){return[0,a[1],a[2]]},d)}return dm(0,b)}function
-sL(a){var
-e=dA(a),b=F(function(a){return eI(e,a)},a);if(b){var
-c=G(cz(0,a));if(c)return F(jR,cA(dA(a),a));var
+c=cA(b,a[2]),d=az(a[1],c);return r(function(a){return[0,a[1],a[2]]},d)}return dk(0,b)}function
+sF(a){var
+e=dy(a),b=F(function(a){return eC(e,a)},a);if(b){var
+c=G(cz(0,a));if(c)return F(jK,cA(dy(a),a));var
 d=c}else
 var
 d=b;return d}function
-jS(a){var
-b=G(cz(0,a));return b?F(sL,a):b}function
-gl(d,c,a){var
+jL(a){var
+b=G(cz(0,a));return b?F(sF,a):b}function
+gf(d,c,a){var
 b=cz(d,a);return b?F(function(a){return cz(c,a)},a):b}function
-gm(a){if(a){var
+gg(a){if(a){var
 b=a[2],c=a[1];return ab(function(a){var
-c=gm(b);return s(function(b){return ab(function(a){return s(function(b){return R(a,b)},b)},a)},c)},c)}return[0,[0,U,0],0]}function
-jT(a){if(a)var
-b=a[1],d=jT(b),e=s(function(a){return[0,P,a]},d),c=[0,[0,U,dm(P,b)],e];else
+c=gg(b);return r(function(b){return ab(function(a){return r(function(b){return S(a,b)},b)},a)},c)},c)}return[0,[0,U,0],0]}function
+jM(a){if(a)var
+b=a[1],d=jM(b),e=r(function(a){return[0,P,a]},d),c=[0,[0,U,dk(P,b)],e];else
 var
 c=a;return c}function
-jU(a){return gm(a[1])}function
-gn(b){var
-a=b[2];return 0===a[0]?gm(a[1]):jT(a[1])}function
-go(a){return ax(function(b,a){return fL(b[2],a)},p,a)}function
-jV(b,a){var
-c=bs(b,a[2]);return C(a[1],c)}function
-eJ(a){return go(bi(a))}function
-eK(a){var
-b=eJ(a);function
-c(a){return jV(b,a)}return s(function(a){return s(c,a)},a)}function
-gp(a){return ax(function(b,a){return C(eJ(b),a)},p,a)}function
-c1(d,c,e){if(d){var
+jN(a){return gg(a[1])}function
+gh(b){var
+a=b[2];return 0===a[0]?gg(a[1]):jM(a[1])}function
+gi(a){return av(function(b,a){return fF(b[2],a)},t,a)}function
+jO(b,a){var
+c=bs(b,a[2]);return z(a[1],c)}function
+eD(a){return gi(bi(a))}function
+eE(a){var
+b=eD(a);function
+c(a){return jO(b,a)}return r(function(a){return r(c,a)},a)}function
+gj(a){return av(function(b,a){return z(eD(b),a)},t,a)}function
+c0(d,c,e){if(d){var
 b=c,a=e;for(;;){if(b&&a){var
 b=b[1],a=a[2];continue}var
-g=c1(d[1],c,a),f=[0,h3(c,e),g];break}}else
+g=c0(d[1],c,a),f=[0,hW(c,e),g];break}}else
 var
 f=d;return f}function
-jW(c,b,a){if(b){var
+jP(c,b,a){if(b){var
 d=b[1];if(a){var
-f=a[1],e=jW(c,b[2],a[2]),g=aT(d);if(0===g)return e;if(0<g){var
-i=aB(f,e);return s(function(a){return M(C(d,a[1]),a[2])},i)}var
-h=aB(f,e);return s(function(a){return M(C(d,a[1]),a[2])},h)}return dm(u,c)}return dm(u,c)}function
-gq(b,a,d){if(a){var
-c=a[2],e=a[1],f=d8(gk(c),b),g=c1(dA(e),f,d),h=s(function(a){return gq(b,c,a)},g),i=eK(e);return ab(function(a){return jW(d8(gj(c),b),a,h)},i)}return d}function
-jX(a){var
-f=a[4],b=d8(bF(a),f),g=go(bi(bi(a[5]))),h=a[5],c=s(function(b){var
-c=bi(b),d=s(function(a){return jV(g,a)},c);return gq(a[4],a[1],d)},h),d=a[2];if(0===d[0])var
-i=bi(c),e=gq(b,d[1],i);else
+f=a[1],e=jP(c,b[2],a[2]),g=aU(d);if(0===g)return e;if(0<g){var
+i=az(f,e);return r(function(a){return K(z(d,a[1]),a[2])},i)}var
+h=az(f,e);return r(function(a){return K(z(d,a[1]),a[2])},h)}return dk(u,c)}return dk(u,c)}function
+gk(b,a,d){if(a){var
+c=a[2],e=a[1],f=d6(ge(c),b),g=c0(dy(e),f,d),h=r(function(a){return gk(b,c,a)},g),i=eE(e);return ab(function(a){return jP(d6(gd(c),b),a,h)},i)}return d}function
+jQ(a){var
+f=a[4],b=d6(bF(a),f),g=gi(bi(bi(a[5]))),h=a[5],c=r(function(b){var
+c=bi(b),d=r(function(a){return jO(g,a)},c);return gk(a[4],a[1],d)},h),d=a[2];if(0===d[0])var
+i=bi(c),e=gk(b,d[1],i);else
 var
 e=bi(c);var
-j=c1(cg(a),b,e),k=a[4],l=bF(a);return s(function(a){return c1(l,k,a)},j)}function
-jY(a){var
-b=ax(hZ,u,a),c=aT(b);return 0===c?s(function(a){return P},a):0<c?s(function(a){return cT([0,a,b])},a):s(function(a){return P},a)}function
-dB(b,a){return I(b,a)?a:b}function
-jZ(b,a){return I(b,a)?b:a}function
-eL(a){return a?ax(dB,a[1],a[2]):P}function
-c2(a){return a?ax(jZ,a[1],a[2]):P}function
-eM(a){var
-b=c2(a),c=eL(a);return ag(b)?[0,R(c,aU(b))]:ag(c)?0:[0,U]}function
-dC(c,b,a){var
-d=b?a?[0,aM(c,b[1],a[1])]:a:b;return d}function
-j0(a){var
-b=s(eM,cA(dA(a),a)),c=[0,U];return ax(function(a,b){return dC(dB,a,b)},c,b)}function
-j1(a){var
-b=s(j0,a),c=[0,U];return ax(function(a,b){return dC(R,a,b)},c,b)}function
-dD(d,c,b){var
+j=c0(cg(a),b,e),k=a[4],l=bF(a);return r(function(a){return c0(l,k,a)},j)}function
+jR(a){var
+b=av(hS,u,a),c=aU(b);return 0===c?r(function(a){return P},a):0<c?r(function(a){return cS([0,a,b])},a):r(function(a){return P},a)}function
+dz(b,a){return I(b,a)?a:b}function
+jS(b,a){return I(b,a)?b:a}function
+eF(a){return a?av(dz,a[1],a[2]):P}function
+c1(a){return a?av(jS,a[1],a[2]):P}function
+eG(a){var
+b=c1(a),c=eF(a);return ag(b)?[0,S(c,aR(b))]:ag(c)?0:[0,U]}function
+dA(c,b,a){var
+d=b?a?[0,aK(c,b[1],a[1])]:a:b;return d}function
+jT(a){var
+b=r(eG,cA(dy(a),a)),c=[0,U];return av(function(a,b){return dA(dz,a,b)},c,b)}function
+jU(a){var
+b=r(jT,a),c=[0,U];return av(function(a,b){return dA(S,a,b)},c,b)}function
+dB(d,c,b){var
 a=d[7];return 0===a[0]?a[1]:bB(b,bB(c,a[1],0),0)}function
-gr(d,c,b){var
+gl(d,c,b){var
 a=d[6];return a?bB(b,bB(c,a[1],0),P):U}function
-ch(a){return aB(cb(0,aw(a)),a)}function
-gs(a,b){if(J(b,p))return a;var
-e=as(b,aq(2)),f=e[1];if(w(e[2],u)){var
-c=gs(a,f);return C(c,c)}var
-d=gs(a,f);return C(a,C(d,d))}function
+ch(a){return az(cb(0,au(a)),a)}function
+gm(a,b){if(M(b,t))return a;var
+e=bg(b,bf(2)),f=e[1];if(w(e[2],u)){var
+c=gm(a,f);return z(c,c)}var
+d=gm(a,f);return z(a,z(d,d))}function
 cB(c,a){var
-b=aT(a);return 0===b?p:0<b?gs(c,a):p}function
-j2(f,e,d){var
+b=aU(a);return 0===b?t:0<b?gm(c,a):t}function
+jV(f,e,d){var
 c=f,b=e,a=d;for(;;){if(c){var
-c=c[1],g=C(a,b),b=al(b,p),a=g;continue}return a}}var
-sN=d(2,d(2,d(2,d(2,d(2,d(2,d(2,d(2,p)))))))),gt=cB(d(2,p),sN),sO=d(2,d(2,d(2,d(2,d(2,d(2,p)))))),j3=cB(d(2,p),sO);function
-j4(c,b,B,a){var
-d=B[1],f=al(B[2],d);if(!J(d,u)&&!J(c,b)){if(J(f,u))return J(u,a[1]);var
-i=bj(b),t=cB(f,al(c,b)),k=i,e=b,j=gt,g=gt,F=a[2];for(;;){if(k){var
-o=C(e,f),q=C(M(al(c,e),p),d),D=0;if(w(j,p)&&J(o,q)){var
-v=M(g,e);D=1}if(!D){var
-n=aW(bs(aW(C(j,o)),q)),k=k[1],e=al(e,p),j=n,g=M(g,n);continue}}else
+c=c[1],g=z(a,b),b=ak(b,t),a=g;continue}return a}}var
+sH=g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t)))))))),gn=cB(g(2,t),sH),sI=g(2,g(2,g(2,g(2,g(2,g(2,t)))))),jW=cB(g(2,t),sI);function
+jX(c,b,C,a){var
+d=C[1],f=ak(C[2],d);if(!M(d,u)&&!M(c,b)){if(M(f,u))return M(u,a[1]);var
+i=bj(b),s=cB(f,ak(c,b)),k=i,e=b,j=gn,g=gn,F=a[2];for(;;){if(k){var
+o=z(e,f),p=z(K(ak(c,e),t),d),D=0;if(w(j,t)&&M(o,p)){var
+v=K(g,e);D=1}if(!D){var
+n=aT(bs(aT(z(j,o)),p)),k=k[1],e=ak(e,t),j=n,g=K(g,n);continue}}else
 var
 v=g;var
-G=cB(d,b),x=C(C(C(C(j2(i,c,p),G),t),v),F),H=cB(M(d,f),c),y=C(j2(i,b,p),H),z=C(C(a[1],y),gt);if(J(x,z))return 1;var
-A=J(C(x,j3),C(z,M(j3,p)));if(A){var
-m=i,h=p,r=p,l=p,I=C(a[1],y),K=a[2];for(;;){if(m){var
-s=C(C(r,M(al(c,h),p)),d),m=m[1],E=M(C(C(l,h),f),s),h=M(h,p),r=s,l=E;continue}return J(C(C(l,t),K),I)}}return A}}return J(a[2],a[1])}function
-eN(a){var
-b=T(u,a[2]);return b?ag(a[4]):b}var
-j5=d(2,d(2,d(2,z(d(2,d(2,d(2,d(2,z(d(2,z(d(2,z(d(2,d(2,d(2,p))))))))))))))));function
-sP(a){var
-b=G(eN(a));return b?b:J(a[2],j5)}function
-j6(b,a){return R(a,aU(b[4]))}function
+G=cB(d,b),x=z(z(z(z(jV(i,c,t),G),s),v),F),H=cB(K(d,f),c),y=z(jV(i,b,t),H),A=z(z(a[1],y),gn);if(M(x,A))return 1;var
+B=M(z(x,jW),z(A,K(jW,t)));if(B){var
+m=i,h=t,q=t,l=t,I=z(a[1],y),J=a[2];for(;;){if(m){var
+r=z(z(q,K(ak(c,h),t)),d),m=m[1],E=K(z(z(l,h),f),r),h=K(h,t),q=r,l=E;continue}return M(z(z(l,s),J),I)}}return B}}return M(a[2],a[1])}function
+eH(a){var
+b=R(u,a[2]);return b?ag(a[4]):b}var
+jY=g(2,g(2,g(2,D(g(2,g(2,g(2,g(2,D(g(2,D(g(2,D(g(2,g(2,g(2,t))))))))))))))));function
+sJ(a){var
+b=G(eH(a));return b?b:M(a[2],jY)}function
+jZ(b,a){return S(a,aR(b[4]))}function
 cC(a){return aj(U,bC(a))}function
-j7(r,y,x){var
+j0(r,y,x){var
 h=y,b=x;for(;;){if(h){if(b){var
-s=b[1],a=h[1],c=s[2],d=s[1],j=a3(d),i=0;if(j){var
+s=b[1],a=h[1],c=s[2],d=s[1],j=a1(d),i=0;if(j){var
 k=I(d,c);if(k){var
-l=I(c,a[4]);if(l)if(eN(a)){var
-m=J(a[2],j5);if(m){var
+l=I(c,a[4]);if(l)if(eH(a)){var
+m=M(a[2],jY);if(m){var
 n=I(d,P);if(n)var
 f=n;else
 var
-w=cC(j6(a,d)),f=j4(a[2],al(a[2],a[3]),w,r)}else
+w=cC(jZ(a,d)),f=jX(a[2],ak(a[2],a[3]),w,r)}else
 var
 f=m;var
 u=0;if(f){var
 o=I(a[4],c);if(o)var
 p=o;else{var
-v=j6(a,c),e=j4(a[2],a[3],v,r);i=1;u=1}}else
+v=jZ(a,c),e=jX(a[2],a[3],v,r);i=1;u=1}}else
 var
 p=f;if(!u){var
 e=p;i=1}}else{var
@@ -3703,74 +3682,74 @@ h=h[2],b=b[2];continue}var
 t=e}else
 var
 t=b;return t}return b?0:1}}function
-eO(a){return[0,a,p]}function
-j8(b,a){var
-c=cB(b[2],a),d=aT(c),e=0===d?p:0<d?c:p;return[0,cB(b[1],a),e]}function
-eP(a){return aK(aw(az(eN,a)))}function
-j9(b,a){return J(b,a)?b:a}function
-j_(c){var
-g=az(eN,c),a=s(function(a){return a[1]},g);for(;;){if(a){var
+eI(a){return[0,a,t]}function
+j1(b,a){var
+c=cB(b[2],a),d=aU(c),e=0===d?t:0<d?c:t;return[0,cB(b[1],a),e]}function
+eJ(a){return aI(au(ax(eH,a)))}function
+j2(b,a){return M(b,a)?b:a}function
+j3(c){var
+f=ax(eH,c),a=r(function(a){return a[1]},f);for(;;){if(a){var
 b=a[2];if(b){var
-f=T(a[1],b[1]);if(f){var
+e=R(a[1],b[1]);if(e){var
 a=b;continue}var
-e=f}else
+d=e}else
 var
-e=1}else
+d=1}else
 var
-e=1;if(e)return j9(p,eP(c));var
-h=eP(c);return j9(d(2,p),h)}}function
-gu(h,g,f,b,e,a){var
-l=R(eO(al(C(d(2,p),f),b)),a),i=I(aj(aj(R(eO(b),e),l),h),U);if(i)var
+d=1;if(d)return j2(t,eJ(c));var
+h=eJ(c);return j2(g(2,t),h)}}function
+go(h,f,e,b,d,a){var
+l=S(eI(ak(z(g(2,t),e),b)),a),i=I(aj(aj(S(eI(b),d),l),h),U);if(i)var
 c=i;else
-if(g){var
-j=ag(cC(aj(e,a)));if(j){var
+if(f){var
+j=ag(cC(aj(d,a)));if(j){var
 k=ag(cC(aj(a,a)));if(k){var
-m=j8(cC(aj(a,a)),al(f,b));return I(h,R(j8(cC(aj(e,a)),b),m))}var
+m=j1(cC(aj(a,a)),ak(e,b));return I(h,S(j1(cC(aj(d,a)),b),m))}var
 c=k}else
 var
 c=j}else
 var
-c=g;return c}function
-j$(c,b,a){var
-d=R(c,a[1]);return I(b[2],d)}function
-ka(d,c){var
+c=f;return c}function
+j4(c,b,a){var
+d=S(c,a[1]);return I(b[2],d)}function
+j5(d,c){var
 a=d,b=c;for(;;){if(a){if(w(b,u))return[0,a[1]];var
-a=a[2],b=al(b,p);continue}return a}}function
-kb(b,a){return aB(s(function(a){return a[1]},b),a)}function
-gv(k){var
+a=a[2],b=ak(b,t);continue}return a}}function
+j6(b,a){return az(r(function(a){return a[1]},b),a)}function
+gp(k){var
 b=k[1];if(0===b[0])return b[1];var
-a=b[1],d=ch(jX(a)),e=ab(function(e){var
-b=ch(e[2]);return s(function(f){var
-b=f[1],c=e[1],l=f[2],h=gr(a,c,b),g=0;if(0===a[7][0])var
+a=b[1],d=ch(jQ(a)),e=ab(function(e){var
+b=ch(e[2]);return r(function(f){var
+b=f[1],c=e[1],l=f[2],h=gl(a,c,b),g=0;if(0===a[7][0])var
 d=0;else
 var
-k=dD(a,c,b),d=s(function(a){return[0,a]},k);var
-i=jY(l),j=aK(b);return[0,aK(c),j,i,d,h,g]},b)},d),c=a[7],f=0,g=0===c[0]?[0,c[1]]:0,h=a[6]?1:2,i=aK(a[4]),j=aK(bF(a));return[0,aK(cg(a)),j,i,h,g,f,e]}function
-kc(a,b){return b?a[2]:a[3]}var
-eQ=k(sQ),c3=k(sR),c4=k(sS),eR=k(sT),eS=k(sU),bV=k(sV),kd=k(sW),bW=k(sX),dE=k(sY),dF=k(sZ),eT=k(s0),eU=k(s1),c5=k(s2),eV=k(s3),gw=k(s4),ke=k(s5),gx=k(s6),eW=k(s7),eX=k(s8),eY=k(s9),kf=k(s_),eZ=k(s$),e0=k(ta),gy=k(tb),kg=k(tc),dG=k(td),gz=k(te),ci=k(tf),e1=k(tg),e2=k(th),kh=k(ti),e3=k(tj),tl=k(tk),cj=k(tm),ki=k(tn),kj=k(to),kk=k(tp),kl=k(tq),dH=k(tr),km=k(ts),gA=k(tt),gB=k(tu),kn=k(tv),ko=k(tw),kp=k(tx),e4=k(ty),kq=k(tz),kr=k(tA);function
-ks(a){var
-b=0;return ax(function(b,a){return N(N(b,0),a)},b,a)}function
-gC(b,a){var
-c=k(tB),d=x(iI(a),c),e=x(k(tC),d);return x(k(b),e)}function
-bG(b,a){return A(dx(function(b){return ev(a,b)}),b)}function
-kt(a,b){function
-c(b){return aZ(function(a){return r(_,a,b)},a)}return h(S(a,0,b),c)}function
-gD(c,b,a){function
-d(a){return[0,bG(b[3],a)]}return h(kt(c[3][2],a),d)}function
-ku(c,b,a){function
-d(a){return[0,bG(b[4],a)]}return h(kt(c[3][3],a),d)}function
-kv(b,a){function
+k=dB(a,c,b),d=r(function(a){return[0,a]},k);var
+i=jR(l),j=aI(b);return[0,aI(c),j,i,d,h,g]},b)},d),c=a[7],f=0,g=0===c[0]?[0,c[1]]:0,h=a[6]?1:2,i=aI(a[4]),j=aI(bF(a));return[0,aI(cg(a)),j,i,h,g,f,e]}function
+j7(a,b){return b?a[2]:a[3]}var
+eK=k(sK),c2=k(sL),c3=k(sM),eL=k(sN),eM=k(sO),bV=k(sP),j8=k(sQ),bW=k(sR),dC=k(sS),dD=k(sT),eN=k(sU),eO=k(sV),c4=k(sW),eP=k(sX),gq=k(sY),j9=k(sZ),gr=k(s0),eQ=k(s1),eR=k(s2),eS=k(s3),j_=k(s4),eT=k(s5),eU=k(s6),gs=k(s7),j$=k(s8),dE=k(s9),gt=k(s_),ci=k(s$),eV=k(ta),eW=k(tb),ka=k(tc),eX=k(td),tf=k(te),cj=k(tg),kb=k(th),kc=k(ti),kd=k(tj),ke=k(tk),dF=k(tl),kf=k(tm),gu=k(tn),gv=k(to),kg=k(tp),kh=k(tq),ki=k(tr),eY=k(ts),kj=k(tt),kk=k(tu);function
+kl(a){var
+b=0;return av(function(b,a){return N(N(b,0),a)},b,a)}function
+gw(b,a){var
+c=k(tv),d=x(iB(a),c),e=x(k(tw),d);return x(k(b),e)}function
+bG(b,a){return B(dv(function(b){return eo(a,b)}),b)}function
+km(a,b){function
+c(b){return aX(function(a){return q(_,a,b)},a)}return h(T(a,0,b),c)}function
+gx(c,b,a){function
+d(a){return[0,bG(b[3],a)]}return h(km(c[3][2],a),d)}function
+kn(c,b,a){function
+d(a){return[0,bG(b[4],a)]}return h(km(c[3][3],a),d)}function
+ko(b,a){function
 c(a){var
-c=b[2];return[0,A(dx(function(b){return H(a,b)}),c)]}return h(_(a),c)}function
-dI(b,a){function
+c=b[2];return[0,B(dv(function(b){return H(a,b)}),c)]}return h(_(a),c)}function
+dG(b,a){function
 c(a){if(a){var
-b=a[2];return b?b[2]?O(tD):[0,[0,a[1],b[1]]]:O(tE)}return O(tF)}return h(am(d(2,p),b,a),c)}var
-tH=[0,[0,k(tG),p],0],tJ=[0,[0,k(tI),u],tH];function
+b=a[2];return b?b[2]?O(tx):[0,[0,a[1],b[1]]]:O(ty)}return O(tz)}return h(am(g(2,t),b,a),c)}var
+tB=[0,[0,k(tA),t],0],tD=[0,[0,k(tC),u],tB];function
 bq(a,b){var
 c=a?[0,b,0]:a;return c}function
 bH(c,b,a){return c?a:[0,b]}function
-kw(d,c,a,f,e){var
-b=a[6],g=b?[0,[0,b[1],b[2]],0]:b,i=x([0,c0,[0,cf,0]],g),j=x(bq(a[5],e3),i),k=x(bq(a[4],eD),j),l=x(bq(a[3],cZ),k),m=x(bq(a[2],ac),l);function
+kp(d,c,a,f,e){var
+b=a[6],g=b?[0,[0,b[1],b[2]],0]:b,i=x([0,cZ,[0,cf,0]],g),j=x(bq(a[5],eX),i),k=x(bq(a[4],ex),j),l=x(bq(a[3],cY),k),m=x(bq(a[2],ac),l);function
 n(b){function
 e(e){function
 g(g){function
@@ -3780,137 +3759,137 @@ k(k){function
 l(l){function
 m(a){return[0,[0,f,[0,j,e,g,k,l],a,i]]}var
 c=a[6];if(c)var
-n=function(a){return[0,[0,a]]},o=[0,c[1],c[2]],d=h(r(function(a){return dI(an,a)},o,b),n);else
+n=function(a){return[0,[0,a]]},o=[0,c[1],c[2]],d=h(q(function(a){return dG(an,a)},o,b),n);else
 var
-d=tM;return h(d,m)}return h(r(function(a){return gD(d,c,a)},cf,b),l)}return h(r(function(a){return gD(d,c,a)},c0,b),k)}var
-k=r(function(a){return bc(tJ,a)},e3,b);return h(bH(a[5],a5,k),j)}function
-j(a){return kv(c,a)}var
-k=r(function(a){return ai(j,a)},eD,b);return h(bH(a[4],0,k),i)}var
-i=r(function(a){return kv(c,a)},cZ,b);return h(bH(a[3],a5,i),g)}var
-g=r(function(a){return ku(d,c,a)},ac,b);return h(bH(a[2],a5,g),e)}return h(S(m,0,e),n)}function
-tO(a){function
+d=tG;return h(d,m)}return h(q(function(a){return gx(d,c,a)},cf,b),l)}return h(q(function(a){return gx(d,c,a)},cZ,b),k)}var
+k=q(function(a){return ba(tD,a)},eX,b);return h(bH(a[5],a3,k),j)}function
+j(a){return ko(c,a)}var
+k=q(function(a){return ai(j,a)},ex,b);return h(bH(a[4],0,k),i)}var
+i=q(function(a){return ko(c,a)},cY,b);return h(bH(a[3],a3,i),g)}var
+g=q(function(a){return kn(d,c,a)},ac,b);return h(bH(a[2],a3,g),e)}return h(T(m,0,e),n)}function
+tI(a){function
 b(a){var
-r=H(a,k(tN)),s=[0,a],c=r||H(a,iR),n=0;if(c)var
-e=c;else{var
-f=iP(46,0,a),b=f[2],o=0;if(b){var
-g=b[1],h=fZ(f[1]),q=0;if(h){var
-i=bv(d(2,d(2,z(d(2,p)))),g);if(i){var
-m=F(en,g);n=1;o=1;q=1}else
+q=H(a,k(tH)),r=[0,a],c=q||H(a,iK),n=0;if(c)var
+d=c;else{var
+e=iI(46,0,a),b=e[2],o=0;if(b){var
+f=b[1],h=fT(e[1]),p=0;if(h){var
+i=bv(g(2,g(2,D(g(2,t)))),f);if(i){var
+m=F(eg,f);n=1;o=1;p=1}else
 var
 j=i}else
 var
-j=h;if(!q)var
+j=h;if(!p)var
 l=j}else
 var
 l=b;if(!o)var
-e=l}if(!n)var
-m=e;return K(m,tP,s)}return h(_(a),b)}function
-e5(f,e,b,c){if(typeof
+d=l}if(!n)var
+m=d;return J(m,tJ,r)}return h(_(a),b)}function
+eZ(f,e,b,c){if(typeof
 c==="number")return[0,[0,[0,[0,[1,b,0]],0],0]];if(typeof
 b==="number")switch(b){case
 0:var
-a=[0,1,1,0,0,0,e2];break;case
+a=[0,1,1,0,0,0,eW];break;case
 1:var
-a=[0,1,0,0,0,0,e2];break;case
+a=[0,1,0,0,0,0,eW];break;case
 2:var
-a=tK;break;case
+a=tE;break;case
 3:var
-a=tL;break;case
+a=tF;break;case
 4:var
-a=[0,1,1,1,0,0,kh];break;case
+a=[0,1,1,1,0,0,ka];break;case
 5:var
-a=[0,1,0,1,0,0,kh];break;case
+a=[0,1,0,1,0,0,ka];break;case
 6:var
-a=[0,0,1,0,0,0,e2];break;default:var
-a=[0,0,0,0,0,0,e2]}else
+a=[0,0,1,0,0,0,eW];break;default:var
+a=[0,0,0,0,0,0,eW]}else
 var
-a=[0,0,G(b[1]),0,0,1,tl];if(a[1]){var
+a=[0,0,G(b[1]),0,0,1,tf];if(a[1]){var
 d=function(c){function
 d(d){function
 g(g){function
-i(a){return[0,[0,[0,[0,[1,b,[0,a]]],[0,[2,d,g[1],g[2]],0]],[0,d]]]}return h(r(function(b){return kw(f,e,a,d,b)},e1,c),i)}return h(r(function(a){return dI(tO,a)},gz,c),g)}return h(r(bu,dG,c),d)};return h(S([0,dG,[0,gz,[0,e1,0]]],0,c),d)}function
+i(a){return[0,[0,[0,[0,[1,b,[0,a]]],[0,[2,d,g[1],g[2]],0]],[0,d]]]}return h(q(function(b){return kp(f,e,a,d,b)},eV,c),i)}return h(q(function(a){return dG(tI,a)},gt,c),g)}return h(q(bu,dE,c),d)};return h(T([0,dE,[0,gt,[0,eV,0]]],0,c),d)}function
 g(c){function
 d(d){function
 g(a){return[0,[0,[0,[0,[1,b,[0,a]]],0],[0,[0,d]]]]}var
-i=[0,d];return h(r(function(b){return kw(f,e,a,i,b)},e1,c),g)}return h(r(an,ci,c),d)}return h(S([0,ci,[0,e1,0]],0,c),g)}var
-tQ=z(d(2,d(2,p))),tS=[0,[0,k(tR),tQ],0],tT=d(2,d(2,p)),tV=[0,[0,k(tU),tT],tS],tW=z(d(2,p)),tY=[0,[0,k(tX),tW],tV],tZ=d(2,p),t1=[0,[0,k(t0),tZ],tY],t3=[0,[0,k(t2),p],t1],t5=[0,[0,k(t4),u],t3],t7=[0,[0,k(t6),[0,p,1]],0],t9=[0,[0,k(t8),[0,p,0]],t7],t$=[0,[0,k(t_),[0,u,1]],t9],kx=[0,[0,k(ua),[0,u,0]],t$];function
-dJ(b,a){var
+i=[0,d];return h(q(function(b){return kp(f,e,a,i,b)},eV,c),g)}return h(q(an,ci,c),d)}return h(T([0,ci,[0,eV,0]],0,c),g)}var
+tK=D(g(2,g(2,t))),tM=[0,[0,k(tL),tK],0],tN=g(2,g(2,t)),tP=[0,[0,k(tO),tN],tM],tQ=D(g(2,t)),tS=[0,[0,k(tR),tQ],tP],tT=g(2,t),tV=[0,[0,k(tU),tT],tS],tX=[0,[0,k(tW),t],tV],tZ=[0,[0,k(tY),u],tX],t1=[0,[0,k(t0),[0,t,1]],0],t3=[0,[0,k(t2),[0,t,0]],t1],t5=[0,[0,k(t4),[0,u,1]],t3],kq=[0,[0,k(t6),[0,u,0]],t5];function
+dH(b,a){var
 c=F(function(b){return X(b,a)},b);return c?F(function(a){return cd(b,a[1])},a):c}function
-ky(g,e,c,a){function
+kr(f,d,c,a){function
 b(a){function
-b(b){return c?dJ([0,bm,b],a):c}var
-f=[0,b([0,bx,[0,cj,0]]),0],i=[0,b([0,ac,[0,cj,0]]),f],j=[0,b([0,ac,[0,bx,[0,cj,0]]]),i],k=[0,dJ([0,bm,[0,cj,0]],a),j],l=[0,dJ([0,bx,[0,cj,0]],a),k],m=[0,dJ([0,ac,[0,cj,0]],a),l],n=[0,dJ([0,ac,[0,bx,[0,cj,0]]],a),m];function
+b(b){return c?dH([0,bm,b],a):c}var
+e=[0,b([0,bx,[0,cj,0]]),0],i=[0,b([0,ac,[0,cj,0]]),e],j=[0,b([0,ac,[0,bx,[0,cj,0]]]),i],k=[0,dH([0,bm,[0,cj,0]],a),j],l=[0,dH([0,bx,[0,cj,0]],a),k],m=[0,dH([0,ac,[0,cj,0]],a),l],n=[0,dH([0,ac,[0,bx,[0,cj,0]]],a),m];function
 o(c){function
-b(C){function
-b(f){function
+b(B){function
 b(e){function
+b(d){function
 b(k){var
-l=dw(t5,C),b=0===l[0]?l[1]:f1,m=dw(kx,k),g=0===m[0]?[0,m[1]]:0,h=e?1:e;if(X(bm,a)){var
-B=0;if(H(k,be)&&G(X(ac,a))&&G(X(bx,a)))if(w(b,z(d(2,p))))var
-c=ub;else
+l=du(tZ,B),b=0===l[0]?l[1]:fV,m=du(kq,k),f=0===m[0]?[0,m[1]]:0,h=d?1:d;if(X(bm,a)){var
+A=0;if(H(k,bc)&&G(X(ac,a))&&G(X(bx,a)))if(w(b,D(g(2,t))))var
+c=t7;else
 var
-n=w(b,p),c=n?uc:n;else
-B=1;if(B)if(g){var
-o=g[1],i=o[1],D=X(ac,a);if(bA(o[2],D))var
+n=w(b,t),c=n?t8:n;else
+A=1;if(A)if(f){var
+o=f[1],i=o[1],C=X(ac,a);if(bA(o[2],C))var
 j=0;else
 if(X(bx,a))var
-E=w(i,u)?d(2,d(2,p)):z(d(2,d(2,p))),q=w(b,E),r=q?h:q,j=r?[0,[3,i,f,e]]:r;else
+E=w(i,u)?g(2,g(2,t)):D(g(2,g(2,t))),p=w(b,E),q=p?h:p,j=q?[0,[3,i,e,d]]:q;else
 var
-s=w(b,p),j=s?[0,[4,i,f]]:s;var
+r=w(b,t),j=r?[0,[4,i,e]]:r;var
 c=j}else
 var
-c=g}else
+c=f}else
 if(X(ac,a))if(X(bx,a))var
-t=w(b,u),v=t?h:t,c=v?[0,[0,f,e]]:v;else
+s=w(b,u),v=s?h:s,c=v?[0,[0,e,d]]:v;else
 var
-x=w(b,p),c=x?[0,[1,f]]:x;else
+x=w(b,t),c=x?[0,[1,e]]:x;else
 var
-y=w(b,d(2,p)),A=y?h:y,c=A?[0,[2,e]]:A;return[0,c]}var
-c=r(_,bm,a);return h(bH(X(bm,a),0,c),b)}function
+y=w(b,g(2,t)),z=y?h:y,c=z?[0,[2,d]]:z;return[0,c]}var
+c=q(_,bm,a);return h(bH(X(bm,a),0,c),b)}function
 c(b){function
-a(a){return[0,bG(e[3],a)]}return h(am(V(g[3][2]),_,b),a)}var
-i=r(function(a){return ai(c,a)},bx,a);return h(bH(X(bx,a),0,i),b)}var
-c=r(function(b){function
-a(a){return[0,bG(e[4],a)]}return h(am(V(g[3][3]),_,b),a)},ac,a);return h(bH(X(ac,a),a5,c),b)}return h(r(_,cj,a),b)}return h(K(aa(function(a){return a},n),ue,ud),o)}return h(a4(a),b)}function
-dK(e,d){var
+a(a){return[0,bG(d[3],a)]}return h(am(V(f[3][2]),_,b),a)}var
+i=q(function(a){return ai(c,a)},bx,a);return h(bH(X(bx,a),0,i),b)}var
+c=q(function(b){function
+a(a){return[0,bG(d[4],a)]}return h(am(V(f[3][3]),_,b),a)},ac,a);return h(bH(X(ac,a),a3,c),b)}return h(q(_,cj,a),b)}return h(J(aa(function(a){return a},n),t_,t9),o)}return h(a2(a),b)}function
+dI(e,d){var
 a=e,b=d;for(;;){if(a){var
 c=a[1];if(c){var
 a=a[2],b=[0,c[1],b];continue}return c}return[0,N(b,0)]}}var
-ug=[0,[0,k(uf),5],0],ui=[0,[0,k(uh),4],ug],uk=[0,[0,k(uj),2],ui],kz=[0,[0,bl,0],[0,[0,be,1],[0,[0,k(ul),3],uk]]],un=[0,[0,k(um),7],0],dL=[0,[0,k(uo),6],un];function
-kA(a){if(a)var
-c=[0,[0,k(uq),up],0],b=[0,[0,k(us),ur],c];else
+ua=[0,[0,k(t$),5],0],uc=[0,[0,k(ub),4],ua],ue=[0,[0,k(ud),2],uc],ks=[0,[0,bl,0],[0,[0,bc,1],[0,[0,k(uf),3],ue]]],uh=[0,[0,k(ug),7],0],dJ=[0,[0,k(ui),6],uh];function
+kt(a){if(a)var
+c=[0,[0,k(uk),uj],0],b=[0,[0,k(um),ul],c];else
 var
 b=a;var
-d=[0,[0,k(uu),ut],0];return x([0,[0,k(uw),uv],d],b)}var
-ux=x(dL,kA(1)),uz=[0,[0,k(uy),2],0],uB=[0,[0,k(uA),3],uz],uD=[0,[0,k(uC),1],uB],uF=x([0,[0,k(uE),0],uD],ux),gE=k(uG),c6=k(uH),gF=k(uI),gG=k(uJ),uL=k(uK),kB=k(uM),kC=k(uN),e6=k(uO),kD=k(uP),kE=k(uQ),kF=k(uR),e7=k(uS),e8=k(uT);function
+d=[0,[0,k(uo),un],0];return x([0,[0,k(uq),up],d],b)}var
+ur=x(dJ,kt(1)),ut=[0,[0,k(us),2],0],uv=[0,[0,k(uu),3],ut],ux=[0,[0,k(uw),1],uv],uz=x([0,[0,k(uy),0],ux],ur),gy=k(uA),c5=k(uB),gz=k(uC),gA=k(uD),uF=k(uE),ku=k(uG),kv=k(uH),e0=k(uI),kw=k(uJ),kx=k(uK),ky=k(uL),e1=k(uM),e2=k(uN);function
 bX(c,b){var
-a=dw(c,b);return 0===a[0]?[0,a[1]]:0}function
-kG(a,h){var
-c=H(a,kB);if(c)var
+a=du(c,b);return 0===a[0]?[0,a[1]]:0}function
+kz(a,h){var
+c=H(a,ku);if(c)var
 b=c;else{var
-d=H(a,kD);if(d)var
+d=H(a,kw);if(d)var
 b=d;else{var
-e=H(a,kE);if(e)var
+e=H(a,kx);if(e)var
 b=e;else{var
-f=H(a,kC);if(f)var
+f=H(a,kv);if(f)var
 b=f;else{var
-g=H(a,e6);if(g)return H(h,gG);var
+g=H(a,e0);if(g)return H(h,gA);var
 b=g}}}}return b}function
-kH(b,a){return K(J(V(a),b),u2,[0,a])}function
-u3(a){function
+kA(b,a){return J(M(V(a),b),uW,[0,a])}function
+uX(a){function
 b(a){function
 b(b){function
 c(b){function
 c(c){function
-d(a){return[0,[0,c,a,b]]}return h(r(bu,kr,a),d)}return h(r(aF,kq,a),c)}return h(kH(d(2,d(2,d(2,d(2,p)))),b),c)}function
-c(a){return dI(aF,a)}return h(r(function(a){return ai(c,a)},eH,a),b)}return h(S([0,kq,[0,kr,[0,eH,0]]],0,a),b)}function
-kI(a){function
+d(a){return[0,[0,c,a,b]]}return h(q(bu,kk,a),d)}return h(q(aD,kj,a),c)}return h(kA(g(2,g(2,g(2,g(2,t)))),b),c)}function
+c(a){return dG(aD,a)}return h(q(function(a){return ai(c,a)},eB,a),b)}return h(T([0,kj,[0,kk,[0,eB,0]]],0,a),b)}function
+kB(a){function
 b(a){function
 b(a){var
-b=aZ(u3,a),c=a?1:a;return K(c,u4,b)}return h(kH(d(2,d(2,d(2,p))),a),b)}return h(bb(a),b)}function
-kJ(a){function
-b(a){return u5}return h(a4(a),b)}function
-gH(Q,v,P,a){function
+b=aX(uX,a),c=a?1:a;return J(c,uY,b)}return h(kA(g(2,g(2,g(2,t))),a),b)}return h(a$(a),b)}function
+kC(a){function
+b(a){return uZ}return h(a2(a),b)}function
+gB(Q,v,P,a){function
 b(c){function
 a(b){function
 a(d){function
@@ -3931,72 +3910,72 @@ p=0;var
 w=p}else
 var
 w=n;var
-T=[0,fW([2,a]),0],U=[0,w,[0,k(u6),T]],V=[0,k(u7),U],W=[0,fW([2,d]),V],X=[0,k(u8),W],Y=[0,fW([2,b]),X],Z=[0,k(u9),Y],_=ks([0,gC(u_,P),Z]);function
-e(a){return r(a,dH,c)}var
-x=H(a,kC);if(x)var
-y=H(d,c6),z=y?H(g,uL):y;else
+S=[0,fQ([2,a]),0],U=[0,w,[0,k(u0),S]],V=[0,k(u1),U],W=[0,fQ([2,d]),V],X=[0,k(u2),W],Y=[0,fQ([2,b]),X],Z=[0,k(u3),Y],_=kl([0,gw(u4,P),Z]);function
+e(a){return q(a,dF,c)}var
+x=H(a,kv);if(x)var
+y=H(d,c5),z=y?H(g,uF):y;else
 var
 z=x;function
 $(c){if(c&&typeof
 c[1]==="number")var
 e=c[2],f=e?1:e;else
 var
-f=1;return[0,[0,[0,b,[0,d,[0,a,[0,g,0]]]],_,c,f,R]]}if(G(H(g,gG)))var
+f=1;return[0,[0,[0,b,[0,d,[0,a,[0,g,0]]]],_,c,f,R]]}if(G(H(g,gA)))var
 f=0;else{var
-B=0;if(H(d,gE)&&H(a,kB))var
-F=bX(uF,b),f=ay(function(a){return[0,function(b){return[9,a,b]}]},F);else
-B=1;if(B){var
-C=0;if(H(d,gE)&&H(a,kD))var
-I=[0,[0,k(uU),0],0],J=bX([0,[0,k(uV),1],I],b),f=ay(function(a){return[0,function(b){return[10,a,b]}]},J);else
+A=0;if(H(d,gy)&&H(a,ku))var
+F=bX(uz,b),f=aw(function(a){return[0,function(b){return[9,a,b]}]},F);else
+A=1;if(A){var
+C=0;if(H(d,gy)&&H(a,kw))var
+I=[0,[0,k(uO),0],0],J=bX([0,[0,k(uP),1],I],b),f=aw(function(a){return[0,function(b){return[10,a,b]}]},J);else
 C=1;if(C){var
-D=0;if(H(d,c6)&&H(a,kE))var
-K=[0,[0,k(uX),uW],0],L=bX([0,[0,k(uZ),uY],K],b),f=ay(function(a){return[1,a[1],a[2]]},L);else
+D=0;if(H(d,c5)&&H(a,kx))var
+K=[0,[0,k(uR),uQ],0],L=bX([0,[0,k(uT),uS],K],b),f=aw(function(a){return[1,a[1],a[2]]},L);else
 D=1;if(D){var
-E=0;if(H(d,gF)&&H(a,kF))var
-M=[0,[0,k(u0),0],0],N=bX([0,[0,k(u1),1],M],b),f=ay(function(a){return[2,a]},N);else
+E=0;if(H(d,gz)&&H(a,ky))var
+M=[0,[0,k(uU),0],0],N=bX([0,[0,k(uV),1],M],b),f=aw(function(a){return[2,a]},N);else
 E=1;if(E){var
-t=H(d,c6);if(t)var
-u=H(a,e6),m=u?H(b,e8):u;else
+t=H(d,c5);if(t)var
+u=H(a,e0),m=u?H(b,e2):u;else
 var
 m=t;var
 O=m?[0,[0,function(a){return[11,0,1,a]}]]:m,f=O}}}}}if(f){var
 j=f[1];switch(j[0]){case
 0:var
 aa=j[1],ab=function(a){var
-b=[0,[7,H(a,Q)],0];return[0,[0,[0,A(aa,i)],b]]},q=h(e(function(a){function
-b(a){return r(eu,dF,a)}return h(S([0,dF,0],0,a),b)}),ab);break;case
+b=[0,[7,H(a,Q)],0];return[0,[0,[0,B(aa,i)],b]]},r=h(e(function(a){function
+b(a){return q(en,dD,a)}return h(T([0,dD,0],0,a),b)}),ab);break;case
 1:var
-ac=j[2],ad=j[1],ae=function(a){return[0,[0,[0,[11,1,ac,i]],[0,[0,[10,ad,a]],0]]]},q=h(e(function(a){function
-b(a){return r(bu,km,a)}return h(S([0,km,0],0,a),b)}),ae);break;default:var
-af=j[1],ag=function(a){return[0,[0,[0,[12,af,i,a]],0]]},q=h(e(function(a){function
-b(a){return r(kI,e4,a)}return h(S([0,e4,0],0,a),b)}),ag)}var
-l=q}else
-if(z)if(H(b,e7))var
-ai=function(a){return[0,[0,[1,1,i,a],0]]},aj=1,l=h(e(function(a){return jN(aj,v,a)}),ai);else
-if(H(b,e8))var
-ak=function(a){return[0,[0,[1,0,i,a],0]]},al=0,l=h(e(function(a){return jN(al,v,a)}),ak);else
+ac=j[2],ad=j[1],ae=function(a){return[0,[0,[0,[11,1,ac,i]],[0,[0,[10,ad,a]],0]]]},r=h(e(function(a){function
+b(a){return q(bu,kf,a)}return h(T([0,kf,0],0,a),b)}),ae);break;default:var
+af=j[1],ag=function(a){return[0,[0,[0,[12,af,i,a]],0]]},r=h(e(function(a){function
+b(a){return q(kB,eY,a)}return h(T([0,eY,0],0,a),b)}),ag)}var
+l=r}else
+if(z)if(H(b,e1))var
+ai=function(a){return[0,[0,[1,1,i,a],0]]},aj=1,l=h(e(function(a){return jG(aj,v,a)}),ai);else
+if(H(b,e2))var
+ak=function(a){return[0,[0,[1,0,i,a],0]]},al=0,l=h(e(function(a){return jG(al,v,a)}),ak);else
 var
 am=function(e){var
-b=kG(a,g),c=0,d=b?u$:b;return[0,[0,d,c]]},l=h(e(kJ),am);else
+b=kz(a,g),c=0,d=b?u5:b;return[0,[0,d,c]]},l=h(e(kC),am);else
 var
 an=function(e){var
-b=kG(a,g),c=0,d=b?va:b;return[0,[0,d,c]]},l=h(e(kJ),an);return h(l,$)}return h(r(function(a){return ai(_,a)},kl,c),e)}return h(r(bu,ci,c),e)}return h(r(_,kj,c),e)}return h(r(_,kk,c),a)}return h(r(_,ki,c),a)}return h(r(_,bm,c),a)}return h(S([0,bm,[0,ki,[0,ci,[0,kj,[0,kk,[0,kl,[0,dH,0]]]]]]],0,a),b)}function
-gI(c,a){if(a)var
-b=a[1],e=gI([0,b[1],c],a[2]),f=b[1],g=aa(function(a){return ev(f,a)},c)?vb:b[3],d=[0,[0,b[2],g],e];else
+b=kz(a,g),c=0,d=b?u6:b;return[0,[0,d,c]]},l=h(e(kC),an);return h(l,$)}return h(q(function(a){return ai(_,a)},ke,c),e)}return h(q(bu,ci,c),e)}return h(q(_,kc,c),e)}return h(q(_,kd,c),a)}return h(q(_,kb,c),a)}return h(q(_,bm,c),a)}return h(T([0,bm,[0,kb,[0,ci,[0,kc,[0,kd,[0,ke,[0,dF,0]]]]]]],0,a),b)}function
+gC(c,a){if(a)var
+b=a[1],e=gC([0,b[1],c],a[2]),f=b[1],g=aa(function(a){return eo(f,a)},c)?u7:b[3],d=[0,[0,b[2],g],e];else
 var
 d=a;return d}var
-vd=[0,[0,k(vc),0],0],vg=[0,[0,k(vf),ve],vd],vj=[0,[0,k(vi),vh],vg],vm=[0,[0,k(vl),vk],vj],kK=[0,[0,k(vo),vn],vm];function
-c7(f,e){var
+u9=[0,[0,k(u8),0],0],va=[0,[0,k(u$),u_],u9],vd=[0,[0,k(vc),vb],va],vg=[0,[0,k(vf),ve],vd],kD=[0,[0,k(vi),vh],vg];function
+c6(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=dZ(b[1],a[1]);if(c){var
+c=dX(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return 1}}function
-kL(b,a){var
-c=N(a,0);return c7(N(b,0),c)}var
-vq=[0,k(vp),0],vs=[0,k(vr),vq],vu=[0,k(vt),vs],kM=[0,k(vv),vu];function
-kN(v,n,u,t,a){function
+kE(b,a){var
+c=N(a,0);return c6(N(b,0),c)}var
+vk=[0,k(vj),0],vm=[0,k(vl),vk],vo=[0,k(vn),vm],kF=[0,k(vp),vo];function
+kG(v,n,u,t,a){function
 b(b){function
 a(d){function
 a(e){function
@@ -4013,190 +3992,190 @@ c!=="number")switch(c[0]){case
 d=0;e=1}if(!e)return 0}else
 var
 d=a;return d}var
-w=[0,g(bV),0],x=[0,k(vB),w],y=[0,g(gA),x],z=[0,k(vC),y],B=[0,g(gB),z],C=[0,k(vD),B],D=[0,g(bm),C],E=[0,k(vE),D],F=ks([0,gC(vF,t),E]),h=d?0:1,o=H(j,k(vG)),s=c7(k(vw),j),J=s||aa(function(a){return kL(a,j)},kM);if(J)var
-c=vH;else
+w=[0,g(bV),0],x=[0,k(vv),w],y=[0,g(gu),x],z=[0,k(vw),y],A=[0,g(gv),z],C=[0,k(vx),A],D=[0,g(bm),C],E=[0,k(vy),D],F=kl([0,gw(vz,t),E]),h=d?0:1,o=H(j,k(vA)),s=c6(k(vq),j),K=s||aa(function(a){return kE(a,j)},kF);if(K)var
+c=vB;else
 if(G(o))var
-c=vK;else
+c=vE;else
 switch(i){case
 0:var
-r=A(v,d);if(r)if(a)var
-m=a[1],f=r[1],l=1===m?[0,[0,[9,h,f]],[0,[3,f,e,0],0]]:m?vx:[0,[0,[9,h,f]],[0,[3,f,e,1],0]];else
+r=B(v,d);if(r)if(a)var
+m=a[1],f=r[1],l=1===m?[0,[0,[9,h,f]],[0,[3,f,e,0],0]]:m?vr:[0,[0,[9,h,f]],[0,[3,f,e,1],0]];else
 var
-l=vy;else
+l=vs;else
 var
-l=a?2===a[1]?[0,[0,[1,h,0]],0]:vz:vA;var
+l=a?2===a[1]?[0,[0,[1,h,0]],0]:vt:vu;var
 c=[0,[7,G(n)],l];break;case
 1:if(a)var
 Q=[0,[0,[13,0,d,e,a[1]]],0],c=[0,[7,G(n)],Q];else
 var
-c=vL;break;default:var
-c=u?a?[0,[0,[13,1,d,e,a[1]]],0]:vM:vN}var
+c=vF;break;default:var
+c=u?a?[0,[0,[13,1,d,e,a[1]]],0]:vG:vH}var
 p=G(o),L=[0,[0,d,i,F,c,a]];if(p)var
 q=p;else
 var
-O=X(ko,b),P=O||X(kp,b),q=G(P);var
-M=K(q,vI,L),N=1===i?I(U,e):1;return K(N,vJ,M)}return h(r(function(a){return bc(kK,a)},bV,b),a)}return h(r(_,kn,b),a)}var
-c=[0,[0,gz,0],[0,[0,dG,1],[0,[0,k(vO),2],0]]];return h(r(function(a){return bc(c,a)},gB,b),a)}return h(r(aF,gA,b),a)}var
-c=[0,[0,bl,1],[0,[0,be,0],0]];return h(r(function(a){return bc(c,a)},bm,b),a)}return h(S([0,bm,[0,gA,[0,gB,[0,kn,[0,bV,0]]]]],[0,ko,[0,kp,0]],a),b)}function
-gJ(c,b){if(b)var
-a=b[1],e=gJ([0,a,c],b[2]),f=aa(function(e){var
+O=X(kh,b),P=O||X(ki,b),q=G(P);var
+M=J(q,vC,L),N=1===i?I(U,e):1;return J(N,vD,M)}return h(q(function(a){return ba(kD,a)},bV,b),a)}return h(q(_,kg,b),a)}var
+c=[0,[0,gt,0],[0,[0,dE,1],[0,[0,k(vI),2],0]]];return h(q(function(a){return ba(c,a)},gv,b),a)}return h(q(aD,gu,b),a)}var
+c=[0,[0,bl,1],[0,[0,bc,0],0]];return h(q(function(a){return ba(c,a)},bm,b),a)}return h(T([0,bm,[0,gu,[0,gv,[0,kg,[0,bV,0]]]]],[0,kh,[0,ki,0]],a),b)}function
+gD(c,b){if(b)var
+a=b[1],e=gD([0,a,c],b[2]),f=aa(function(e){var
 d=bA(a[1],e[1]);if(d){var
 b=e[2];switch(a[2]){case
 0:return b?0:1;case
 1:return 1===b?1:0;default:var
-c=2<=b?1:0,f=c?1:c;return f}}return d},c)?vP:a[4],d=[0,[0,a[3],f],e];else
+c=2<=b?1:0,f=c?1:c;return f}}return d},c)?vJ:a[4],d=[0,[0,a[3],f],e];else
 var
 d=b;return d}function
-kO(a,b){function
+kH(a,b){function
 d(c){if(aa(function(a){var
 b=a[4];return aa(function(b){var
 a=typeof
 b==="number"?1:0,c=a?1:a;return c},b)},a))var
-d=vQ;else{var
-f=0,e=dK(s(function(a){return a[5]},a),f);if(e)if(c)var
+d=vK;else{var
+f=0,e=dI(r(function(a){return a[5]},a),f);if(e)if(c)var
 g=ab(function(a){return a[4]},a),b=[0,[0,[14,e[1],c[1]]],g];else
 var
-b=vR;else
+b=vL;else
 var
-b=vS;var
-d=b}return[0,d]}if(H(b,k(vT)))var
-c=vU;else
+b=vM;var
+d=b}return[0,d]}if(H(b,k(vN)))var
+c=vO;else
 var
-e=function(a){return[0,ay(function(a){return[0,a]},a)]},c=h(dw(kK,b),e);return h(c,d)}function
-kP(a){var
-b=a[2];return J(b,p)?[0,a[1]]:w(as(b,aq(2))[2],u)?0:0}function
+e=function(a){return[0,aw(function(a){return[0,a]},a)]},c=h(du(kD,b),e);return h(c,d)}function
+kI(a){var
+b=a[2];return M(b,t)?[0,a[1]]:w(bg(b,bf(2))[2],u)?0:0}function
 ck(d,a){if(a){var
-b=A(d,a[1]);if(b)var
+b=B(d,a[1]);if(b)var
 c=ck(d,a[2]),f=c?[0,[0,b[1],c[1]]]:c,e=f;else
 var
-e=b;return e}return vV}function
-gK(d,e,f){var
+e=b;return e}return vP}function
+gE(d,e,f){var
 b=f;for(;;){if(b){var
-a=b[2],c=b[1];if(w(c[1],e))return[0,[0,d,c],gK(d,e,a)];var
-g=a?w(a[1][1],c[1]):a;if(g)return[0,[0,M(d,p),c],gK(M(d,p),c[1],a)];var
+a=b[2],c=b[1];if(w(c[1],e))return[0,[0,d,c],gE(d,e,a)];var
+g=a?w(a[1][1],c[1]):a;if(g)return[0,[0,K(d,t),c],gE(K(d,t),c[1],a)];var
 b=a;continue}return b}}function
-kQ(b,a){if(b){if(a){var
-c=kQ(b[2],a[2]);return[0,M(b[1],a[1]),c]}return b}return a}function
-kR(a,h){if(a[4])return 0;if(h){var
-c=gK(aW(p),aW(p),a[7]);return ck(function(c){var
+kJ(b,a){if(b){if(a){var
+c=kJ(b[2],a[2]);return[0,K(b[1],a[1]),c]}return b}return a}function
+kK(a,h){if(a[4])return 0;if(h){var
+c=gE(aT(t),aT(t),a[7]);return ck(function(c){var
 e=a[5],h=c[2];if(e)var
 b=[0,e[1]];else
 var
 g=h[4],b=ck(function(a){return a},g);if(b)var
-d=ck(kP,c[2][3]),i=d?[0,[0,c[1],b[1],d[1]]]:d,f=i;else
+d=ck(kI,c[2][3]),i=d?[0,[0,c[1],b[1],d[1]]]:d,f=i;else
 var
 f=b;return f},c)}var
 b=a[5];if(b){var
 d=b[1],e=function(b){var
-c=a[7];return az(function(a){return w(a[2],b)},c)},f=s(e,dp(a[2])),g=az(function(a){var
+c=a[7];return ax(function(a){return w(a[2],b)},c)},f=r(e,dm(a[2])),g=ax(function(a){var
 b=a?1:a;return b},f);return ck(function(a){var
-b=ck(function(a){return ck(kP,a[3])},a);return ay(function(a){return[0,u,d,bh(kQ,a,0)]},b)},g)}return b}function
-kS(a){return bh(hZ,a,u)}function
-kT(a){return w(a[1],u)}function
-vW(a){var
-f=a[2],b=bh(function(b,a){return I(a,b)?b:a},f,P),d=a3(b);if(d)var
+b=ck(function(a){return ck(kI,a[3])},a);return aw(function(a){return[0,u,d,bh(kJ,a,0)]},b)},g)}return b}function
+kL(a){return bh(hS,a,u)}function
+kM(a){return w(a[1],u)}function
+vQ(a){var
+f=a[2],b=bh(function(b,a){return I(a,b)?b:a},f,P),d=a1(b);if(d)var
 g=a[2],c=F(function(a){var
-c=kT(a);if(c)var
+c=kM(a);if(c)var
 d=c;else{var
 e=I(a,b);if(e)return I(b,a);var
 d=e}return d},g);else
 var
 c=d;if(c)var
-h=aB(a[2],a[3]),i=kS(s(function(a){return kT(a[1])?u:a[2]},h)),j=kS(a[3]),e=[0,[0,a[1],j,i,b]];else
+h=az(a[2],a[3]),i=kL(r(function(a){return kM(a[1])?u:a[2]},h)),j=kL(a[3]),e=[0,[0,a[1],j,i,b]];else
 var
 e=c;return e}var
-gL=k(vX),kU=k(vY),kV=k(vZ),kW=k(v0),kX=k(v1),kY=k(v2),kZ=k(v3),e9=k(v4),e_=k(v5),k0=k(v6),k1=k(v7),v9=k(v8),v$=s(function(a){return[0,k(a),0]},v_);function
-dM(h,g,f,e){var
+gF=k(vR),kN=k(vS),kO=k(vT),kP=k(vU),kQ=k(vV),kR=k(vW),kS=k(vX),e3=k(vY),e4=k(vZ),kT=k(v0),kU=k(v1),v3=k(v2),v5=r(function(a){return[0,k(a),0]},v4);function
+dK(h,g,f,e){var
 a=h,b=g,c=e;for(;;){if(a){var
 d=a[2];if(w(a[1][1],f)){if(w(c,u))return[0,b];var
-a=d,b=M(b,p),c=al(c,p);continue}var
-a=d,b=M(b,p);continue}return a}}var
-dN=aW(p);function
-wA(a){return dI(aF,a)}function
-k2(a){return ai(wA,a)}var
-gM=k(wB),gN=k(wC);function
-k3(n,g,f){var
-o=g?bl:be,a=ah(o,f);if(a){var
-c=kR(n,g);if(c){var
+a=d,b=K(b,t),c=ak(c,t);continue}var
+a=d,b=K(b,t);continue}return a}}var
+dL=aT(t);function
+wu(a){return dG(aD,a)}function
+kV(a){return ai(wu,a)}var
+gG=k(wv),gH=k(ww);function
+kW(n,f,e){var
+o=f?bl:bc,a=ah(o,e);if(a){var
+c=kK(n,f);if(c){var
 i=F(function(d){var
 a=d[2];if(typeof
 a!=="number"&&4===a[0]){var
-b=a[1],c=G(X(v9,b));return c?G(X(gc,b)):c}return 0},f);if(i){var
-b=c[1],q=a[1],m=function(a){function
+b=a[1],c=G(X(v3,b));return c?G(X(f8,b)):c}return 0},e);if(i){var
+b=c[1],p=a[1],m=function(a){function
 c(c){function
-e(i){function
-e(e){function
-f(g){function
-f(j){function
-f(g){function
-f(f){function
-g(g){function
+d(i){function
+d(e){function
+d(f){function
+d(j){function
+d(f){function
+d(f){function
+d(d){function
 k(k){function
 l(l){function
-g(m){function
-g(n){function
-g(o){var
-p=e?gN:gM,q=x(p,i),r=[0,[0,[0,c,e,j,k,l,m,n,o,f[1],f[2]],q]],d=ag(c),s=d?ag(aj(U,bC(c))):d,t=K(s,wD,r),b=ah(kY,a);if(b)var
+d(m){function
+d(n){function
+d(o){var
+p=e?gH:gG,q=x(p,i),r=[0,[0,[0,c,e,j,k,l,m,n,o,f[1],f[2]],q]],d=ag(c),s=d?ag(aj(U,bC(c))):d,t=J(s,wx,r),b=ah(kR,a);if(b)var
 g=typeof
 b[1]==="number"?1:0,h=g?1:g;else
 var
-h=b;return K(h,wE,t)}return h(r(function(a){if(typeof
-a==="number")return wa;else
+h=b;return J(h,wy,t)}return h(q(function(a){if(typeof
+a==="number")return v6;else
 switch(a[0]){case
 0:var
 c=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return O(wb);var
+d=c[2];if(d){if(d[2])return O(v7);var
 e=function(c){var
-a=dM(b,u,f,c);return a?a[1]:dN},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return K(F(function(a){return J(u,a)},a),wc,h)}return O(wd)}return O(we)}return O(wf)};return h(am(z(d(2,p)),aL,a),c);case
+a=dK(b,u,f,c);return a?a[1]:dL},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(F(function(a){return M(u,a)},a),v8,h)}return O(v9)}return O(v_)}return O(v$)};return h(am(D(g(2,t)),aJ,a),c);case
 1:var
+d=function(a){if(a){var
+c=a[2],f=a[1];if(c){var
+d=c[2];if(d){if(d[2])return O(wa);var
+e=function(c){var
+a=dK(b,u,f,c);return a?a[1]:dL},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(F(function(a){return M(u,a)},a),wb,h)}return O(wc)}return O(wd)}return O(we)};return h(am(D(g(2,t)),aJ,a),d);case
+2:var
 e=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return O(wg);var
+d=c[2];if(d){if(d[2])return O(wf);var
 e=function(c){var
-a=dM(b,u,f,c);return a?a[1]:dN},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return K(F(function(a){return J(u,a)},a),wh,h)}return O(wi)}return O(wj)}return O(wk)};return h(am(z(d(2,p)),aL,a),e);case
-2:var
+a=dK(b,u,f,c);return a?a[1]:dL},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(F(function(a){return M(u,a)},a),wg,h)}return O(wh)}return O(wi)}return O(wj)};return h(am(D(g(2,t)),aJ,a),e);case
+3:var
 f=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return O(wl);var
+d=c[2];if(d){if(d[2])return O(wk);var
 e=function(c){var
-a=dM(b,u,f,c);return a?a[1]:dN},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return K(F(function(a){return J(u,a)},a),wm,h)}return O(wn)}return O(wo)}return O(wp)};return h(am(z(d(2,p)),aL,a),f);case
-3:var
-g=function(a){if(a){var
-c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return O(wq);var
-e=function(c){var
-a=dM(b,u,f,c);return a?a[1]:dN},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return K(F(function(a){return J(u,a)},a),wr,h)}return O(ws)}return O(wt)}return O(wu)};return h(am(z(d(2,p)),aL,a),g);default:var
+a=dK(b,u,f,c);return a?a[1]:dL},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(F(function(a){return M(u,a)},a),wl,h)}return O(wm)}return O(wn)}return O(wo)};return h(am(D(g(2,t)),aJ,a),f);default:var
 i=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return O(wv);var
+d=c[2];if(d){if(d[2])return O(wp);var
 e=function(c){var
-a=dM(b,u,f,c);return a?a[1]:dN},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return K(F(function(a){return J(u,a)},a),ww,h)}return O(wx)}return O(wy)}return O(wz)};return h(am(z(d(2,p)),aL,a),i)}},k0,a),g)}return h(r(k2,e_,a),g)}return h(r(k2,e9,a),g)}return h(r(aF,e_,g),l)}return h(r(aF,e9,g),k)}var
-k=0,l=[0,e9,[0,e_,0]];return h(r(function(a){return S(l,k,a)},kZ,a),g)}return h(r(function(a){return dI(bu,a)},dG,a),f)}return h(r(function(a){return bc(v$,a)},kX,a),f)}return h(r(fX,kW,a),f)}var
-g=[0,[0,k(wF),0],0];return h(r(function(a){return bc(g,a)},kV,a),f)}var
-f=[0,[0,k(wG),1],0],g=[0,[0,k(wH),0],f];return h(r(function(a){return bc(g,a)},kU,a),e)}return h(r(_,gL,a),e)}return h(r(an,gL,a),c)},e=h(S([0,gL,[0,kU,[0,kV,[0,kW,[0,kX,[0,kY,[0,dG,[0,kZ,[0,e9,[0,e_,[0,k0,0]]]]]]]]]]],0,q),m);return 0===e[0]?[0,e[1]]:0}var
+a=dK(b,u,f,c);return a?a[1]:dL},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(F(function(a){return M(u,a)},a),wq,h)}return O(wr)}return O(ws)}return O(wt)};return h(am(D(g(2,t)),aJ,a),i)}},kT,a),d)}return h(q(kV,e4,a),d)}return h(q(kV,e3,a),d)}return h(q(aD,e4,d),l)}return h(q(aD,e3,d),k)}var
+k=0,l=[0,e3,[0,e4,0]];return h(q(function(a){return T(l,k,a)},kS,a),d)}return h(q(function(a){return dG(bu,a)},dE,a),d)}return h(q(function(a){return ba(v5,a)},kQ,a),d)}return h(q(fR,kP,a),d)}var
+f=[0,[0,k(wz),0],0];return h(q(function(a){return ba(f,a)},kO,a),d)}var
+e=[0,[0,k(wA),1],0],f=[0,[0,k(wB),0],e];return h(q(function(a){return ba(f,a)},kN,a),d)}return h(q(_,gF,a),d)}return h(q(an,gF,a),c)},d=h(T([0,gF,[0,kN,[0,kO,[0,kP,[0,kQ,[0,kR,[0,dE,[0,kS,[0,e3,[0,e4,[0,kT,0]]]]]]]]]]],0,p),m);return 0===d[0]?[0,d[1]]:0}var
 j=i}else
 var
 j=c;var
 l=j}else
 var
 l=a;return l}var
-wJ=k(wI);function
-k4(d){var
+wD=k(wC);function
+kX(d){var
 a=d[1];if(a){var
-b=a[1],c=H(b,e7);return c?c:H(b,k(wK))}return 1}var
-wO=k(wN),wQ=k(wP),wT=k(wS),wV=k(wU),wX=k(wW),wZ=k(wY),k5=k(w4),gO=k(w5),k6=k(w6),gP=k(w7),gQ=k(w8),k7=k(w9),gR=k(w_),k8=k(w$),e$=k(xa),xc=k(xb);function
-k9(a){return s(function(a){if(H(a[1],cY)){var
-b=[2,k(xd)];return[0,a[1],b]}return a},a)}function
-gS(g,f){var
+b=a[1],c=H(b,e1);return c?c:H(b,k(wE))}return 1}var
+wI=k(wH),wK=k(wJ),wN=k(wM),wP=k(wO),wR=k(wQ),wT=k(wS),kY=k(wY),gI=k(wZ),kZ=k(w0),gJ=k(w1),gK=k(w2),k0=k(w3),gL=k(w4),k1=k(w5),e5=k(w6),w8=k(w7);function
+k2(a){return r(function(a){if(H(a[1],cX)){var
+b=[2,k(w9)];return[0,a[1],b]}return a},a)}function
+gM(g,f){var
 b=g,a=f;for(;;){if(b){if(a){var
 c=a[2],d=b[2];if(b[1]){var
-h=gS(d,c);return[0,a[1],h]}var
+h=gM(d,c);return[0,a[1],h]}var
 b=d,a=c;continue}var
 e=a}else
 var
 e=b;return e}}function
-xe(a){function
+w_(a){function
 b(a){function
 b(c){function
 g(b){function
@@ -4204,76 +4183,76 @@ c(d){function
 c(c){var
 e=V(c);function
 f(a){var
-e=s(jR,cA(aw(c),a)),f=s(function(a){return gS(e,a)},a),g=[0,[0,b,d,gS(e,c),f]];return K(T(u,b),xg,K(F(function(a){return cU(aE(a),U)},a),xf,g))}function
-g(a){return am(e,aF,a)}var
-i=V(d);return h(r(function(a){return am(i,g,a)},bg,a),f)}return h(r(function(a){return et(b,a)},k6,a),c)}return h(r(function(a){return et(b,a)},gO,a),c)}if(c){var
+e=r(jK,cA(au(c),a)),f=r(function(a){return gM(e,a)},a),g=[0,[0,b,d,gM(e,c),f]];return J(R(u,b),xa,J(F(function(a){return cT(aC(a),U)},a),w$,g))}function
+g(a){return am(e,aD,a)}var
+i=V(d);return h(q(function(a){return am(i,g,a)},be,a),f)}return h(q(function(a){return em(b,a)},kZ,a),c)}return h(q(function(a){return em(b,a)},gI,a),c)}if(c){var
 b=c[1],f=0;if(typeof
 b!=="number"&&3===b[0]){var
 d=[0,V(b[1])];f=1}if(!f)var
-d=O(xh);var
+d=O(xb);var
 e=d}else
 var
-e=O(xi);return h(e,g)}return h(r(bb,gO,a),b)}return h(S([0,gO,[0,k6,[0,bg,0]]],0,a),b)}function
-k_(c,a){function
+e=O(xc);return h(e,g)}return h(q(a$,gI,a),b)}return h(T([0,gI,[0,kZ,[0,be,0]]],0,a),b)}function
+k3(c,a){function
 b(a){var
-d=[0,a],b=a?1:a,e=b?w(ax(function(b,a){return M(b[1],a)},u,a),c):b;return K(e,xj,d)}return h(ai(xe,a),b)}function
+d=[0,a],b=a?1:a,e=b?w(av(function(b,a){return K(b[1],a)},u,a),c):b;return J(e,xd,d)}return h(ai(w_,a),b)}function
 cD(a){if(a){var
-b=cD(a[2]),c=a[1];return ab(function(a){return s(function(b){return x(a,b)},b)},c)}return xk}function
-aV(a){return ax(function(b,a){return C(V(b),a)},p,a)}function
+b=cD(a[2]),c=a[1];return ab(function(a){return r(function(b){return x(a,b)},b)},c)}return xe}function
+aS(a){return av(function(b,a){return z(V(b),a)},t,a)}function
 cl(a){var
-b=a[1];return s(function(a){return a[2]},b)}function
+b=a[1];return r(function(a){return a[2]},b)}function
 cm(c,b){var
 a=b[2];if(a){var
-d=a[1];return s(function(a){return a[2]},d)}return[0,c[4],0]}function
-fa(a){var
-b=a[1];return s(function(a){return a[3]},b)}function
-gT(c,b){var
+d=a[1];return r(function(a){return a[2]},d)}return[0,c[4],0]}function
+e6(a){var
+b=a[1];return r(function(a){return a[3]},b)}function
+gN(c,b){var
 a=b[2];if(a){var
-d=a[1];return s(function(a){return a[3]},d)}return[0,c[4],0]}function
-xn(b,a){var
-i=aV(cl(a)),g=C(aV(cm(b,a)),i),h=T(d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,d(2,d(2,z(d(2,z(d(2,z(d(2,d(2,d(2,p)))))))))))))))))),g);if(h)var
+d=a[1];return r(function(a){return a[3]},d)}return[0,c[4],0]}function
+xh(b,a){var
+i=aS(cl(a)),f=z(aS(cm(b,a)),i),h=R(g(2,g(2,g(2,g(2,g(2,D(g(2,g(2,g(2,g(2,D(g(2,D(g(2,D(g(2,g(2,g(2,t)))))))))))))))))),f);if(h)var
 c=h;else
 var
-r=C(g,V(b[2])),c=T(d(2,d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,z(d(2,d(2,z(d(2,z(d(2,d(2,d(2,d(2,d(2,z(d(2,p)))))))))))))))))))))),r);if(c)var
-e=c;else
+q=z(f,V(b[2])),c=R(g(2,g(2,g(2,g(2,g(2,g(2,D(g(2,g(2,D(g(2,g(2,D(g(2,D(g(2,g(2,g(2,g(2,g(2,D(g(2,t)))))))))))))))))))))),q);if(c)var
+d=c;else
 var
-o=aV(fa(a)),q=C(aV(cl(a)),o),e=T(d(2,d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,z(d(2,d(2,z(d(2,z(d(2,d(2,d(2,d(2,d(2,z(d(2,p)))))))))))))))))))))),q);if(e)var
-f=e;else
+o=aS(e6(a)),p=z(aS(cl(a)),o),d=R(g(2,g(2,g(2,g(2,g(2,g(2,D(g(2,g(2,D(g(2,g(2,D(g(2,D(g(2,g(2,g(2,g(2,g(2,D(g(2,t)))))))))))))))))))))),p);if(d)var
+e=d;else
 var
-m=aV(gT(b,a)),n=C(aV(cm(b,a)),m),f=T(d(2,d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,z(d(2,d(2,z(d(2,z(d(2,d(2,d(2,d(2,d(2,z(d(2,p)))))))))))))))))))))),n);if(f)return f;var
-j=V(b[2]),k=aV(fa(a)),l=C(C(aV(cm(b,a)),k),j);return T(d(2,d(2,d(2,d(2,d(2,d(2,z(d(2,d(2,z(d(2,d(2,z(d(2,z(d(2,d(2,d(2,d(2,d(2,z(d(2,p)))))))))))))))))))))),l)}function
-k$(a,d,c,b){var
-e=a[3],f=s(function(a){return bG(e,a)},b),g=0;return dK(s(function(b){var
-e=bG(a[4],b),c=az(function(a){return w(a[1],e)},d),g=0;return dK(s(function(d){var
+m=aS(gN(b,a)),n=z(aS(cm(b,a)),m),e=R(g(2,g(2,g(2,g(2,g(2,g(2,D(g(2,g(2,D(g(2,g(2,D(g(2,D(g(2,g(2,g(2,g(2,g(2,D(g(2,t)))))))))))))))))))))),n);if(e)return e;var
+j=V(b[2]),k=aS(e6(a)),l=z(z(aS(cm(b,a)),k),j);return R(g(2,g(2,g(2,g(2,g(2,g(2,D(g(2,g(2,D(g(2,g(2,D(g(2,D(g(2,g(2,g(2,g(2,g(2,D(g(2,t)))))))))))))))))))))),l)}function
+k4(a,d,c,b){var
+e=a[3],f=r(function(a){return bG(e,a)},b),g=0;return dI(r(function(b){var
+e=bG(a[4],b),c=ax(function(a){return w(a[1],e)},d),g=0;return dI(r(function(d){var
 a=c;for(;;){if(a){var
 b=a[1];if(w(b[2],d))return[0,b[3]];var
 a=a[2];continue}return a}},f),g)},c),g)}function
-dO(a){return 1===a[1][2]?1:0}function
-fb(a){return a[5]?0:1}function
-la(a){return s(function(a){return a[4]},a)}function
+dM(a){return 1===a[1][2]?1:0}function
+e7(a){return a[5]?0:1}function
+k5(a){return r(function(a){return a[4]},a)}function
 bY(a,c){var
 b=ah(a,c);if(b){var
-d=function(a){return[0,[0,a]]};return h(aX(a,aF(b[1])),d)}return xv}function
-gU(b,a){function
+d=function(a){return[0,[0,a]]};return h(aV(a,aD(b[1])),d)}return xp}function
+gO(b,a){function
 g(a){if(b){if(a){var
-h=a[1],c=h[2],d=h[1],i=a[2],j=b[1],e=j[2],f=j[1],k=b[2];switch(h0(C(f,c),C(d,e))){case
-0:return[0,[0,M(f,d),M(e,c)],gU(k,i)];case
-1:return[0,[0,f,e],gU(k,a)];default:return[0,[0,d,c],g(i)]}}return b}return a}return g(a)}function
-lb(a){if(a){var
+h=a[1],c=h[2],d=h[1],i=a[2],j=b[1],e=j[2],f=j[1],k=b[2];switch(hT(z(f,c),z(d,e))){case
+0:return[0,[0,K(f,d),K(e,c)],gO(k,i)];case
+1:return[0,[0,f,e],gO(k,a)];default:return[0,[0,d,c],g(i)]}}return b}return a}return g(a)}function
+k6(a){if(a){var
 b=a[2];if(b){var
-c=lb(b[2]);return[0,gU(a[1],b[1]),c]}return a}return a}function
-lc(f){var
-g=az(function(a){var
-b=w(a[1],u),c=b?w(a[2],u):b;return G(c)},f),b=xB,a=s(function(a){return[0,a,0]},g);for(;;){if(b){if(a){if(a[2]){var
-e=lb(a),b=b[1],a=e;continue}var
+c=k6(b[2]);return[0,gO(a[1],b[1]),c]}return a}return a}function
+k7(f){var
+g=ax(function(a){var
+b=w(a[1],u),c=b?w(a[2],u):b;return G(c)},f),b=xv,a=r(function(a){return[0,a,0]},g);for(;;){if(b){if(a){if(a[2]){var
+e=k6(a),b=b[1],a=e;continue}var
 c=a[1]}else
 var
 c=a;return c}if(a){if(a[2])return bi(a);var
 d=a[1]}else
 var
 d=a;return d}}function
-ld(a,b){return lc(ab(function(a){return s(function(b){return[0,C(a[1],b[1]),C(a[2],b[2])]},b)},a))}function
-le(e,d){var
+k8(a,b){return k7(ab(function(a){return r(function(b){return[0,z(a[1],b[1]),z(a[2],b[2])]},b)},a))}function
+k9(e,d){var
 a=e,b=d;for(;;){if(b){var
 c=b[1],f=b[2],g=aa(function(i){return function(h){var
 b=i,a=h;for(;;){if(b){if(a){var
@@ -4282,101 +4261,101 @@ b=b[2],a=a[2];continue}var
 g=f}else
 var
 g=a;return g}return a?0:1}}}(c),a)?a:[0,c,a],a=g,b=f;continue}return a}}function
-gV(b,a){if(a){var
-c=a[2],d=a[1],e=gV([0,d,b],c),f=x(b,c);return x(s(function(a){return[0,d,a]},f),e)}return a}function
-gW(b,a){return lc(aB(b,a))}function
-gX(a){if(a){var
-b=a[2],c=a[1],e=gV(0,eK(c)),f=le(0,s(function(a){return gW(a[1],a[2])},e)),d=gX(b),g=eJ(c),h=[0,[0,eJ(c),g],0],i=s(function(a){return ld(h,a)},d);return le(0,x(ab(function(a){var
-c=gp(b),e=[0,[0,[0,gp(b),c],0],d];return s(function(b){return ld(a,b)},e)},f),i))}return a}function
-lf(b,a,d){var
-c=aT(b);if(0===c)return P;if(0<c){var
-e=C(b,a[2]);return cT([0,ax(function(b,c){return M(d7(u,al(C(b[1],a[2]),C(b[2],a[1]))),c)},u,d),e])}return P}function
+gP(b,a){if(a){var
+c=a[2],d=a[1],e=gP([0,d,b],c),f=x(b,c);return x(r(function(a){return[0,d,a]},f),e)}return a}function
+gQ(b,a){return k7(az(b,a))}function
+gR(a){if(a){var
+b=a[2],c=a[1],e=gP(0,eE(c)),f=k9(0,r(function(a){return gQ(a[1],a[2])},e)),d=gR(b),g=eD(c),h=[0,[0,eD(c),g],0],i=r(function(a){return k8(h,a)},d);return k9(0,x(ab(function(a){var
+c=gj(b),e=[0,[0,[0,gj(b),c],0],d];return r(function(b){return k8(a,b)},e)},f),i))}return a}function
+k_(b,a,d){var
+c=aU(b);if(0===c)return P;if(0<c){var
+e=z(b,a[2]);return cS([0,av(function(b,c){return K(d5(u,ak(z(b[1],a[2]),z(b[2],a[1]))),c)},u,d),e])}return P}function
 cn(b,a){return b?a?I(b[1],a[1]):1:a?0:1}function
-fc(b,a){if(b){if(a){var
+e8(b,a){if(b){if(a){var
 c=a[1],d=b[1],e=I(d,c);if(e)return I(c,d);var
 f=e}else
 var
 f=a;return f}return a?0:1}function
-gY(b,a){return dC(dB,b,a)}function
+gS(b,a){return dA(dz,b,a)}function
 bI(b,a){return aj(b,bC(a))}function
-fd(b){var
+e9(b){var
 a=b[7];return 0===a[0]?a[1]:bi(bi(a[1]))}function
-lg(a){var
+k$(a){var
 b=a[7];if(0===b[0])return P;var
-c=b[1];return ax(function(d,c){var
-b=cA(a[4],d);return dB(ax(function(a,b){var
-c=c2(a);return dB(bI(eL(a),c),b)},P,b),c)},P,c)}function
-gZ(a,b){return a?a[1]:b}function
+c=b[1];return av(function(d,c){var
+b=cA(a[4],d);return dz(av(function(a,b){var
+c=c1(a);return dz(bI(eF(a),c),b)},P,b),c)},P,c)}function
+gT(a,b){return a?a[1]:b}function
 co(a){var
-b=eL(fd(a));return gZ(a[8][1],b)}function
-dP(a){var
-b=c2(fd(a));return gZ(a[8][2],b)}function
+b=eF(e9(a));return gT(a[8][1],b)}function
+dN(a){var
+b=c1(e9(a));return gT(a[8][2],b)}function
 cp(a){var
-b=lg(a);return gZ(a[8][4],b)}function
-lh(a){var
-e=co(a),b=I(eL(fd(a)),e);if(b){var
-f=c2(fd(a)),c=I(dP(a),f);if(c){var
-g=cp(a);return I(lg(a),g)}var
+b=k$(a);return gT(a[8][4],b)}function
+la(a){var
+e=co(a),b=I(eF(e9(a)),e);if(b){var
+f=c1(e9(a)),c=I(dN(a),f);if(c){var
+g=cp(a);return I(k$(a),g)}var
 d=c}else
 var
 d=b;return d}function
-dQ(a){return w(cp(a)[1],u)}function
-bZ(a){return fK(a[3],p)}function
-bJ(a){return j1(a[1])}function
-dR(b,a){var
-c=aB(b,a);return aE(s(function(a){return R(a[1],a[2])},c))}function
-g0(a,b){var
+dO(a){return w(cp(a)[1],u)}function
+bZ(a){return fE(a[3],t)}function
+bJ(a){return jU(a[1])}function
+dP(b,a){var
+c=az(b,a);return aC(r(function(a){return S(a[1],a[2])},c))}function
+gU(a,b){var
 c=a[5];function
-d(c){return dR(c,dD(a,b,0))}return s(function(a){return s(d,a)},c)}function
-li(a){var
-b=ch(gn(a));return ax(gY,[0,U],s(eM,s(function(b){var
-c=g0(a,b[1]),d=cA(jP(a),c),e=b[2];return s(function(a){return dR(e,a)},d)},b)))}function
-lj(a,b){var
-c=cb(0,cg(a));return s(function(c){return gr(a,c,b)},c)}function
-g1(a){var
-b=cb(0,bF(a));return az(function(b){return ag(aE(lj(a,b)))},b)}function
-lk(c,b){var
-a=lj(c,b),d=aU(aE(a));return s(function(a){return R(d,a)},a)}function
-ll(a){return fI(xC,aw(g1(a)))}function
-lm(a){var
-b=g1(a),c=s(function(b){return lk(a,b)},b),d=gn(a),e=cA(jQ(a),d);return ax(gY,[0,U],s(eM,s(function(a){return s(function(b){return dR(a,b)},c)},e)))}function
-dS(b,i,h){switch(i){case
+d(c){return dP(c,dB(a,b,0))}return r(function(a){return r(d,a)},c)}function
+lb(a){var
+b=ch(gh(a));return av(gS,[0,U],r(eG,r(function(b){var
+c=gU(a,b[1]),d=cA(jI(a),c),e=b[2];return r(function(a){return dP(e,a)},d)},b)))}function
+lc(a,b){var
+c=cb(0,cg(a));return r(function(c){return gl(a,c,b)},c)}function
+gV(a){var
+b=cb(0,bF(a));return ax(function(b){return ag(aC(lc(a,b)))},b)}function
+ld(c,b){var
+a=lc(c,b),d=aR(aC(a));return r(function(a){return S(d,a)},a)}function
+le(a){return fC(xw,au(gV(a)))}function
+lf(a){var
+b=gV(a),c=r(function(b){return ld(a,b)},b),d=gh(a),e=cA(jJ(a),d);return av(gS,[0,U],r(eG,r(function(a){return r(function(b){return dP(a,b)},c)},e)))}function
+dQ(b,i,h){switch(i){case
 0:var
-f=ch(jX(b)),a=[0,c2(bi(s(function(a){var
-c=ch(a[2]);return s(function(c){var
-d=dD(b,a[1],c[1]);return dR(jY(c[2]),d)},c)},f)))];break;case
+f=ch(jQ(b)),a=[0,c1(bi(r(function(a){var
+c=ch(a[2]);return r(function(c){var
+d=dB(b,a[1],c[1]);return dP(jR(c[2]),d)},c)},f)))];break;case
 2:var
 a=b[8][3];break;case
 7:var
-g=ch(gn(b)),a=[0,c2(ab(function(a){var
-c=g0(b,a[1]),d=aB(a[2],c);return ab(function(a){var
+g=ch(gh(b)),a=[0,c1(ab(function(a){var
+c=gU(b,a[1]),d=az(a[2],c);return ab(function(a){var
 b=ag(a[1]);return b?a[2]:b},d)},g))];break;default:var
 a=0}if(a){var
-c=a[1],d=ag(c);if(d)return A(h,c);var
+c=a[1],d=ag(c);if(d)return B(h,c);var
 e=d}else
 var
 e=a;return e}function
-fe(b,i,h,g,f,a,e,c){if(b){var
+e_(b,i,h,g,f,a,e,c){if(b){var
 j=b[1];return F(function(k){return aa(function(a){var
-c=a3(a);if(c){var
-d=R(bI(a,U),g),b=bI(aj(i,R(h,lf(e,a,k))),d),l=a3(b)?aj(a,R(b,aU(f))):a;return I(l,j)}return c},a)},c)}var
+c=a1(a);if(c){var
+d=S(bI(a,U),g),b=bI(aj(i,S(h,k_(e,a,k))),d),l=a1(b)?aj(a,S(b,aR(f))):a;return I(l,j)}return c},a)},c)}var
 d=a?1:a;return d}function
 cq(a){var
-b=gX(a[1]);return[0,gp(a[1]),b]}function
-ln(e){var
+b=gR(a[1]);return[0,gj(a[1]),b]}function
+lg(e){var
 c=bJ(e);if(c){var
-d=c[1],a=d[1],b=d[2];return[0,M(a,b),[0,[0,[0,a,b],[0,[0,b,a],0]],0]]}return[0,p,[0,[0,[0,p,u],[0,[0,u,p],0]],0]]}function
-ff(b,a){if(!(3<=a))switch(a){case
+d=c[1],a=d[1],b=d[2];return[0,K(a,b),[0,[0,[0,a,b],[0,[0,b,a],0]],0]]}return[0,t,[0,[0,[0,t,u],[0,[0,u,t],0]],0]]}function
+e$(b,a){if(!(3<=a))switch(a){case
 0:return 1;case
 2:return bZ(b)}return 0}function
-xD(a,c,e){var
+xx(a,c,e){var
 d=c[3],b=G(c[1]);if(typeof
 e==="number")switch(e){case
 0:if(b){var
-v=ff(a,c[4]);if(v){var
-w=eh(bJ(a));if(w){var
+v=e$(a,c[4]);if(v){var
+w=ea(bJ(a));if(w){var
 an=function(b){var
-c=aU(b),e=[0,aj(U,R(cp(a),c))];return cn(dC(R,bJ(a),e),d)};return dS(a,c[4],an)}var
+c=aR(b),e=[0,aj(U,S(cp(a),c))];return cn(dA(S,bJ(a),e),d)};return dQ(a,c[4],an)}var
 l=w}else
 var
 l=v}else
@@ -4384,8 +4363,8 @@ var
 l=b;return l;case
 1:if(1===c[4]){if(b){var
 x=bZ(a);if(x){var
-y=dQ(a);if(y){var
-z=eh(bJ(a));if(z)return cn(bJ(a),d);var
+y=dO(a);if(y){var
+z=ea(bJ(a));if(z)return cn(bJ(a),d);var
 h=z}else
 var
 h=y}else
@@ -4395,14 +4374,14 @@ var
 h=b;return h}return 0;case
 2:if(1===c[4]){var
 A=G(b);if(A){var
-B=ll(a);if(B){var
+B=le(a);if(B){var
 C=bZ(a);if(C){var
-D=dQ(a);if(D){var
-E=eh(bJ(a));if(E){var
-ai=g1(a),k=s(function(b){return lk(a,b)},ai);if(k)var
+D=dO(a);if(D){var
+E=ea(bJ(a));if(E){var
+ai=gV(a),k=r(function(b){return ld(a,b)},ai);if(k)var
 ak=k[2],al=k[1],m=F(function(e){var
 b=al,a=e;for(;;){if(b){if(a){var
-c=cU(b[1],a[1]);if(c){var
+c=cT(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
@@ -4424,8 +4403,8 @@ f=A;return f}return 0;case
 H=8<=c[4]?1:0;if(H)if(b){var
 J=0===a[7][0]?1:0;if(J){var
 K=0===a[2][0]?1:0;if(K){var
-ah=g0(a,0);return cn(ax(gY,[0,U],s(eM,s(function(b){var
-c=jU(a);return s(function(a){return dR(a,b)},c)},ah))),d)}var
+ah=gU(a,0);return cn(av(gS,[0,U],r(eG,r(function(b){var
+c=jN(a);return r(function(a){return dP(a,b)},c)},ah))),d)}var
 i=K}else
 var
 i=J}else
@@ -4433,40 +4412,40 @@ var
 i=b;else
 var
 i=H;return i;default:if(b){var
-L=ff(a,c[4]);if(L){var
+L=e$(a,c[4]);if(L){var
 ao=function(b){var
-c=aU(b);return cn([0,R(co(a),c)],d)};return dS(a,c[4],ao)}var
+c=aR(b);return cn([0,S(co(a),c)],d)};return dQ(a,c[4],ao)}var
 M=L}else
 var
 M=b;return M}else
 switch(e[0]){case
 0:var
 ap=e[1];if(b){var
-N=ff(a,c[4]);if(N){var
+N=e$(a,c[4]);if(N){var
 aq=function(b){var
-c=cq(a)[2],e=cq(a)[1],f=co(a);return fe(d,cp(a),f,P,b,ap,e,c)};return dS(a,c[4],aq)}var
+c=cq(a)[2],e=cq(a)[1],f=co(a);return e_(d,cp(a),f,P,b,ap,e,c)};return dQ(a,c[4],aq)}var
 O=N}else
 var
 O=b;return O;case
 1:var
 Q=e[1],n=c[4];if(7===n){if(b){var
-S=dQ(a);if(S)return dS(a,7,function(b){var
+R=dO(a);if(R)return dQ(a,7,function(b){var
 c=I(b,co(a));if(c){var
-e=ln(a)[2],f=ln(a)[1];return fe(d,P,co(a),P,b,Q,f,e)}return c});var
-T=S}else
+e=lg(a)[2],f=lg(a)[1];return e_(d,P,co(a),P,b,Q,f,e)}return c});var
+T=R}else
 var
 T=b;return T}if(b){var
-V=ff(a,n);if(V)return dS(a,n,function(b){var
+V=e$(a,n);if(V)return dQ(a,n,function(b){var
 e=cp(a),c=I(b,bI(co(a),e));if(c){var
-f=cq(a)[2],g=cq(a)[1],h=cp(a),i=bI(co(a),h);return fe(d,cp(a),i,P,b,Q,g,f)}return c});var
+f=cq(a)[2],g=cq(a)[1],h=cp(a),i=bI(co(a),h);return e_(d,cp(a),i,P,b,Q,g,f)}return c});var
 W=V}else
 var
 W=b;return W;case
 2:if(1===c[4]){if(b){var
 X=bZ(a);if(X){var
-Y=dQ(a);if(Y){var
-Z=ag(dP(a));if(Z){var
-ar=cq(a)[2],as=cq(a)[1],at=e[1],au=dP(a),av=dP(a),aw=dP(a);return fe(d,P,bI(co(a),aw),av,au,at,as,ar)}var
+Y=dO(a);if(Y){var
+Z=ag(dN(a));if(Z){var
+ar=cq(a)[2],as=cq(a)[1],at=e[1],au=dN(a),aw=dN(a),ax=dN(a);return e_(d,P,bI(co(a),ax),aw,au,at,as,ar)}var
 j=Z}else
 var
 j=Y}else
@@ -4476,12 +4455,12 @@ var
 j=b;return j}return 0;case
 3:if(1===c[4]){var
 _=G(b);if(_){var
-$=ll(a);if($){var
+$=le(a);if($){var
 aa=bZ(a);if(aa){var
 ab=0===a[7][0]?1:0;if(ab){var
-ac=eh(bJ(a));if(ac){var
-ay=lm(a),ad=fc(e[1],ay);if(ad){var
-az=lm(a);return cn(dC(R,bJ(a),az),d)}var
+ac=ea(bJ(a));if(ac){var
+ay=lf(a),ad=e8(e[1],ay);if(ad){var
+az=lf(a);return cn(dA(S,bJ(a),az),d)}var
 g=ad}else
 var
 g=ac}else
@@ -4494,28 +4473,28 @@ g=$}else
 var
 g=_;return g}return 0;case
 4:if(7===c[4]){if(b){var
-ae=dQ(a);if(ae){var
-aA=li(a),af=fc(e[1],aA);if(af){var
-o=li(a),p=bJ(a);if(p)if(o)var
-t=o[1],u=p[1],am=aU(aj(t,u)),q=[0,R(aj(U,R(t,u)),am)];else
+ae=dO(a);if(ae){var
+aA=lb(a),af=e8(e[1],aA);if(af){var
+o=lb(a),p=bJ(a);if(p)if(o)var
+t=o[1],u=p[1],am=aR(aj(t,u)),q=[0,S(aj(U,S(t,u)),am)];else
 var
 q=p;else
 var
 q=o;return cn(q,d)}var
-r=af}else
+s=af}else
 var
-r=ae}else
+s=ae}else
 var
-r=b;return r}return 0;default:return 0}}var
-lo=k(xE),lp=k(xF),lq=k(xG),xI=k(xH),xK=k(xJ),g2=k(xL),g3=k(xM);function
-lr(a){function
+s=b;return s}return 0;default:return 0}}var
+lh=k(xy),li=k(xz),lj=k(xA),xC=k(xB),xE=k(xD),gW=k(xF),gX=k(xG);function
+lk(a){function
 b(a){function
 b(b){function
-c(a){return[0,[0,b,a]]}return h(r(function(a){return ai(bu,a)},lp,a),c)}return h(r(bu,lo,a),b)}return h(S([0,lo,[0,lp,0]],0,a),b)}function
-ls(l,g,d){var
-b=x(k(xN),l);if(g){if(d){var
-h=d[1],i=g[1],o=s(j0,h),c=i[2],a=o,m=0,n=0;for(;;){if(c){if(a){var
-e=fc(c[1],a[1]);if(e){var
+c(a){return[0,[0,b,a]]}return h(q(function(a){return ai(bu,a)},li,a),c)}return h(q(bu,lh,a),b)}return h(T([0,lh,[0,li,0]],0,a),b)}function
+ll(l,g,d){var
+b=x(k(xH),l);if(g){if(d){var
+h=d[1],i=g[1],o=r(jT,h),c=i[2],a=o,m=0,n=0;for(;;){if(c){if(a){var
+e=e8(c[1],a[1]);if(e){var
 c=c[2],a=a[2];continue}var
 f=e}else
 var
@@ -4523,30 +4502,30 @@ f=a;var
 j=f}else
 var
 j=a?0:1;var
-p=[0,[0,x(b,k(xO)),[0,[7,j],n]],m],q=j1(h),r=[0,[7,fc(i[1],q)],0];return[0,[0,x(b,k(xP)),r],p]}}return[0,[0,b,xQ],0]}return d?[0,[0,b,xR],0]:[0,[0,b,xS],0]}function
-fg(e,a,d,c){if(a)var
-f=[0,[0,d],[0,[7,A(c,a[1])],0]],b=[0,[0,x(k(xT),e),f],0];else
+p=[0,[0,x(b,k(xI)),[0,[7,j],n]],m],q=jU(h),s=[0,[7,e8(i[1],q)],0];return[0,[0,x(b,k(xJ)),s],p]}}return[0,[0,b,xK],0]}return d?[0,[0,b,xL],0]:[0,[0,b,xM],0]}function
+fa(e,a,d,c){if(a)var
+f=[0,[0,d],[0,[7,B(c,a[1])],0]],b=[0,[0,x(k(xN),e),f],0];else
 var
 b=a;return b}function
-lt(c,b,a){if(a)var
-d=a[1][1],f=a[2],g=lt(M(c,p),d7(b,d),f),h=T(b,d)?xU:xW,e=[0,[0,gC(xV,c),h],g];else
+lm(c,b,a){if(a)var
+d=a[1][1],f=a[2],g=lm(K(c,t),d5(b,d),f),h=R(b,d)?xO:xQ,e=[0,[0,gw(xP,c),h],g];else
 var
 e=a;return e}var
-fh=k(xZ),lu=x(fh,k(x0)),lv=x(fh,k(x1)),x3=k(x2),lw=[0,[0,gG,0],[0,[0,fh,1],[0,[0,lu,2],[0,[0,lv,5],[0,[0,x3,7],[0,[0,k(x4),8],0]]]]]];function
-c8(b,a){function
-c(a){return[0,b]}return h(S(0,0,a),c)}function
-lx(a,c,b){function
+fb=k(xT),ln=x(fb,k(xU)),lo=x(fb,k(xV)),xX=k(xW),lp=[0,[0,gA,0],[0,[0,fb,1],[0,[0,ln,2],[0,[0,lo,5],[0,[0,xX,7],[0,[0,k(xY),8],0]]]]]];function
+c7(b,a){function
+c(a){return[0,b]}return h(T(0,0,a),c)}function
+lq(a,c,b){function
 d(b){function
-d(a){return[0,A(c,a)]}return h(r(bu,a,b),d)}return h(S([0,a,0],0,b),d)}function
-fi(b,a){function
+d(a){return[0,B(c,a)]}return h(q(bu,a,b),d)}return h(T([0,a,0],0,b),d)}function
+fc(b,a){function
 c(a){function
 c(a){var
-c=[0,A(b,a)],d=a?1:a;return K(d,x5,c)}return h(r(function(a){return ai(aF,a)},lq,a),c)}return h(S([0,lq,0],0,a),c)}var
-ly=k(x6),lz=k(x7);function
-lA(f,a,e,d){var
-b=A(f,a);if(b){var
-c=b[1],g=[0,[7,cn(c,e)],0],h=a?0:1;return[0,d,[0,[0,[9,h,c]],g]]}return yg}function
-lB(a){if(a){var
+c=[0,B(b,a)],d=a?1:a;return J(d,xZ,c)}return h(q(function(a){return ai(aD,a)},lj,a),c)}return h(T([0,lj,0],0,a),c)}var
+lr=k(x0),ls=k(x1);function
+lt(f,a,e,d){var
+b=B(f,a);if(b){var
+c=b[1],g=[0,[7,cn(c,e)],0],h=a?0:1;return[0,d,[0,[0,[9,h,c]],g]]}return ya}function
+lu(a){if(a){var
 c=typeof
 a[1]==="number"?1:0;if(c){if(a[2])return 0;var
 b=1}else
@@ -4554,113 +4533,113 @@ var
 b=c}else
 var
 b=a;return b}var
-lC=k(yv),yx=k(yw);function
-lD(a){return a?ax(d7,a[1],a[2]):u}function
-fj(a){return lD(s(bS,a))}function
-yE(a){return lD(s(function(b){var
-c=fj(a);return w(b[1],c)?b[2]:u},a))}function
-fk(g,f,e,d,c,a){return ax(function(b,h){var
-a=aB(d,c);return M(A(g,s(function(a){return[0,al(C(C(b[1],a[1]),e),C(C(b[2],a[2]),f)),C(b[2],a[2])]},a)),h)},u,a)}function
-g4(a,c){var
-b=cb(0,bF(a));return eK(s(function(b){return dD(a,c,b)},b))}function
-g5(a){return eK(jU(a))}function
-lE(f,e,d,a){var
-g=f[8][7],b=cS(function(a){var
-b=aK(d);return w(a[1],b)},g);if(b){var
-c=A(e,b[1]);return c?c[1]:a}return a}function
-lF(b){var
-a=pG(pH,0,b);return a?[0,a[1]]:O(yG)}function
-lG(j,c,i){if(!X(c5,c)&&!X(bg,c)){if(i){var
-e=i[1],n=function(a){return[0,[0,[0,[0,a,0],A(j,e)]]]},d=0,b=0,a=e,k=function(a){function
-b(a){return K(H(eq(a),e),yH,[0,a])}return h(aZ(lF,a),b)};for(;;){if(a){var
+lv=k(yp),yr=k(yq);function
+lw(a){return a?av(d5,a[1],a[2]):u}function
+fd(a){return lw(r(bS,a))}function
+yy(a){return lw(r(function(b){var
+c=fd(a);return w(b[1],c)?b[2]:u},a))}function
+fe(g,f,e,d,c,a){return av(function(b,h){var
+a=az(d,c);return K(B(g,r(function(a){return[0,ak(z(z(b[1],a[1]),e),z(z(b[2],a[2]),f)),z(b[2],a[2])]},a)),h)},u,a)}function
+gY(a,c){var
+b=cb(0,bF(a));return eE(r(function(b){return dB(a,c,b)},b))}function
+gZ(a){return eE(jN(a))}function
+lx(f,e,d,a){var
+g=f[8][7],b=cR(function(a){var
+b=aI(d);return w(a[1],b)},g);if(b){var
+c=B(e,b[1]);return c?c[1]:a}return a}function
+ly(b){var
+a=pA(pB,0,b);return a?[0,a[1]]:O(yA)}function
+lz(j,c,i){if(!X(c4,c)&&!X(be,c)){if(i){var
+e=i[1],n=function(a){return[0,[0,[0,[0,a,0],B(j,e)]]]},d=0,b=0,a=e,k=function(a){function
+b(a){return J(H(ej(a),e),yB,[0,a])}return h(aX(ly,a),b)};for(;;){if(a){var
 f=a[2],g=a[1];if(10===g){var
 d=[0,N(b,0),d],b=0,a=f;continue}var
 b=[0,g,b],a=f;continue}var
-l=b?O(yF):[0,N(d,0)];return h(h(l,k),n)}}return yI}function
+l=b?O(yz):[0,N(d,0)];return h(h(l,k),n)}}return yC}function
 m(a){function
-b(b){return[0,[0,[0,[0,[0,a,b],1],A(j,eq([0,a,b]))]]]}return h(r(bb,bg,c),b)}return h(r(function(a){return[0,a]},c5,c),m)}function
-lH(a){function
+b(b){return[0,[0,[0,[0,[0,a,b],1],B(j,ej([0,a,b]))]]]}return h(q(a$,be,c),b)}return h(q(function(a){return[0,a]},c4,c),m)}function
+lA(a){function
 b(a){function
 b(i){function
 b(j){function
 b(l){function
 b(m){function
 b(h){function
-b(b,a){return[0,x(k(yJ),b),[0,[0,a],0]]}var
-n=[0,b(gy,[7,h]),0],o=[0,b(bp,[6,m]),n],p=[0,b(bo,[5,l]),o],q=[0,b(bn,[4,j]),p],r=[0,[0,b(bf,[3,i]),q]],d=ah(kg,a);if(d){var
+b(b,a){return[0,x(k(yD),b),[0,[0,a],0]]}var
+n=[0,b(gs,[7,h]),0],o=[0,b(bp,[6,m]),n],p=[0,b(bo,[5,l]),o],q=[0,b(bn,[4,j]),p],r=[0,[0,b(bd,[3,i]),q]],d=ah(j$,a);if(d){var
 c=d[1],g=0;if(typeof
 c!=="number"&&0===c[0]){var
 e=c[1];g=1}if(!g)var
 e=0;var
 f=e}else
 var
-f=1;return K(f,yK,r)}return h(r(fX,gy,a),b)}return h(r(an,bp,a),b)}return h(r(function(a){return bt(an,a)},bo,a),b)}return h(r(an,bn,a),b)}return h(r(an,bf,a),b)}return h(S([0,bf,[0,bn,[0,bo,[0,bp,[0,gy,0]]]]],[0,kg,0],a),b)}function
-fl(a){return x(k(yL),a)}function
-fm(c,b,a){var
-d=az(function(a){return X(a,b)},c);return s(function(b){return[0,x(k(a),b),yM]},d)}function
-yN(a){function
+f=1;return J(f,yE,r)}return h(q(fR,gs,a),b)}return h(q(an,bp,a),b)}return h(q(function(a){return bt(an,a)},bo,a),b)}return h(q(an,bn,a),b)}return h(q(an,bd,a),b)}return h(T([0,bd,[0,bn,[0,bo,[0,bp,[0,gs,0]]]]],[0,j$,0],a),b)}function
+ff(a){return x(k(yF),a)}function
+fg(c,b,a){var
+d=ax(function(a){return X(a,b)},c);return r(function(b){return[0,x(k(a),b),yG]},d)}function
+yH(a){function
 b(a){function
 b(c){function
-b(a){return yO}return h(aZ(function(a){return _(a[2])},a),b)}return h(aZ(function(a){return _([2,a[1]])},a),b)}return h(a4(a),b)}var
-yP=[0,eC,[0,eQ,[0,c3,[0,c4,[0,eR,[0,eS,[0,bV,[0,kd,0]]]]]]]];function
-dT(b,a){var
-c=dn(u,a);return aZ(function(a){return aM(b,a[1],a[2])},c)}var
-lI=[0,eW,[0,eX,[0,eY,[0,kf,[0,eZ,[0,e0,0]]]]]];function
-c9(a){return a?a[1]?0:1:2}function
-lJ(aO,aN){var
-O=kc(aO,aN);if(O){var
-a=O[1][1],N=kR(gv(aO),aN);if(N){var
-J=ck(vW,N[1]);if(J){var
+b(a){return yI}return h(aX(function(a){return _(a[2])},a),b)}return h(aX(function(a){return _([2,a[1]])},a),b)}return h(a2(a),b)}var
+yJ=[0,ew,[0,eK,[0,c2,[0,c3,[0,eL,[0,eM,[0,bV,[0,j8,0]]]]]]]];function
+dR(b,a){var
+c=dl(u,a);return aX(function(a){return aK(b,a[1],a[2])},c)}var
+lB=[0,eQ,[0,eR,[0,eS,[0,j_,[0,eT,[0,eU,0]]]]]];function
+c8(a){return a?a[1]?0:1:2}function
+lC(aO,aN){var
+O=j7(aO,aN);if(O){var
+a=O[1][1],N=kK(gp(aO),aN);if(N){var
+J=ck(vQ,N[1]);if(J){var
 b=J[1];if(b){var
-aK=F(sP,b);if(aK){var
+aK=F(sJ,b);if(aK){var
 aL=I(a[1],U);if(aL){var
-ac=eP(b),ad=j_(b),ae=a[2],aP=0;if(ae)var
+ac=eJ(b),ad=j3(b),ae=a[2],aP=0;if(ae)var
 x=ae;else{var
 af=w(ac,u);if(af)var
 x=af;else{var
-aS=a[4],ah=R(eO(ad),aS),aT=a[5],ai=R(eO(al(C(d(2,p),ac),ad)),aT),aj=I(ah,ai);if(aj){var
+aS=a[4],ah=S(eI(ad),aS),aT=a[5],ai=S(eI(ak(z(g(2,t),ac),ad)),aT),aj=I(ah,ai);if(aj){var
 K=I(ai,ah);aP=1}else
 var
 x=aj}}if(!aP)var
 K=x;if(K){var
-j=eP(b),v=j_(b),f=a[4],c=a[5];if(w(j,u)){var
-V=I(f,P);if(V){var
+j=eJ(b),v=j3(b),e=a[4],c=a[5];if(w(j,u)){var
+V=I(e,P);if(V){var
 W=I(c,P);if(W)var
-X=a3(f),g=X?a3(c):X;else
+X=a1(e),f=X?a1(c):X;else
 var
-g=W}else
+f=W}else
 var
-g=V}else{var
-$=ag(f);if($){var
+f=V}else{var
+$=ag(e);if($){var
 aa=ag(c);if(aa)var
-ab=ag(cC(f)),g=ab?ag(cC(c)):ab;else
+ab=ag(cC(e)),f=ab?ag(cC(c)):ab;else
 var
-g=aa}else
+f=aa}else
 var
-g=$}var
-Q=0;if(g)if(a[2])var
-Y=gu(a[1],a[3],j,v,f,P),q=Y?gu(a[1],a[3],j,v,c,c):Y;else{var
-Z=I(c,f);if(Z)var
-q=gu(a[1],a[3],j,v,f,c);else{var
+f=$}var
+Q=0;if(f)if(a[2])var
+Y=go(a[1],a[3],j,v,e,P),p=Y?go(a[1],a[3],j,v,c,c):Y;else{var
+Z=I(c,e);if(Z)var
+p=go(a[1],a[3],j,v,e,c);else{var
 _=Z;Q=1}}else{var
-_=g;Q=1}if(Q)var
-q=_;var
-S=0;if(q){var
-aE=j7(a[4],b,a[6]);if(aE){var
-aV=kb(b,a[6]),aF=a[10];if(aF){var
+_=f;Q=1}if(Q)var
+p=_;var
+T=0;if(p){var
+aE=j0(a[4],b,a[6]);if(aE){var
+aV=j6(b,a[6]),aF=a[10];if(aF){var
 y=aF[1],ap=I(U,y);if(ap){var
 m=aV;b:for(;;){if(m){var
 ao=m[2],n=m[1],k=ao;for(;;){if(k){var
 l=k[1];if(w(n[1],l[1])){var
-ak=j$(y,n[2],l[2]);if(ak){var
-am=j$(y,l[2],n[2]);if(am){var
+al=j4(y,n[2],l[2]);if(al){var
+am=j4(y,l[2],n[2]);if(am){var
 k=k[2];continue}var
 an=am}else
 var
-an=ak;var
+an=al;var
 o=an}else
 var
-o=T(n[1],l[1])}else
+o=R(n[1],l[1])}else
 var
 o=1;if(o){var
 m=ao;continue b}var
@@ -4673,49 +4652,49 @@ var
 h=1}else
 var
 h=aE;if(h){var
-aG=j7(a[5],b,a[7]);if(aG){var
-aH=kb(b,a[7]),aI=a[8],i=a[9];if(aI){var
-aq=aI[1],ar=aq[2],as=aq[1],z=ka(aH,as),r=0;if(z){var
-A=z[1],B=ka(aH,ar),s=0;if(B){var
-D=B[1],at=w(A[1],D[1]),t=0;if(at){var
+aG=j0(a[5],b,a[7]);if(aG){var
+aH=j6(b,a[7]),aI=a[8],i=a[9];if(aI){var
+aq=aI[1],ar=aq[2],as=aq[1],A=j5(aH,as),q=0;if(A){var
+B=A[1],C=j5(aH,ar),r=0;if(C){var
+D=C[1],at=w(B[1],D[1]),s=0;if(at){var
 au=G(w(as,ar));if(au){var
-av=ag(A[2][1]);if(av)if(i){var
+av=ag(B[2][1]);if(av)if(i){var
 E=i[1],aw=I(U,E),aQ=0;if(aw){var
 ax=G(I(E,U));if(ax){var
-aU=A[2][1],e=I(R(E,D[2][2]),aU);r=1;s=1;t=1;aQ=1}else
+aU=B[2][1],d=I(S(E,D[2][2]),aU);q=1;r=1;s=1;aQ=1}else
 var
 ay=ax}else
 var
 ay=aw;if(!aQ){var
-e=ay;r=1;s=1;t=1}}else{var
-e=I(D[2][2],P);r=1;s=1;t=1}else
+d=ay;q=1;r=1;s=1}}else{var
+d=I(D[2][2],P);q=1;r=1;s=1}else
 var
 H=av}else
 var
 H=au}else
 var
-H=at;if(!t)var
+H=at;if(!s)var
 az=H}else
 var
-az=B;if(!s)var
+az=C;if(!r)var
 aA=az}else
 var
-aA=z;if(!r)var
-e=aA}else{var
+aA=A;if(!q)var
+d=aA}else{var
 aR=0;if(i){var
 aB=i[1],aC=I(aB,U);if(aC){var
-e=I(U,aB);aR=1}else
+d=I(U,aB);aR=1}else
 var
 aD=aC}else
 var
 aD=i;if(!aR)var
-e=aD}}else
+d=aD}}else
 var
-e=aG}else{var
-aJ=h;S=1}}else{var
-aJ=q;S=1}if(S)var
-e=aJ;var
-L=e}else
+d=aG}else{var
+aJ=h;T=1}}else{var
+aJ=p;T=1}if(T)var
+d=aJ;var
+L=d}else
 var
 L=K}else
 var
@@ -4728,88 +4707,88 @@ M=b;var
 aM=M}else
 var
 aM=J;return aM}return N}return O}function
-zG(ap,aJ,g){function
+zA(ap,aL,i){function
 aM(b){function
 a(b){function
 a(c){function
 a(c){function
-a(f){var
-c=ah(cY,f);if(c){var
-e=c[1],l=0;if(typeof
-e!=="number"&&2===e[0]){var
-y=k(zC),i=H(e[1],y);l=1}if(!l)var
-i=0;var
-a=i}else
+a(e){var
+c=ah(cX,e);if(c){var
+d=c[1],l=0;if(typeof
+d!=="number"&&2===d[0]){var
+y=k(zw),f=H(d[1],y);l=1}if(!l)var
+f=0;var
+a=f}else
 var
 a=c;var
-j=js(f),m=j?[0,gw,0]:j,n=a?[0,ke,[0,gx,0]]:a,o=x([0,cY,[0,eB,[0,ga,[0,dF,[0,bk,0]]]]],x(n,m)),q=a?0:[0,eV,[0,kf,[0,eZ,[0,e0,0]]]],t=x([0,eW,[0,eX,[0,eY,0]]],q);function
+j=jl(e),m=j?[0,gq,0]:j,n=a?[0,j9,[0,gr,0]]:a,o=x([0,cX,[0,ev,[0,f6,[0,dD,[0,bk,0]]]]],x(n,m)),p=a?0:[0,eP,[0,j_,[0,eT,[0,eU,0]]]],s=x([0,eQ,[0,eR,[0,eS,0]]],p);function
 v(c){if(a){var
-i=function(a){return[0,[1,a]]},e=function(a){function
+f=function(a){return[0,[1,a]]},d=function(a){function
 b(a){var
-b=[0,[0,eS,yR],[0,[0,bV,yQ],0]];return[0,x([0,[0,eQ,yV],[0,[0,c3,yU],[0,[0,c4,yT],0]]],x(s(function(a){return[0,a[2],yS]},a),b))]}var
-c=0,d=0;return h(dT(function(a,b){return gH(d,c,a,b)},a),b)},o=h(h(r(bb,eR,b),e),i),j=function(l){function
+b=[0,[0,eM,yL],[0,[0,bV,yK],0]];return[0,x([0,[0,eK,yP],[0,[0,c2,yO],[0,[0,c3,yN],0]]],x(r(function(a){return[0,a[2],yM]},a),b))]}var
+c=0,d=0;return h(dR(function(a,b){return gB(d,c,a,b)},a),b)},o=h(h(q(a$,eL,b),d),f),j=function(l){function
 a(a){function
-e(Y){function
-e(Z){function
-e(e){if(e){var
-f=e[1],i=f[1],y=i[2],a=i[1],B=f[2];if(a){var
-D=a[2],E=a[1],j=function(f){var
-a=ah(cY,f),m=0;if(a){var
-e=a[1],n=0;if(typeof
-e!=="number"&&2===e[0]){var
-j=H(e[1],xc);m=1;n=1}if(!n)var
-i=0}else
+d(Y){function
+d(Z){function
+d(d){if(d){var
+e=d[1],f=e[1],y=f[2],a=f[1],A=e[2];if(a){var
+C=a[2],E=a[1],j=function(e){var
+a=ah(cX,e),m=0;if(a){var
+d=a[1],n=0;if(typeof
+d!=="number"&&2===d[0]){var
+j=H(d[1],w8);m=1;n=1}if(!n)var
+f=0}else
 var
-i=a;if(!m)var
-j=i;if(G(j))return o;function
-q(a){function
-i(d){if(xn(a,d))return o;var
-v=a[5],z=cD(cm(a,d)),L=cD(cl(d)),e=[0,a[1],a[2],L,z,v,0,0],f=D,i=0;for(;;){if(f){var
-j=f[1],t=0;if(typeof
+f=a;if(!m)var
+j=f;if(G(j))return o;function
+p(a){function
+f(d){if(xh(a,d))return o;var
+v=a[5],D=cD(cm(a,d)),L=cD(cl(d)),e=[0,a[1],a[2],L,D,v,0,0],f=C,g=0;for(;;){if(f){var
+j=f[1],s=0;if(typeof
 j!=="number"&&4===j[0]){var
-n=X(gR,j[1]);t=1}if(!t)var
+n=X(gL,j[1]);s=1}if(!s)var
 n=0;if(!n){var
-f=f[2],i=[0,j,i];continue}var
-m=[0,N(i,0),f]}else
+f=f[2],g=[0,j,g];continue}var
+m=[0,N(g,0),f]}else
 var
-m=[0,N(i,0),0];var
-q=m[2],P=function(f){function
-t(z){var
-i=O(zj);function
+m=[0,N(g,0),0];var
+p=m[2],P=function(f){function
+s(D){var
+g=O(zd);function
 n(W){function
-i(i){var
-m=bj(aV(cm(a,d))),n=bj(aV(cl(d))),o=a[5],L=o?[0,o[1]]:[1,c1(m,n,s(b$,z))],t=dO(a),M=t?[0,c1(m,n,s(bS,z))]:t,N=aw(a[2]),v=d[2],P=d[3],Q=v?[0,la(v[1])]:[1,aw(a[4])],j=[0,la(d[1]),Q,P,N,W,M,L,i],R=cD(cl(d)),U=k$(a,f,cD(cm(a,d)),R),q=ay(function(b){var
+g(g){var
+m=bj(aS(cm(a,d))),n=bj(aS(cl(d))),o=a[5],K=o?[0,o[1]]:[1,c0(m,n,r(b$,D))],s=dM(a),L=s?[0,c0(m,n,r(bS,D))]:s,N=au(a[2]),v=d[2],P=d[3],Q=v?[0,k5(v[1])]:[1,au(a[4])],j=[0,k5(d[1]),Q,P,N,W,L,K,g],S=cD(cl(d)),U=k4(a,f,cD(cm(a,d)),S),p=aw(function(b){var
 c=ch(b),e=ab(function(b){var
-d=ch(b[2]),c=b[1];return s(function(b){var
-g=gr(j,c,b[1]),d=fb(a),f=0;if(d)var
-h=dD(j,c,b[1]),e=s(function(a){return[0,a]},h);else
+d=ch(b[2]),c=b[1];return r(function(b){var
+g=gl(j,c,b[1]),d=e7(a),f=0;if(d)var
+h=dB(j,c,b[1]),e=r(function(a){return[0,a]},h);else
 var
 e=d;var
-i=b[2],k=aK(b[1]);return[0,aK(c),k,i,e,g,f]},d)},c),g=a[5],f=0,h=dO(a)?1:2,i=V(a[2]),k=aV(cl(d));return[0,aV(cm(a,d)),k,i,h,g,f,e]},U);function
+i=b[2],k=aI(b[1]);return[0,aI(c),k,i,e,g,f]},d)},c),g=a[5],f=0,h=dM(a)?1:2,i=V(a[2]),k=aS(cl(d));return[0,aS(cm(a,d)),k,i,h,g,f,e]},U);function
 $($){function
 m(o){var
-n=aa(function(a){return X(a[1],o)},dL),t=n?dL:n,m=x(kz,t);function
+n=aa(function(a){return X(a[1],o)},dJ),s=n?dJ:n,m=x(ks,s);function
 v(o){function
-t(z){function
-t(L){function
+s(D){function
+s(K){function
 o(b){var
-c=b?bl:be,a=bX(z,c),d=a?a[1][2]:a;return d}function
+c=b?bl:bc,a=bX(D,c),d=a?a[1][2]:a;return d}function
 m(aa){var
-am=fK(d[3],p);function
+am=fE(d[3],t);function
 m(m){function
-d(A){function
+d(B){function
 d(d){var
-n=X(eY,c),_=n||X(dE,b);function
+n=X(eS,c),_=n||X(dC,b);function
 o(ab){function
 d(ac){function
 d(ad){function
-d(p){function
+d(s){function
 d(ae){var
-I=jt(l,a[1]),J=I[1],M=I[2];function
-N(a){return _?zk:a}function
-O(a){return M?a:[0,zl,a]}var
-af=[0,[0,bV,N(ab)],0],ag=gJ(0,A),ai=x(s(function(a){var
-b=N(a[2]);return[0,a[1],b]},ag),af),aj=m?1:m,S=0;if(aj&&F(function(l){function
+I=jm(l,a[1]),L=I[1],M=I[2];function
+N(a){return _?ze:a}function
+O(a){return M?a:[0,zf,a]}var
+af=[0,[0,bV,N(ab)],0],ag=gD(0,B),ai=x(r(function(a){var
+b=N(a[2]);return[0,a[1],b]},ag),af),aj=m?1:m,T=0;if(aj&&F(function(l){function
 n(f,e){var
 a=ah(e,f);if(a){var
 b=a[1],d=0;if(typeof
@@ -4820,23 +4799,23 @@ b!=="number")switch(b[0]){case
 c=0;d=1}if(!d)return 0}else
 var
 c=a;return c}function
-b(a){return n(p,a)}var
+b(a){return n(s,a)}var
 h=l[1],m=0;if(h){var
 i=h[2],e=0;if(i){var
 c=i[2],f=0;if(c){var
 d=c[2],g=0;if(d)if(d[2]){var
 a=0;e=1;f=1;g=1}else{var
-j=d[1],o=c[1];if(H(j,lv))if(X(e$,p)){var
+j=d[1],o=c[1];if(H(j,lo))if(X(e5,s)){var
 a=0;e=1;f=1;g=1}else{var
-G=0,I=X(bp,p)?b(bp):n(ae,bp),J=b(bf),K=b(bn),C=x(I,k(yA)),D=x(J,x(k(yB),C)),E=x(K,x(k(yC),D)),a=[0,[0,lC,[0,x(k(yD),E),G]]];e=1;f=1;g=1}else{var
-L=b(bo),A=x(L,k(yy)),B=x(k(yz),A),M=bq(H(j,lu),B),q=H(j,fh);if(q)var
-N=H(o,e6),r=N||H(o,lz);else
+G=0,I=X(bp,s)?b(bp):n(ae,bp),J=b(bd),K=b(bn),C=x(I,k(yu)),D=x(J,x(k(yv),C)),E=x(K,x(k(yw),D)),a=[0,[0,lv,[0,x(k(yx),E),G]]];e=1;f=1;g=1}else{var
+L=b(bo),A=x(L,k(ys)),B=x(k(yt),A),M=bq(H(j,ln),B),p=H(j,fb);if(p)var
+N=H(o,e0),q=N||H(o,ls);else
 var
-r=q;var
-s=[0,[0,lC,x(bq(r,yx),M)]]}}else
+q=p;var
+r=[0,[0,lv,x(bq(q,yr),M)]]}}else
 var
-s=d;if(!g)var
-t=s}else
+r=d;if(!g)var
+t=r}else
 var
 t=c;if(!f)var
 u=t}else
@@ -4850,122 +4829,122 @@ P=l[5];return F(function(a){return cd(P,a)},w)}var
 z=y}else
 var
 z=a;return z},m)){var
-P=0;S=1}if(!S)var
-P=[0,[0,k(zz),zy],0];var
-ak=x(P,ai),al=x(gI(0,m),ak),Q=dK(aa,0),am=0,an=0,ao=Q?[0,[8,Q[1]]]:zx,ap=x([0,[0,c4,[0,ao,an]],am],al),aq=O(L[2]),ar=x([0,[0,L[1],aq],0],ap),as=x(s(function(a){var
-b=O(a[2][1]);return[0,fl(a[1]),b]},z),ar),at=x(fm([0,bW,[0,dE,0]],b,0),as),U=0;if(!X(eX,c)){var
-W=0;if(gh(a)&&gh(e))W=1;if(!W){var
-R=[0,[0,k(zw),zv],0];U=1}}if(!U)var
-R=0;var
-au=x(R,at),av=x(ac,x($,x(ad,x(fm(lI,c,zm),au))));if(g)if(y)var
-aw=eq([0,E,D]),ax=[0,[7,H(g[1],aw)],0],r=[0,[0,k(zn),ax],0];else
+P=0;T=1}if(!T)var
+P=[0,[0,k(zt),zs],0];var
+ak=x(P,ai),al=x(gC(0,m),ak),Q=dI(aa,0),am=0,an=0,ao=Q?[0,[8,Q[1]]]:zr,ap=x([0,[0,c3,[0,ao,an]],am],al),aq=O(K[2]),ar=x([0,[0,K[1],aq],0],ap),as=x(r(function(a){var
+b=O(a[2][1]);return[0,ff(a[1]),b]},D),ar),at=x(fg([0,bW,[0,dC,0]],b,0),as),U=0;if(!X(eR,c)){var
+W=0;if(gb(a)&&gb(e))W=1;if(!W){var
+S=[0,[0,k(zq),zp],0];U=1}}if(!U)var
+S=0;var
+au=x(S,at),av=x(ac,x($,x(ad,x(fg(lB,c,zg),au))));if(i)if(y)var
+aw=ej([0,E,C]),ax=[0,[7,H(i[1],aw)],0],q=[0,[0,k(zh),ax],0];else
 var
-r=y;else
+q=y;else
 var
-r=g;var
-ay=x(r,av),az=[0,[0,k(zo),[0,[7,M],0]],0],aA=[0,[7,J[2]],0],aB=[0,[0,k(zp),aA],az],aC=[0,[7,J[1]],0],aD=[0,[0,k(zq),aC],aB],aE=V(a[2]),aF=[0,[7,w(Z,C(V(f),aE))],0],aG=[0,[0,k(zr),aF],aD],aH=[0,[7,H(Y,B)],0],aI=[0,[0,[0,[1,j,q],0,0,x([0,[0,k(zs),aH],aG],ay),0]]],aJ=F(function(a){return a[4]},f),aK=aJ||F(function(a){return G(a[4])},f),d=f,aL=K(aK,zt,aI);for(;;){if(d){var
-h=d[2];if(h){var
-i=h[1],n=d[1],u=T(n[1],i[1]);if(u)var
+q=i;var
+ay=x(q,av),az=[0,[0,k(zi),[0,[7,M],0]],0],aA=[0,[7,L[2]],0],aB=[0,[0,k(zj),aA],az],aC=[0,[7,L[1]],0],aD=[0,[0,k(zk),aC],aB],aE=V(a[2]),aF=[0,[7,w(Z,z(V(f),aE))],0],aG=[0,[0,k(zl),aF],aD],aH=[0,[7,H(Y,A)],0],aI=[0,[0,[0,[1,j,p],0,0,x([0,[0,k(zm),aH],aG],ay),0]]],aJ=F(function(a){return a[4]},f),aK=aJ||F(function(a){return G(a[4])},f),d=f,aL=J(aK,zn,aI);for(;;){if(d){var
+g=d[2];if(g){var
+h=g[1],n=d[1],u=R(n[1],h[1]);if(u)var
 o=u;else
 var
-v=w(n[1],i[1]),o=v?T(n[2],i[2]):v;if(o){var
-d=h;continue}var
+v=w(n[1],h[1]),o=v?R(n[2],h[2]):v;if(o){var
+d=g;continue}var
 t=o}else
 var
 t=1}else
 var
-t=1;return K(t,zu,aL)}}return h(r(a4,bk,c),d)}return h(r(a4,gx,c),d)}return h(r(function(b){function
+t=1;return J(t,zo,aL)}}return h(q(a2,bk,c),d)}return h(q(a2,gr,c),d)}return h(q(function(b){function
 a(a){function
 b(c){function
 b(d){function
 b(b){function
 e(a){var
-f=lt(u,aW(p),i[7]),e=i[5],g=e?[0,[0,k(xY),xX],0]:e,h=x(g,f);function
+f=lm(u,aT(t),g[7]),e=g[5],h=e?[0,[0,k(xS),xR],0]:e,i=x(h,f);function
 j(b){return I(a,b)}var
-l=x(fg(bp,i[4],[6,a],j),h);function
+l=x(fa(bp,g[4],[6,a],j),i);function
 m(a){return b?I(a,b[1]):b}var
-n=x(fg(bo,i[3],[5,b],m),l);function
+n=x(fa(bo,g[3],[5,b],m),l);function
 o(a){return I(a,d)}var
-q=x(fg(bn,i[2],[4,d],o),n);function
-r(a){return I(c,a)}return[0,x(fg(bf,i[1],[3,c],r),q)]}return h(r(an,bp,a),e)}return h(r(function(a){return bt(an,a)},bo,a),b)}return h(r(an,bn,a),b)}return h(r(an,bf,a),b)}return h(a4(b),a)},bk,c),d)}return h(r(lH,bk,c),d)}return h(kO(A,d),o)}return h(r(_,bV,b),d)}return h(r(function(a){function
+p=x(fa(bn,g[2],[4,d],o),n);function
+q(a){return I(c,a)}return[0,x(fa(bd,g[1],[3,c],q),p)]}return h(q(an,bp,a),e)}return h(q(function(a){return bt(an,a)},bo,a),b)}return h(q(an,bn,a),b)}return h(q(an,bd,a),b)}return h(a2(b),a)},bk,c),d)}return h(q(lA,bk,c),d)}return h(kH(B,d),o)}return h(q(_,bV,b),d)}return h(q(function(a){function
 b(a){var
-b=0;return dT(function(a,c){return kN(o,b,n,a,c)},a)}return h(bb(a),b)},eS,b),d)}return h(r(function(a){function
-b(a){return dT(function(b,i){function
-a(a){if(lB(a[3])){var
+b=0;return dR(function(a,c){return kG(o,b,n,a,c)},a)}return h(a$(a),b)},eM,b),d)}return h(q(function(a){function
+b(a){return dR(function(b,i){function
+a(a){if(lu(a[3])){var
 b=a[1];if(b){var
 c=b[2];if(c){var
 d=c[2];if(d){var
 f=d[2];if(f){if(f[2])return[0,a];var
-n=f[1],p=d[1],q=c[1],g=b[1],j=function(b){function
+n=f[1],p=d[1],r=c[1],g=b[1],j=function(b){function
 c(c){function
 d(b){var
-c=a[5],d=G(lB(b));return[0,[0,a[1],a[2],b,d,c]]}return h(r(function(s){if(H(g,e8))var
-d=yk;else
+c=a[5],d=G(lu(b));return[0,[0,a[1],a[2],b,d,c]]}return h(q(function(s){if(H(g,e2))var
+d=ye;else
 var
-m=H(g,e7),d=m?yu:m;if(d){var
-b=d[1],f=bX(lw,n);if(f){var
-i=f[1];if(H(q,c6)){var
-t=0,v=4,w=function(a){return c8(v,a)},x=[0,[0,k(x8),w],t],y=function(a){return[1,a]},z=function(a){return fi(y,a)},B=[0,[0,k(x9),z],x],C=function(a){return[0,a]},D=function(a){return fi(C,a)},E=[0,[0,k(x_),D],B],F=0,I=function(a){return c8(F,a)},K=[0,[0,k(x$),I],E];switch(i){case
+m=H(g,e1),d=m?yo:m;if(d){var
+b=d[1],f=bX(lp,n);if(f){var
+i=f[1];if(H(r,c5)){var
+t=0,v=4,w=function(a){return c7(v,a)},x=[0,[0,k(x2),w],t],y=function(a){return[1,a]},z=function(a){return fc(y,a)},A=[0,[0,k(x3),z],x],C=function(a){return[0,a]},D=function(a){return fc(C,a)},E=[0,[0,k(x4),D],A],F=0,I=function(a){return c7(F,a)},J=[0,[0,k(x5),I],E];switch(i){case
 1:if(b)var
-L=0,M=function(a){return[3,a]},N=[0,[0,lz,function(a){return lx(xK,M,a)}],L],P=2,a=[0,[0,e6,function(a){return c8(P,a)}],N];else
+K=0,L=function(a){return[3,a]},N=[0,[0,ls,function(a){return lq(xE,L,a)}],K],P=2,a=[0,[0,e0,function(a){return c7(P,a)}],N];else
 var
-Q=0,R=function(a){return[2,a]},T=function(a){return fi(R,a)},U=[0,[0,k(ya),T],Q],V=1,W=function(a){return c8(V,a)},a=[0,[0,k(yb),W],U];break;case
+Q=0,R=function(a){return[2,a]},S=function(a){return fc(R,a)},U=[0,[0,k(x6),S],Q],V=1,W=function(a){return c7(V,a)},a=[0,[0,k(x7),W],U];break;case
 5:if(b)var
 a=0;else
 var
-X=0,a=[0,[0,ly,function(a){return c8(yc,a)}],X];break;case
+X=0,a=[0,[0,lr,function(a){return c7(x8,a)}],X];break;case
 7:if(b)var
 a=0;else
 var
-Y=0,Z=function(a){return[4,a]},$=function(a){return lx(xI,Z,a)},aa=[0,[0,k(yd),$],Y],ab=function(a){return[1,a]},ad=function(a){return fi(ab,a)},a=[0,[0,k(ye),ad],aa];break;case
+Y=0,Z=function(a){return[4,a]},$=function(a){return lq(xC,Z,a)},aa=[0,[0,k(x9),$],Y],ab=function(a){return[1,a]},ad=function(a){return fc(ab,a)},a=[0,[0,k(x_),ad],aa];break;case
 8:if(b)var
 a=0;else
 var
-ae=0,af=3,ag=function(a){return c8(af,a)},a=[0,[0,k(yf),ag],ae];break;case
+ae=0,af=3,ag=function(a){return c7(af,a)},a=[0,[0,k(x$),ag],ae];break;case
 0:case
 2:var
-a=b?0:K;break;default:var
+a=b?0:J;break;default:var
 a=0}var
 j=bX(a,p);if(j){var
-ak=function(a){return[0,lA(o,G(b),c,[4,[0,b,0,c,i],a])]};return h(A(j[1],s),ak)}return yl}return ym}return yn}var
-l=bX(lw,n);if(l){if(1===l[1]){if(H(g,k(yo))&&H(q,gE)&&H(p,ly)&&am){if(c){var
+ak=function(a){return[0,lt(o,G(b),c,[4,[0,b,0,c,i],a])]};return h(B(j[1],s),ak)}return yf}return yg}return yh}var
+l=bX(lp,n);if(l){if(1===l[1]){if(H(g,k(yi))&&H(r,gy)&&H(p,lr)&&am){if(c){var
 al=function(a){var
-b=a?lA(o,1,c,[4,[0,0,1,c,1],[5,a[1]]]):yp;return[0,b]},aj=function(c){var
-b=ah(g2,c);if(b){var
+b=a?lt(o,1,c,[4,[0,0,1,c,1],[5,a[1]]]):yj;return[0,b]},aj=function(c){var
+b=ah(gW,c);if(b){var
 a=b[1];if(typeof
-a==="number")return yh;else{if(4===a[0]){var
+a==="number")return yb;else{if(4===a[0]){var
 d=function(a){function
 b(b){function
 c(j){function
 c(k){var
-a=bG(e[3],j),c=bG(e[3],k),d=b?bG(e[4],b[1]):f1,f=J(u,a),g=f?J(u,c):f,h=g?J(u,d):g;if(h)var
+a=bG(e[3],j),c=bG(e[3],k),d=b?bG(e[4],b[1]):fV,f=M(u,a),g=f?M(u,c):f,h=g?M(u,d):g;if(h)var
 l=bj(c),m=bj(a),i=[0,[0,[0,[0,bj(d)],m,l]]];else
 var
-i=h;return[0,i]}return h(r(function(a){return ai(_,a)},cf,a),c)}return h(r(function(a){return ai(_,a)},c0,a),c)}function
-c(a){return ai(_,a)}return h(r(function(a){return bt(c,a)},ac,a),b)};return h(aX(g2,S([0,ac,[0,c0,[0,cf,0]]],0,a)),d)}return O(yi)}}return O(yj)};return h(h(S([0,g2,0],0,s),aj),al)}return yq}return yr}return ys}return yt},dH,b),d)}return h(r(bu,ci,b),c)};return h(a4(i),j)}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return h(gH(B,0,b,i),a)},a)}return h(bb(a),b)},eR,b),m)}var
-t=0;function
-v(a){return ky(l,e,t,a)}return h(r(function(a){return ai(v,a)},c4,b),m)}var
-m=q?1:q;return h(r(function(b){function
-c(a){return[0,[0,fl(g3),a]]}if(typeof
+i=h;return[0,i]}return h(q(function(a){return ai(_,a)},cf,a),c)}return h(q(function(a){return ai(_,a)},cZ,a),c)}function
+c(a){return ai(_,a)}return h(q(function(a){return bt(c,a)},ac,a),b)};return h(aV(gW,T([0,ac,[0,cZ,[0,cf,0]]],0,a)),d)}return O(yc)}}return O(yd)};return h(h(T([0,gW,0],0,s),aj),al)}return yk}return yl}return ym}return yn},dF,b),d)}return h(q(bu,ci,b),c)};return h(a2(i),j)}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return h(gB(A,0,b,i),a)},a)}return h(a$(a),b)},eL,b),m)}var
+s=0;function
+v(a){return kr(l,e,s,a)}return h(q(function(a){return ai(v,a)},c3,b),m)}var
+m=p?1:p;return h(q(function(b){function
+c(a){return[0,[0,ff(gX),a]]}if(typeof
 b==="number")var
 a=[0,[0,[7,G(m)],0]];else
 var
 d=function(a){function
 b(b){function
 c(c){if(m)var
-d=x(b[1],c[1]),a=s(function(a){if(typeof
+d=x(b[1],c[1]),a=r(function(a){if(typeof
 a!=="number"&&0===a[0])return[5,a[1]];return a},d);else
 var
-a=zi;return[0,a]}var
-d=1;return h(r(function(a){return e5(l,e,d,a)},be,a),c)}var
-c=0;return h(r(function(a){return e5(l,e,c,a)},bl,a),b)},a=h(S([0,bl,[0,be,0]],0,b),d);return h(a,c)},g3,o),t)}return h(aZ(function(a){function
+a=zc;return[0,a]}var
+d=1;return h(q(function(a){return eZ(l,e,d,a)},bc,a),c)}var
+c=0;return h(q(function(a){return eZ(l,e,c,a)},bl,a),b)},a=h(T([0,bl,[0,bc,0]],0,b),d);return h(a,c)},gX,o),s)}return h(aX(function(a){function
 b(b){return[0,[0,a[1],b]]}var
-c=a[1],d=a[2];return h(r(function(a){return e5(l,e,d,a)},c,o),b)},m),t)}var
-z=0,L=[0,g3,s(bS,m)];return h(r(function(a){return S(L,z,a)},c3,b),v)}return h(r(a4,c3,b),m)}return h(r(function(b){function
+c=a[1],d=a[2];return h(q(function(a){return eZ(l,e,d,a)},c,o),b)},m),s)}var
+D=0,K=[0,gX,r(bS,m)];return h(q(function(a){return T(K,D,a)},c2,b),v)}return h(q(a2,c2,b),m)}return h(q(function(b){function
 a(a){function
 b(b){function
 c(c){var
-a=j[2],d=0===a[0]?[0,a[1]]:0,e=ls(ac,c,d);return[0,x(ls(bd,[0,b],[0,j[1]]),e)]}return h(r(function(a){return bt(lr,a)},ac,a),c)}return h(r(lr,bd,a),b)}return h(S([0,bd,[0,ac,0]],0,b),a)},ke,c),$)}return h(r(function(b){function
+a=j[2],d=0===a[0]?[0,a[1]]:0,e=ll(ac,c,d);return[0,x(ll(bb,[0,b],[0,j[1]]),e)]}return h(q(function(a){return bt(lk,a)},ac,a),c)}return h(q(lk,bb,a),b)}return h(T([0,bb,[0,ac,0]],0,b),a)},j9,c),$)}return h(q(function(b){function
 a(a){function
 b(f){function
 b(g){function
@@ -4974,10 +4953,10 @@ b(j){function
 b(k){function
 b(b){function
 l(a){var
-c=[0,[0,f,g,i,j,k,b,a]],d=b?I(b[1],U):1;return K(d,xx,c)}var
-c=ah(e$,a);if(c)var
+c=[0,[0,f,g,i,j,k,b,a]],d=b?I(b[1],U):1;return J(d,xr,c)}var
+c=ah(e5,a);if(c)var
 m=function(a){var
-b=[0,s(b$,a)],c=K(cw(s(function(a){return iK(a[1])},a)),xy,b),d=a?1:a;return K(d,xz,c)},n=c[1],d=h(aX(e$,ai(function(b){function
+b=[0,r(b$,a)],c=J(cw(r(function(a){return iD(a[1])},a)),xs,b),d=a?1:a;return J(d,xt,c)},n=c[1],d=h(aV(e5,ai(function(b){function
 a(a){function
 b(b){function
 c(f){function
@@ -4986,108 +4965,108 @@ c(h){var
 i=[0,[0,b,[0,bG(e[4],b),f,g,h]]];if(a)var
 c=a[2],d=c?1:c;else
 var
-d=1;return K(d,xw,i)}return h(bY(bo,a),c)}return h(bY(bn,a),c)}return h(bY(bf,a),c)}return h(r(function(a){return ai(_,a)},ac,a),b)}return h(S([0,ac,0],[0,bf,[0,bn,[0,bo,0]]],b),a)},n)),m);else
+d=1;return J(d,xq,i)}return h(bY(bo,a),c)}return h(bY(bn,a),c)}return h(bY(bd,a),c)}return h(q(function(a){return ai(_,a)},ac,a),b)}return h(T([0,ac,0],[0,bd,[0,bn,[0,bo,0]]],b),a)},n)),m);else
 var
-d=xA;return h(d,l)}return h(bY(eZ,a),b)}return h(bY(k8,a),b)}return h(bY(bp,a),b)}return h(bY(bo,a),b)}return h(bY(bn,a),b)}return h(bY(bf,a),b)}return h(S(0,[0,bf,[0,bn,[0,bo,[0,bp,[0,k8,[0,eZ,[0,e$,0]]]]]]],b),a)},gx,c),i)}var
-o=V(f),q=aV(fa(d));if(J(C(aV(gT(a,d)),q),o))var
-t=cD(fa(d)),j=k$(a,f,cD(gT(a,d)),t),v=j?[0,j[1]]:i,m=v;else
+d=xu;return h(d,l)}return h(bY(eT,a),b)}return h(bY(k1,a),b)}return h(bY(bp,a),b)}return h(bY(bo,a),b)}return h(bY(bn,a),b)}return h(bY(bd,a),b)}return h(T(0,[0,bd,[0,bn,[0,bo,[0,bp,[0,k1,[0,eT,[0,e5,0]]]]]]],b),a)},gr,c),g)}var
+o=V(f),p=aS(e6(d));if(M(z(aS(gN(a,d)),p),o))var
+s=cD(e6(d)),j=k4(a,f,cD(gN(a,d)),s),v=j?[0,j[1]]:g,m=v;else
 var
-m=i;return h(m,n)}var
-j=0;if(!dO(a)&&!fb(a)){var
-i=u;j=1}if(!j)var
-m=aV(cl(d)),i=C(aV(cm(a,d)),m);var
-n=dn(u,q),o=aZ(function(b){var
-g=b[2],k=b[1],e=aV(cl(d));function
+m=g;return h(m,n)}var
+j=0;if(!dM(a)&&!e7(a)){var
+g=u;j=1}if(!j)var
+m=aS(cl(d)),g=z(aS(cm(a,d)),m);var
+n=dl(u,p),o=aX(function(b){var
+g=b[2],k=b[1],e=aS(cl(d));function
 c(b){function
 c(d){function
 c(c){function
 f(f){function
 g(g){var
-a=w(M(C(d,e),c),k),h=[0,[0,f,g]],b=a?J(u,c):a,i=b?T(c,e):b;return K(i,xt,h)}var
-i=V(a[2]),j=r(function(a){return am(i,an,a)},bk,b);return h(bH(fb(a),0,j),g)}var
-g=r(aF,eF,b);return h(bH(dO(a),U,g),f)}return h(r(aL,gR,b),c)}return h(r(aL,k7,b),c)}var
-f=bq(fb(a),bk);return h(S(x([0,k7,[0,gR,0]],x(bq(dO(a),eF),f)),0,g),c)},n);return h(aX(bg,K(bv(i,q),xu,o)),t)},Q=m[1];return h(aX(bg,aZ(function(c){var
-g=aw(a[2]);function
+a=w(K(z(d,e),c),k),h=[0,[0,f,g]],b=a?M(u,c):a,i=b?R(c,e):b;return J(i,xn,h)}var
+i=V(a[2]),j=q(function(a){return am(i,an,a)},bk,b);return h(bH(e7(a),0,j),g)}var
+g=q(aD,ez,b);return h(bH(dM(a),U,g),f)}return h(q(aJ,gL,b),c)}return h(q(aJ,k0,b),c)}var
+f=bq(e7(a),bk);return h(T(x([0,k0,[0,gL,0]],x(bq(dM(a),ez),f)),0,g),c)},n);return h(aV(be,J(bv(g,p),xo,o)),s)},Q=m[1];return h(aV(be,aX(function(c){var
+g=au(a[2]);function
 b(b){function
 c(c){function
 d(d){function
 e(a){function
 i(e){var
-b=J(u,c),f=K(eI(g,a),xo,[0,[0,c,d,a,e]]),h=b?J(u,d):b;return K(h,xp,f)}var
-e=ah(gQ,b);if(e)var
+b=M(u,c),f=J(eC(g,a),xi,[0,[0,c,d,a,e]]),h=b?M(u,d):b;return J(h,xj,f)}var
+e=ah(gK,b);if(e)var
 j=function(b){var
-c=T(u,b),d=c?w(h1(b,go(s(cT,a))),u):c;return K(d,xr,xq)},f=h(aX(gQ,aL(e[1])),j);else
+c=R(u,b),d=c?w(hU(b,gi(r(cS,a))),u):c;return J(d,xl,xk)},f=h(aV(gK,aJ(e[1])),j);else
 var
-f=xs;return h(f,i)}var
-f=V(a[2]);return h(r(function(a){return am(f,aF,a)},eE,b),e)}var
-e=V(a[3]);return h(r(function(a){return er(e,a)},bd,b),d)}var
-d=V(a[4]);return h(r(function(a){return er(d,a)},ac,b),c)}return h(S([0,ac,[0,bd,[0,eE,0]]],[0,gQ,0],c),b)},Q)),P)}}var
-e=a[1];return h(r(function(b){function
+f=xm;return h(f,i)}var
+f=V(a[2]);return h(q(function(a){return am(f,aD,a)},ey,b),e)}var
+e=V(a[3]);return h(q(function(a){return ek(e,a)},bb,b),d)}var
+d=V(a[4]);return h(q(function(a){return ek(d,a)},ac,b),c)}return h(T([0,ac,[0,bb,[0,ey,0]]],[0,gK,0],c),b)},Q)),P)}}var
+d=a[1];return h(q(function(b){function
 a(a){function
-f(c){function
+e(c){function
 b(b){function
-f(a){var
-e=[0,[0,b,a,c]],f=aV(s(function(a){return a[2]},b));return K(J(d(2,p),f),xl,e)}var
-g=V(e[3][3]);function
-i(a){return k_(g,a)}return h(r(function(a){return bt(i,a)},ac,a),f)}var
-f=V(e[3][2]);return h(r(function(a){return k_(f,a)},bd,a),b)}var
-b=ah(gP,a);if(b)var
-g=function(a){var
-b=aT(a),e=0===b?p:0<b?a:p,c=J(d(2,p),a),f=[0,e],g=c?J(a,d(2,d(2,d(2,d(2,z(d(2,d(2,d(2,d(2,z(d(2,z(d(2,z(d(2,d(2,d(2,p)))))))))))))))))):c;return K(g,xm,f)},c=h(aX(gP,aL(b[1])),g);else
+e(a){var
+d=[0,[0,b,a,c]],e=aS(r(function(a){return a[2]},b));return J(M(g(2,t),e),xf,d)}var
+f=V(d[3][3]);function
+i(a){return k3(f,a)}return h(q(function(a){return bt(i,a)},ac,a),e)}var
+e=V(d[3][2]);return h(q(function(a){return k3(e,a)},bb,a),b)}var
+b=ah(gJ,a);if(b)var
+f=function(a){var
+b=aU(a),d=0===b?t:0<b?a:t,c=M(g(2,t),a),e=[0,d],f=c?M(a,g(2,g(2,g(2,g(2,D(g(2,g(2,g(2,g(2,D(g(2,D(g(2,D(g(2,g(2,g(2,t)))))))))))))))))):c;return J(f,xg,e)},c=h(aV(gJ,aJ(b[1])),f);else
 var
-c=[0,p];return h(c,f)}return h(S([0,bd,[0,ac,0]],[0,gP,0],b),a)},k5,f),i)}return h(aX(c5,ju([4,k9(az(function(a){return G(H(a[1],k5))},f))])),q)};return h(a4(E),j)}return O(zA)}return zB}return h(lG(ap,a,g),e)}return h(r(aL,eU,a),e)}return h(r(eu,eT,a),e)}var
-e=[0,c5,[0,bg,0]],f=[0,eT,[0,eU,0]];return h(r(function(a){return S(f,e,a)},dF,c),a)};return h(gf(k9(c)),j)}function
+c=[0,t];return h(c,e)}return h(T([0,bb,[0,ac,0]],[0,gJ,0],b),a)},kY,e),f)}return h(aV(c4,jn([4,k2(ax(function(a){return G(H(a[1],kY))},e))])),p)};return h(a2(E),j)}return O(zu)}return zv}return h(lz(ap,a,i),d)}return h(q(aJ,eO,a),d)}return h(q(en,eN,a),d)}var
+d=[0,c4,[0,be,0]],e=[0,eN,[0,eO,0]];return h(q(function(a){return T(e,d,a)},dD,c),a)};return h(f$(k2(c)),j)}function
 l(a){var
 b=a?[0,a[1]]:a;return[0,b]}function
-f(e){function
+e(e){function
 a(a){function
-f(Z){function
-f($){function
-f(f){if(f){var
-i=f[1],j=i[1],o=j[2],a=j[1],B=i[2];if(a){var
-C=a[2],D=a[1],l=function(a){function
+d(Z){function
+d($){function
+d(d){if(d){var
+f=d[1],j=f[1],o=j[2],a=j[1],C=f[2];if(a){var
+D=a[2],E=a[1],l=function(a){function
 l(ab){var
-f=C,i=0;function
-ad(i){var
-m=a[5],n=a[1][2],q=V(a[2]),t=V(a[3]),f=[0,V(a[4]),t,q,n,m,ab,i];function
+d=D,f=0;function
+ad(j){var
+m=a[5],n=a[1][2],p=V(a[2]),s=V(a[3]),f=[0,V(a[4]),s,p,n,m,ab,j];function
 y(d){function
 O(y){if(d){var
-n=d[1],t=jL(a,i,n[2]);switch(a[1][2]){case
+n=d[1],t=jE(a,j,n[2]);switch(a[1][2]){case
 0:var
 l=0;break;case
 1:var
 l=1;break;default:var
 l=2}var
-u=dp(V(a[3])),v=[0,dp(V(a[4])),u,l,t],A=[0,[0,n[1],v]]}else
+u=dm(V(a[3])),v=[0,dm(V(a[4])),u,l,t],A=[0,[0,n[1],v]]}else
 var
 A=d;var
-p=e[3][3],m=p?1:p,q=e[3][4],j=q?1:q;function
+p=e[3][3],m=p?1:p,s=e[3][4],g=s?1:s;function
 w(p){var
-i=aa(function(a){return X(a[1],p)},dL),q=j?kA(m):j,t=i?dL:i,l=x(kz,x(t,q)),n=j?az(function(a){return m?m:G(a[2][2])},kx):j;function
+j=aa(function(a){return X(a[1],p)},dJ),s=g?kt(m):g,t=j?dJ:j,l=x(ks,x(t,s)),n=g?ax(function(a){return m?m:G(a[2][2])},kq):g;function
 u(m){function
-p(E){function
-l(T){function
+p(B){function
+l(S){function
 Q(b){var
-c=b?bl:be,a=bX(E,c),d=a?a[1][2]:a;return d}function
+c=b?bl:bc,a=bX(B,c),d=a?a[1][2]:a;return d}function
 l(U){var
 I=a[7];if(I)var
 l=I;else
 var
-ac=X(eY,c),l=ac||X(dE,b);var
+ac=X(eS,c),l=ac||X(dC,b);var
 m=ah(bW,b);if(m){var
 n=m[1],O=0;if(typeof
 n!=="number"&&4===n[0]){var
-J=n[1];O=1}if(!O)var
-J=0;var
-p=J}else
+K=n[1];O=1}if(!O)var
+K=0;var
+p=K}else
 var
 p=m;var
-R=l||X(eW,c),V=R||X(e0,c),j=G(V),W=j?k3(f,1,p):j,Y=j?k3(f,0,p):j;function
-q(a){return a?W:Y}var
+R=l||X(eQ,c),V=R||X(eU,c),g=G(V),W=g?kW(f,1,p):g,Y=g?kW(f,0,p):g;function
+s(a){return a?W:Y}var
 t=ah(bk,c);if(t){var
 u=t[1],P=0;if(typeof
 u!=="number"&&4===u[0]){var
-v=ah(bf,u[1]);if(v){var
+v=ah(bd,u[1]);if(v){var
 w=v[1],z=0;if(typeof
 w==="number")z=1;else
 switch(w[0]){case
@@ -5106,63 +5085,63 @@ M=L}else
 var
 M=t;function
 ab(m){function
-j(t){function
-j(j){function
-n(S){function
-j(V){var
-u=jt(e,a[1]),v=u[1],w=u[2];function
-y(a){return l?yW:a}function
-z(a){return w?a:[0,yX,a]}var
-W=[0,[0,bV,y(S)],0],Y=gJ(0,t),_=x(s(function(a){var
-b=y(a[2]);return[0,a[1],b]},Y),W),ab=x(gI(0,m),_),I=dK(U,0),ac=0,ad=0,ae=I?[0,[8,I[1]]]:za,af=x([0,[0,c4,[0,ae,ad]],ac],ab),ag=x(s(function(a){var
-b=z(a[2]);return[0,a[1],b]},T),af),ai=x(s(function(a){var
-b=z(a[2][1]);return[0,fl(a[1]),b]},E),ag),aj=d?[0,[0,k(yZ),yY],0]:d,ak=x(aj,ai),al=x(fm([0,dE,0],b,0),ak),n=ah(bW,b);if(n){var
-j=n[1],O=0;if(typeof
-j!=="number"&&4===j[0]){var
-h=j[1];O=1}if(!O)var
-h=0;var
-r=function(a,d){var
-b=X(a,h);if(b)var
+g(t){function
+g(g){function
+n(T){function
+g(V){var
+u=jm(e,a[1]),v=u[1],w=u[2];function
+y(a){return l?yQ:a}function
+z(a){return w?a:[0,yR,a]}var
+W=[0,[0,bV,y(T)],0],Y=gD(0,t),_=x(r(function(a){var
+b=y(a[2]);return[0,a[1],b]},Y),W),ab=x(gC(0,m),_),I=dI(U,0),ac=0,ad=0,ae=I?[0,[8,I[1]]]:y6,af=x([0,[0,c3,[0,ae,ad]],ac],ab),ag=x(r(function(a){var
+b=z(a[2]);return[0,a[1],b]},S),af),ai=x(r(function(a){var
+b=z(a[2][1]);return[0,ff(a[1]),b]},B),ag),aj=d?[0,[0,k(yT),yS],0]:d,ak=x(aj,ai),al=x(fg([0,dC,0],b,0),ak),n=ah(bW,b);if(n){var
+h=n[1],O=0;if(typeof
+h!=="number"&&4===h[0]){var
+g=h[1];O=1}if(!O)var
+g=0;var
+q=function(a,d){var
+b=X(a,g);if(b)var
 e=0,f=aa(function(e){var
 a=e[3];if(a){var
 b=a[1];if(typeof
 b!=="number"&&6===b[0])return bA(b[1],d);var
 c=0}else
 var
-c=a;return c},m)?[0,[6,d,0],0]:w1,c=[0,[0,x(bW,x(k(w0),a)),f],e];else
+c=a;return c},m)?[0,[6,d,0],0]:wV,c=[0,[0,x(bW,x(k(wU),a)),f],e];else
 var
-c=b;return c},Q=h?F(function(a){return cd([0,bl,[0,be,0]],a[1])},h)?0:[0,[0,bW,w2],0]:[0,[0,bW,w3],0],R=x(r(be,0),Q),J=x(r(bl,1),R)}else
+c=b;return c},Q=g?F(function(a){return cd([0,bl,[0,bc,0]],a[1])},g)?0:[0,[0,bW,wW],0]:[0,[0,bW,wX],0],R=x(q(bc,0),Q),K=x(q(bl,1),R)}else
 var
-J=n;var
-am=x(J,al),P=0;if(!X(eX,c)&&!gh(a)){var
-L=[0,[0,k(y$),y_],0];P=1}if(!P)var
+K=n;var
+am=x(K,al),P=0;if(!X(eR,c)&&!gb(a)){var
+L=[0,[0,k(y5),y4],0];P=1}if(!P)var
 L=0;var
-an=x(L,am),ao=x(V,x(fm(lI,c,y0),an));if(g)if(o)var
-ap=eq([0,D,C]),aq=[0,[7,H(g[1],ap)],0],p=[0,[0,k(y1),aq],0];else
+an=x(L,am),ao=x(V,x(fg(lB,c,yU),an));if(i)if(o)var
+ap=ej([0,E,D]),aq=[0,[7,H(i[1],ap)],0],p=[0,[0,k(yV),aq],0];else
 var
 p=o;else
 var
-p=g;var
-ar=x(p,ao),as=[0,[0,k(y2),[0,[7,w],0]],0],at=[0,[7,v[2]],0],au=[0,[0,k(y3),at],as],av=[0,[7,v[1]],0],aw=[0,[0,k(y4),av],au],ax=[0,[0,k(y5),[0,[0,[0,$]],0]],aw],ay=[0,[7,H(Z,B)],0],az=x([0,[0,k(y6),ay],ax],ar),M=aa(function(a){var
+p=i;var
+ar=x(p,ao),as=[0,[0,k(yW),[0,[7,w],0]],0],at=[0,[7,v[2]],0],au=[0,[0,k(yX),at],as],av=[0,[7,v[1]],0],aw=[0,[0,k(yY),av],au],ax=[0,[0,k(yZ),[0,[0,[0,$]],0]],aw],ay=[0,[7,H(Z,C)],0],az=x([0,[0,k(y0),ay],ax],ar),M=aa(function(a){var
 b=a[4];if(b)var
 c=a[5],e=c?1:c,d=e;else
 var
 d=b;return d},m);if(M)var
-aA=X(eW,c),aB=aA||X(e0,c),N=G(aB);else
+aA=X(eQ,c),aB=aA||X(eU,c),N=G(aB);else
 var
 N=M;var
-aC=q(0),aD=[0,[0,[0,[0,f,A],q(1),aC,az,N]]],aE=G(f3(f)),aF=aE||(i?d?0:1:i),aG=K(aF,y7,aD),aH=e[1]?G(X(bW,b)):1,aI=K(aH,y8,aG),aJ=d?G(X(bW,b)):1;return K(aJ,y9,aI)}return h(r(lH,bk,c),j)}return h(kO(t,j),n)}return h(r(_,bV,b),j)}return h(r(function(a){function
+aC=s(0),aD=[0,[0,[0,[0,f,A],s(1),aC,az,N]]],aE=G(fX(f)),aF=aE||(j?d?0:1:j),aG=J(aF,y1,aD),aH=e[1]?G(X(bW,b)):1,aI=J(aH,y2,aG),aJ=d?G(X(bW,b)):1;return J(aJ,y3,aI)}return h(q(lA,bk,c),g)}return h(kH(t,g),n)}return h(q(_,bV,b),g)}return h(q(function(a){function
 b(a){var
-b=f3(f);return dT(function(a,c){return kN(Q,b,i,a,c)},a)}return h(bb(a),b)},eS,b),j)}return h(r(function(b){function
-c(b){return dT(function(b,s){function
+b=fX(f);return dR(function(a,c){return kG(Q,b,j,a,c)},a)}return h(a$(a),b)},eM,b),g)}return h(q(function(b){function
+c(b){return dR(function(b,r){function
 c(b){var
 p=b[3];if(p){if(typeof
 p[1]==="number"){if(p[2])return[0,b];var
-u=q(k4(b));if(u){var
+u=s(kX(b));if(u){var
 D=u[1],E=function(c){if(c){var
 d=c[1],o=0;if(typeof
 d==="number"||!(6===d[0]))o=1;else{var
-e=b[5],m=d[1],q=bq(D[1][3],wX),r=x(bq(G(m),wQ),q),s=0,t=a[5]?x(k(wR),M):wT,f=x([0,wO,[0,wV,[0,t,s]]],r),u=x(f,bq(m,wZ)),g=F(function(a){return cd(e,a)},f),p=0;if(g){var
+e=b[5],m=d[1],q=bq(D[1][3],wR),r=x(bq(G(m),wK),q),s=0,t=a[5]?x(k(wL),M):wN,f=x([0,wI,[0,wP,[0,t,s]]],r),u=x(f,bq(m,wT)),g=F(function(a){return cd(e,a)},f),p=0;if(g){var
 h=F(function(a){return cd(u,a)},e);if(h){var
 n=cw(e);p=1}else
 var
@@ -5178,24 +5157,24 @@ l=b;return[0,l]},i=b[1];if(i){var
 j=i[2];if(j){var
 l=j[2];if(l){var
 m=l[2];if(m&&!m[2]){var
-c=m[1],t=l[1],g=j[1],n=i[1],o=H(n,e7),e=0;if(H(t,wJ)){var
-v=0;if(!o&&!H(n,e8)){e=1;v=1}if(!v){var
-w=0;if(!H(g,c6)&&!H(g,gF)){e=1;w=1}if(!w){var
-y=0;if(c7(gM,c)||c7(gN,c))y=1;else
+c=m[1],t=l[1],g=j[1],n=i[1],o=H(n,e1),e=0;if(H(t,wD)){var
+v=0;if(!o&&!H(n,e2)){e=1;v=1}if(!v){var
+w=0;if(!H(g,c5)&&!H(g,gz)){e=1;w=1}if(!w){var
+y=0;if(c6(gG,c)||c6(gH,c))y=1;else
 e=1;if(y)var
 A=function(a){function
 b(b){function
 d(a){var
-d=0,e=o?bl:be,f=[0,[7,H(a,e)],d],h=H(g,c6)?[0,c,b]:[1,c,b];return[0,[0,[6,o,h],f]]}return h(r(function(a){function
-b(a){return r(_,k1,a)}return h(S([0,k1,0],0,a),b)},dH,a),d)}return h(r(bu,ci,a),b)},d=h(a4(s),A)}}}else
+d=0,e=o?bl:bc,f=[0,[7,H(a,e)],d],h=H(g,c5)?[0,c,b]:[1,c,b];return[0,[0,[6,o,h],f]]}return h(q(function(a){function
+b(a){return q(_,kU,a)}return h(T([0,kU,0],0,a),b)},dF,a),d)}return h(q(bu,ci,a),b)},d=h(a2(r),A)}}}else
 e=1;if(e){var
-f=0;if(H(t,kF)){var
-B=[0,k(wL),0];if(cd([0,k(wM),B],n)&&H(g,gF)){var
-z=0;if(!c7(gM,c)&&!c7(gN,c)){f=1;z=1}if(!z)if(G(aa(function(a){return kL(a,c)},kM)))var
+f=0;if(H(t,ky)){var
+B=[0,k(wF),0];if(cd([0,k(wG),B],n)&&H(g,gz)){var
+z=0;if(!c6(gG,c)&&!c6(gH,c)){f=1;z=1}if(!z)if(G(aa(function(a){return kE(a,c)},kF)))var
 C=function(a){function
 d(d){function
-e(a){return[0,[0,[6,k4(b),[2,c,d,a]],0]]}return h(r(function(a){function
-b(a){return r(kI,e4,a)}return h(S([0,e4,0],0,a),b)},dH,a),e)}return h(r(bu,ci,a),d)},d=h(a4(s),C);else
+e(a){return[0,[0,[6,kX(b),[2,c,d,a]],0]]}return h(q(function(a){function
+b(a){return q(kB,eY,a)}return h(T([0,eY,0],0,a),b)},dF,a),e)}return h(q(bu,ci,a),d)},d=h(a2(r),C);else
 f=1}else
 f=1}else
 f=1;if(f)var
@@ -5207,33 +5186,33 @@ d=[0,b[3]]}else
 var
 d=[0,b[3]]}else
 var
-d=[0,b[3]];return h(d,E)}return[0,b]}return[0,b]}return[0,b]}return h(gH(B,ay(function(a){return a[1]},d),b,s),c)},b)}return h(bb(b),c)},eR,b),ab)}function
-m(b){return ky(e,a,j,b)}return h(r(function(a){return ai(m,a)},c4,b),l)}return h(aZ(function(b){function
-j(a){return[0,[0,fl(b[1]),a]]}var
+d=[0,b[3]];return h(d,E)}return[0,b]}return[0,b]}return[0,b]}return h(gB(C,aw(function(a){return a[1]},d),b,r),c)},b)}return h(a$(b),c)},eL,b),ab)}function
+m(b){return kr(e,a,g,b)}return h(q(function(a){return ai(m,a)},c3,b),l)}return h(aX(function(b){function
+j(a){return[0,[0,ff(b[1]),a]]}var
 c=ah(b[1],m);if(c){var
 d=c[1];if(typeof
 d==="number")var
 f=[0,[0,[7,G(o)],0]];else
 var
 k=function(a){var
-c=o?[0,[0,[2,b[2][1],b[2][2],a]],0]:zb;return[0,c]},i=b[2][2],l=ai(function(c){function
+c=o?[0,[0,[2,b[2][1],b[2][2],a]],0]:y7;return[0,c]},i=b[2][2],l=ai(function(c){function
 b(b){function
 c(c){function
 d(a){function
-d(b){return[0,[0,[0,c,a],b]]}return h(r(an,e3,b),d)}return h(r(function(b){return gD(e,a,b)},bd,b),d)}var
-d=r(function(b){return ku(e,a,b)},ac,b);return h(bH(G(i),a5,d),c)}return h(S(x(bq(G(i),ac),[0,bd,[0,e3,0]]),0,c),b)},d),f=h(aX(b[1],l),k);var
+d(b){return[0,[0,[0,c,a],b]]}return h(q(an,eX,b),d)}return h(q(function(b){return gx(e,a,b)},bb,b),d)}var
+d=q(function(b){return kn(e,a,b)},ac,b);return h(bH(G(i),a3,d),c)}return h(T(x(bq(G(i),ac),[0,bb,[0,eX,0]]),0,c),b)},d),f=h(aV(b[1],l),k);var
 g=f}else
 var
-g=zc;return h(g,j)},n),l)}return h(aZ(function(b){function
+g=y8;return h(g,j)},n),l)}return h(aX(function(b){function
 c(a){return[0,[0,b[1],a]]}var
-d=b[1],f=b[2];return h(r(function(b){return e5(e,a,f,b)},d,m),c)},l),p)}var
-w=s(bS,n),v=0,y=x(s(bS,l),w);return h(r(function(a){return S(y,v,a)},c3,b),u)}return h(r(a4,c3,b),w)}if(d){var
-j=d[1],t=j[1];if(t[11]){if(t[6]){var
-m=i,l=j[2];for(;;){if(m){var
+d=b[1],f=b[2];return h(q(function(b){return eZ(e,a,f,b)},d,m),c)},l),p)}var
+w=r(bS,n),v=0,y=x(r(bS,l),w);return h(q(function(a){return T(y,v,a)},c2,b),u)}return h(q(a2,c2,b),w)}if(d){var
+g=d[1],t=g[1];if(t[11]){if(t[6]){var
+m=j,l=g[2];for(;;){if(m){var
 p=m[2];if(p&&l){var
-q=l[2];if(q){var
-u=w(m[1][1],p[1][1])?jJ(l[1],q[1]):1;if(u){var
-m=p,l=q;continue}var
+s=l[2];if(s){var
+u=w(m[1][1],p[1][1])?jC(l[1],s[1]):1;if(u){var
+m=p,l=s;continue}var
 n=u}else
 var
 n=1}else
@@ -5244,74 +5223,74 @@ n=1;var
 v=n;break}}else
 var
 v=1;var
-I=K(v,sw,sv),J=j[2],y=bv(V(i),J);if(y)var
-L=j[2],M=V(a[2]),z=F(function(a){return bv(M,a)},L);else
+I=J(v,sq,sp),K=g[2],y=bv(V(j),K);if(y)var
+L=g[2],M=V(a[2]),z=F(function(a){return bv(M,a)},L);else
 var
 z=y;var
-A=K(z,sx,I)}else
+A=J(z,sr,I)}else
 var
-A=sz;var
-N=t[10],E=aX(eV,K(F(function(b){var
-c=b[1],f=j[1];return F(function(b){var
-d=V(a[2]),c=T(b[3],d);return c?aa(function(a){var
+A=st;var
+N=t[10],B=aV(eP,J(F(function(b){var
+c=b[1],f=g[1];return F(function(b){var
+d=V(a[2]),c=R(b[3],d);return c?aa(function(a){var
 c=w(a[1],b[1]);if(c){var
 d=f[6];if(!d)return w(a[2],b[2]);var
 e=d}else
 var
-e=c;return e},i):c},c)},N),sy,A))}else
+e=c;return e},j):c},c)},N),ss,A))}else
 var
-E=zd;return h(E,O)}var
-j=ah(eV,c);if(j)var
-z=function(a){return[0,[0,a]]},E=j[1],v=function(b){function
+B=y9;return h(B,O)}var
+d=ah(eP,c);if(d)var
+z=function(a){return[0,[0,a]]},A=d[1],v=function(b){function
 c(e){function
 c(c){function
-f(i){function
+d(i){function
+d(d){function
+f(j){function
+f(l){function
+f(k){function
 f(f){function
-g(j){function
-g(l){function
-g(k){function
-g(g){function
 m(m){function
-d(n){function
-d(b){var
-o=b?b[1][2]:b,p=[0,[0,[0,l,c,i,f,k,e,j,g,m,n,ay(bS,b)],o]];if(g)var
-q=g[1],d=bv(V(a[3]),q);else
+g(n){function
+g(b){var
+o=b?b[1][2]:b,p=[0,[0,[0,l,c,i,d,k,e,j,f,m,n,aw(bS,b)],o]];if(f)var
+q=f[1],g=bv(V(a[3]),q);else
 var
-d=1;var
-r=K(d,sp,p),s=e?j?0:1:1,t=K(s,sq,r),u=f?I(f[1],c):1,v=K(u,sr,t),h=G(gi(c)),w=h?I(i,c):h;return K(w,ss,v)}return h(r(function(a){return bt(sj,a)},jA,b),d)}function
+g=1;var
+r=J(g,sj,p),s=e?j?0:1:1,t=J(s,sk,r),u=d?I(d[1],c):1,v=J(u,sl,t),h=G(gc(c)),w=h?I(i,c):h;return J(w,sm,v)}return h(q(function(a){return bt(sd,a)},jt,b),g)}function
 n(b){function
 a(a){function
 b(b){function
-c(a){return[0,[0,b,a]]}return h(r(an,eG,a),c)}function
+c(a){return[0,[0,b,a]]}return h(q(an,eA,a),c)}function
 c(b){function
 a(a){if(a){var
 b=a[2];if(b){var
 c=b[2],f=b[1];if(c){var
 d=c[2],g=c[1];if(d){var
-i=d[1];if(d[2])return O(sd);var
+i=d[1];if(d[2])return O(r9);var
 j=function(a){function
 b(b){function
 c(c){function
-d(d){return[0,[0,a,b,c,d]]}return h(an(i),d)}return h(aL(g),c)}var
+d(d){return[0,[0,a,b,c,d]]}return h(an(i),d)}return h(aJ(g),c)}var
 c=e?typeof
-f==="number"?[0,aW(p)]:O(se):aL(f);return h(c,b)};return h(aL(a[1]),j)}return O(sf)}return O(sg)}return O(sh)}return O(si)}return h(bb(b),a)}return h(r(function(a){return ai(c,a)},jB,a),b)}return h(S([0,jB,[0,eG,0]],0,b),a)}return h(r(function(a){return ai(n,a)},bg,b),d)}var
+f==="number"?[0,aT(t)]:O(r_):aJ(f);return h(c,b)};return h(aJ(a[1]),j)}return O(r$)}return O(sa)}return O(sb)}return O(sc)}return h(a$(b),a)}return h(q(function(a){return ai(c,a)},ju,a),b)}return h(T([0,ju,[0,eA,0]],0,b),a)}return h(q(function(a){return ai(n,a)},be,b),g)}var
 n=a[2];function
 o(b){function
 a(f){var
-a=s(function(a){return A(dx(function(b){return H(a,b)}),n)},f);if(a){var
+a=r(function(a){return B(dv(function(b){return H(a,b)}),n)},f);if(a){var
 b=a[2],c=a[1];if(b){var
-d=b[1];if(b[2])return O(sl);var
-e=J(u,c),g=[0,[0,c,d]],h=e?J(u,d):e;return K(h,sm,g)}return O(sn)}return O(so)}return h(am(d(2,p),_,b),a)}return h(r(function(a){return ai(o,a)},jz,b),m)}return h(r(function(a){return bt(sb,a)},jy,b),g)}var
-m=[0,[0,k(st),0],0],n=[0,[0,k(su),1],m];return h(r(function(a){return bc(n,a)},jw,b),g)}var
-l=[0,[0,bl,1],[0,[0,be,0],0]];return h(r(function(a){return bc(l,a)},bm,b),g)}return h(r(function(a){return bt(aF,a)},bp,b),g)}return h(r(function(a){return bt(aF,a)},bo,b),f)}return h(r(aF,bn,b),f)}return h(r(aF,bf,b),c)}return h(r(fX,jx,b),c)},l=h(aX(eV,h(S([0,bm,[0,bf,[0,bn,[0,bo,[0,jw,[0,jx,[0,bp,[0,jy,[0,jz,[0,bg,[0,jA,0]]]]]]]]]]],0,E),v)),z);else
+d=b[1];if(b[2])return O(sf);var
+e=M(u,c),g=[0,[0,c,d]],h=e?M(u,d):e;return J(h,sg,g)}return O(sh)}return O(si)}return h(am(g(2,t),_,b),a)}return h(q(function(a){return ai(o,a)},js,b),m)}return h(q(function(a){return bt(r7,a)},jr,b),f)}var
+m=[0,[0,k(sn),0],0],n=[0,[0,k(so),1],m];return h(q(function(a){return ba(n,a)},jp,b),f)}var
+l=[0,[0,bl,1],[0,[0,bc,0],0]];return h(q(function(a){return ba(l,a)},bm,b),f)}return h(q(function(a){return bt(aD,a)},bp,b),f)}return h(q(function(a){return bt(aD,a)},bo,b),d)}return h(q(aD,bn,b),d)}return h(q(aD,bd,b),c)}return h(q(fR,jq,b),c)},l=h(aV(eP,h(T([0,bm,[0,bd,[0,bn,[0,bo,[0,jp,[0,jq,[0,bp,[0,jr,[0,js,[0,be,[0,jt,0]]]]]]]]]]],0,A),v)),z);else
 var
-l=ze;return h(l,y)}for(;;){if(f){var
-q=f[1],t=0;if(a[7]&&jv(q)){var
-l=[0,N(i,0),f];t=1}if(!t){var
-f=f[2],i=[0,q,i];continue}}else
+l=y_;return h(l,y)}for(;;){if(d){var
+p=d[1],s=0;if(a[7]&&jo(p)){var
+l=[0,N(f,0),d];s=1}if(!s){var
+d=d[2],f=[0,p,f];continue}}else
 var
-l=[0,N(i,0),0];var
-m=l[2],n=a[6],v=n?[0,cy,0]:n,y=a[5]?0:[0,bk,0],z=x(y,v),E=1===a[1][2]?[0,eF,0]:0,L=x([0,ac,[0,bd,[0,eE,0]]],x(E,z)),R=l[1],j=V(a[2]),M=V(a[4]),Q=V(a[3]),U=aZ(function(c){function
+l=[0,N(f,0),0];var
+m=l[2],n=a[6],v=n?[0,cy,0]:n,y=a[5]?0:[0,bk,0],z=x(y,v),A=1===a[1][2]?[0,ez,0]:0,K=x([0,ac,[0,bb,[0,ey,0]]],x(A,z)),S=l[1],j=V(a[2]),L=V(a[4]),Q=V(a[3]),U=aX(function(c){function
 b(b){function
 c(e){function
 c(f){function
@@ -5320,46 +5299,46 @@ d(i){function
 c(k){function
 l(a){return[0,[0,e,f,g,i,k,a]]}var
 c=a[6];if(c)var
-m=function(a){return am(j,aF,a)},n=V(c[1]),d=r(function(a){return am(n,m,a)},cy,b);else
+m=function(a){return am(j,aD,a)},n=V(c[1]),d=q(function(a){return am(n,m,a)},cy,b);else
 var
-d=rI;return h(d,l)}var
-d=1===a[1][2]?r(aF,eF,b):[0,P];return h(d,c)}if(a[5])var
-c=rJ;else
+d=rC;return h(d,l)}var
+d=1===a[1][2]?q(aD,ez,b):[0,P];return h(d,c)}if(a[5])var
+c=rD;else
 var
-i=function(a){return bt(an,a)},c=r(function(a){return am(j,i,a)},bk,b);return h(c,d)}return h(r(function(a){return am(j,aF,a)},eE,b),c)}return h(r(function(a){return er(Q,a)},bd,b),c)}return h(r(function(a){return er(M,a)},ac,b),c)}return h(S(L,0,c),b)},R),W=a[7]?m?1:m:1,Y=K(W,rK,U);return h(aX(bg,K(F(jv,m),rL,Y)),ad)}}var
-f=ah(gw,c);if(f)var
-m=f[1],j=function(b){function
+i=function(a){return bt(an,a)},c=q(function(a){return am(j,i,a)},bk,b);return h(c,d)}return h(q(function(a){return am(j,aD,a)},ey,b),c)}return h(q(function(a){return ek(Q,a)},bb,b),c)}return h(q(function(a){return ek(L,a)},ac,b),c)}return h(T(K,0,c),b)},S),W=a[7]?m?1:m:1,Y=J(W,rE,U);return h(aV(be,J(F(jo,m),rF,Y)),ad)}}var
+d=ah(gq,c);if(d)var
+m=d[1],j=function(b){function
 c(f){function
 c(g){var
 c=a[6];if(c){var
-d=c[1],b=s(function(b){var
-c=a[2];return A(dx(function(a){return H(b,a)}),c)},f),e=a[1][3][3],h=e?1:e,i=V(d),j=[0,[0,[0,b,A(dx(function(a){return H(g,a)}),d),i,h]]],k=aB(b,bT(b));return K(F(function(a){return T(a[1],a[2])},k),rM,j)}return rN}return h(r(_,cy,b),c)}return h(r(es,cZ,b),c)},i=aX(gw,h(S([0,cZ,[0,cy,0]],0,m),j));else
+d=c[1],b=r(function(b){var
+c=a[2];return B(dv(function(a){return H(b,a)}),c)},f),e=a[1][3][3],h=e?1:e,i=V(d),j=[0,[0,[0,b,B(dv(function(a){return H(g,a)}),d),i,h]]],k=az(b,bT(b));return J(F(function(a){return R(a[1],a[2])},k),rG,j)}return rH}return h(q(_,cy,b),c)}return h(q(el,cY,b),c)},f=aV(gq,h(T([0,cY,[0,cy,0]],0,m),j));else
 var
-i=zf;return h(i,l)};return h(aX(c5,ju(D)),l)}return O(zg)}return zh}return h(lG(ap,a,g),f)}return h(r(aL,eU,a),f)}return h(r(eu,eT,a),f)}var
-f=[0,c5,[0,bg,0]],i=[0,eT,[0,eU,0]];return h(r(function(a){return S(i,f,a)},dF,c),a)}return h(h(gf(c),f),l)}return h(r(function(a){return S(o,t,a)},eQ,b),v)}return h(r(a4,eQ,b),a)}return h(r(yN,kd,b),a)}var
-c=[0,[0,k(zD),0],0];return h(r(function(a){return bc(c,a)},eC,b),a)}return h(S(yP,[0,bW,[0,dE,0]],b),a)}var
-q=h(lF(aJ),aM);if(0===q[0]){var
-i=q[1];if(typeof
-i==="number")return 0;else{if(0===i[0]){var
-f=i[1],aG=gv(f),n=f[1];if(0===n[0])var
+f=y$;return h(f,l)};return h(aV(c4,jn(E)),l)}return O(za)}return zb}return h(lz(ap,a,i),d)}return h(q(aJ,eO,a),d)}return h(q(en,eN,a),d)}var
+d=[0,c4,[0,be,0]],f=[0,eN,[0,eO,0]];return h(q(function(a){return T(f,d,a)},dD,c),a)}return h(h(f$(c),e),l)}return h(q(function(a){return T(o,s,a)},eK,b),v)}return h(q(a2,eK,b),a)}return h(q(yH,j8,b),a)}var
+c=[0,[0,k(zx),0],0];return h(q(function(a){return ba(c,a)},ew,b),a)}return h(T(yJ,[0,bW,[0,dC,0]],b),a)}var
+p=h(ly(aL),aM);if(0===p[0]){var
+e=p[1];if(typeof
+e==="number")return 0;else{if(0===e[0]){var
+f=e[1],aG=gp(f),n=f[1];if(0===n[0])var
 o=1;else{var
-ak=n[2],a=n[1],L=jS(a[1]),t=0;if(L){var
-l=a[2],Q=0===l[0]?jS(l[1]):G(dk(l[1],0));if(Q){var
-W=fI(sM,bF(a));if(W){var
-Y=G(dk(a[4],0));if(Y){var
-as=a[5],at=jP(a),Z=gl(jQ(a),at,as);if(Z){var
-au=a[5],av=a[4],aA=function(a){return eI(av,a)},$=F(function(a){return F(aA,a)},au);if($){var
+ak=n[2],a=n[1],L=jL(a[1]),s=0;if(L){var
+l=a[2],Q=0===l[0]?jL(l[1]):G(dj(l[1],0));if(Q){var
+W=fC(sG,bF(a));if(W){var
+Y=G(dj(a[4],0));if(Y){var
+as=a[5],at=jI(a),Z=gf(jJ(a),at,as);if(Z){var
+ay=a[5],aA=a[4],aB=function(a){return eC(aA,a)},$=F(function(a){return F(aB,a)},ay);if($){var
 j=a[7];if(0===j[0])var
-y=j[1],B=cz(a[4],y),c=B?F(a3,y):B;else{var
-D=j[1],aq=bF(a),E=gl(cg(a),aq,D);if(E)var
+y=j[1],A=cz(a[4],y),c=A?F(a1,y):A;else{var
+C=j[1],aq=bF(a),E=gf(cg(a),aq,C);if(E)var
 ar=function(b){var
-c=cz(a[4],b);return c?F(a3,b):c},c=F(function(a){return F(ar,a)},D);else
+c=cz(a[4],b);return c?F(a1,b):c},c=F(function(a){return F(ar,a)},C);else
 var
 c=E}if(c){var
 ad=a[6];if(ad){var
-m=ad[1],aC=bF(a),ae=gl(cg(a),aC,m);if(ae){var
-aD=bi(m),e=eI(aw(bi(m)),aD);t=1}else{var
-e=ae;t=1}}else
+m=ad[1],aC=bF(a),ae=gf(cg(a),aC,m);if(ae){var
+aE=bi(m),d=eC(au(bi(m)),aE);s=1}else{var
+d=ae;s=1}}else
 var
 b=1}else
 var
@@ -5375,93 +5354,93 @@ b=W}else
 var
 b=Q}else
 var
-b=L;if(!t)var
-e=b;var
-v=0;if(e)if(ak)var
-o=iT(ak[1]);else{var
+b=L;if(!s)var
+d=b;var
+v=0;if(d)if(ak)var
+o=iM(ak[1]);else{var
 al=1;v=1}else{var
-al=e;v=1}if(v)var
-o=al}if(o&&iT(aG)){var
-cj=lJ(f,0),ck=lJ(f,1),af=f[1],aE=0===af[0]?0:af[2],bw=ay(jd,aE),cn=jd(gv(f)),aH=f[4],ao=s(function(a){var
+al=d;v=1}if(v)var
+o=al}if(o&&iM(aG)){var
+cj=lC(f,0),ck=lC(f,1),af=f[1],aF=0===af[0]?0:af[2],bw=aw(i8,aF),cn=i8(gp(f)),aH=f[4],ao=r(function(a){var
 b=0,c=a[2],d=bh(function(cm,c){if(typeof
 c==="number")var
 d=2;else
 switch(c[0]){case
 0:var
-d=jk(cn,c[1]);break;case
+d=jd(cn,c[1]);break;case
 1:var
 aQ=f[1],bt=0===aQ[0]?aQ[2]:0;if(bt){var
-bu=bt[1],bv=c[3],bx=c[2],e=bu[2],a=bu[1],aH=bA(c[1],a[1]),K=0;if(aH){var
-b0=iB(a,e),aG=aa(function(a){if(a)var
+bu=bt[1],bv=c[3],bx=c[2],e=bu[2],a=bu[1],aH=bA(c[1],a[1]),J=0;if(aH){var
+b0=iu(a,e),aG=aa(function(a){if(a)var
 b=a[2],c=b?1:b;else
 var
 c=a;return c},b0);if(aG)if(bx){var
-y=bx[1],bY=iB(a,e),aF=F(function(a){return F(function(b){return F(function(a){return I(b,R(y,a))},a)},a)},bY);if(aF){var
-bQ=ip(a),at=bQ||G(a[1]),au=at?io(a,e,0):at;if(a[1])var
-bR=e[1],N=s(function(b){var
-g=e[4],f=az(function(a){return w(a[1],b)},g),h=ip(a)?au:io(a,e,[0,b]),c=s(pn,f),d=a[6],i=d?F(function(i){return F(function(j){var
+y=bx[1],bY=iu(a,e),aF=F(function(a){return F(function(b){return F(function(a){return I(b,S(y,a))},a)},a)},bY);if(aF){var
+bQ=ih(a),at=bQ||G(a[1]),au=at?ig(a,e,0):at;if(a[1])var
+bR=e[1],N=r(function(b){var
+g=e[4],f=ax(function(a){return w(a[1],b)},g),h=ih(a)?au:ig(a,e,[0,b]),c=r(ph,f),d=a[6],i=d?F(function(i){return F(function(j){var
 b=i,a=j;for(;;){if(b){if(a){var
 c=a[1],d=b[1],e=w(d[1],c[1]);if(e){var
-f=cU(d[2],c[2]);if(f){var
+f=cT(d[2],c[2]);if(f){var
 b=b[2],a=a[2];continue}var
 g=f}else
 var
 g=e;var
 h=g}else
 var
-h=a;return h}return a?0:1}},c)},c):d;return[0,b,s(function(b){var
-c=ii(a,b);return[0,b[2],c]},f),i,h]},bR);else
+h=a;return h}return a?0:1}},c)},c):d;return[0,b,r(function(b){var
+c=ia(a,b);return[0,b[2],c]},f),i,h]},bR);else
 var
-bS=0,bT=0,bV=iz(e),N=[0,[0,aW(p),s(function(b){var
-c=fP(e,b),d=ig(s(function(b){var
-c=ii(a,b);return cv(fO(e,b),c)},c));return[0,b,cv(aU(fQ(e,b)),d)]},bV),bT,au],bS];var
-v=fR(a),av=F(po,e[4]),bH=0;if(av){var
-aw=a3(a[3]);if(aw){var
-aA=I(a[3],a[2]);if(aA){var
-aC=T(u,fR(a));if(aC){var
-bW=iv(a),bX=fR(a),O=F(function(a){return ir(bX,a)},bW);bH=1}else
+bS=0,bT=0,bV=is(e),N=[0,[0,aT(t),r(function(b){var
+c=fJ(e,b),d=h_(r(function(b){var
+c=ia(a,b);return cv(fI(e,b),c)},c));return[0,b,cv(aR(fK(e,b)),d)]},bV),bT,au],bS];var
+v=fL(a),ay=F(pi,e[4]),bH=0;if(ay){var
+aA=a1(a[3]);if(aA){var
+aB=I(a[3],a[2]);if(aB){var
+aC=R(u,fL(a));if(aC){var
+bW=io(a),bX=fL(a),O=F(function(a){return ij(bX,a)},bW);bH=1}else
 var
-t=aC}else
+s=aC}else
 var
-t=aA}else
+s=aB}else
 var
-t=aw}else
+s=aA}else
 var
-t=av;if(!bH)var
-O=t;var
+s=ay;if(!bH)var
+O=s;var
 bJ=0;if(O){var
 aD=I(U,y);if(aD){var
 aE=F(function(b){var
-$=az(function(a){return w(a[1],b[1])},bv),c=b[2],d=ab(function(a){return ab(function(b){return w(a[1],b[1])?0:[0,[0,a,b],0]},c)},c);return F(function(K){var
-g=K[2],h=K[1],E=cS(function(a){var
+$=ax(function(a){return w(a[1],b[1])},bv),c=b[2],d=ab(function(a){return ab(function(b){return w(a[1],b[1])?0:[0,[0,a,b],0]},c)},c);return F(function(J){var
+g=J[2],h=J[1],E=cR(function(a){var
 c=w(a[1],b[1]),d=c?w(a[2],h[1]):c;return d?w(a[3],g[1]):d},$);if(E){var
 f=a[4],Y=b[4];if(f)var
-V=a[5]?[0,h,[0,g,0]]:b[2],W=f[1],G=s(function(b){var
+V=a[5]?[0,h,[0,g,0]]:b[2],W=f[1],G=r(function(b){var
 a=bU(W);return cc(b[2],a)},V);else
 var
 G=f;var
-Z=x(G,Y),i=iw(u,E[1][4],Z);if(i){var
-j=i[1],_=cv(y,g[2]),k=cc(h[2],_),p=cV(k),q=ax(function(a,b){var
-c=cV(a[2]);return fL(C(a[1][2],c),b)},p,j),r=it(k);if(r){var
-t=F(function(a){return it(a[2])},j);if(t){var
-z=s(function(a){var
-b=iu(a[2]),c=cV(a[2]),d=bs(q,C(a[1][2],c));return[0,C(a[1][1],d),b]},j),Q=iu(k),A=bs(q,p),S=function(c){var
-b=a[11],d=b?ej(P,b[1][2],c[1][1]):a[2];return em(v,d)},l=T(u,v),U=function(c){var
-b=a[11],d=b?ej(P,b[1][1],c[1][1]):a[3];return em(v,d)};if(l){var
-m=T(u,A);if(m){var
-c=z;for(;;){if(c){var
-n=J(u,c[1][1]);if(n){var
+Z=x(G,Y),i=ip(u,E[1][4],Z);if(i){var
+j=i[1],_=cv(y,g[2]),k=cc(h[2],_),p=cU(k),q=av(function(a,b){var
+c=cU(a[2]);return fF(z(a[1][2],c),b)},p,j),s=il(k);if(s){var
+t=F(function(a){return il(a[2])},j);if(t){var
+A=r(function(a){var
+b=im(a[2]),c=cU(a[2]),d=bs(q,z(a[1][2],c));return[0,z(a[1][1],d),b]},j),Q=im(k),B=bs(q,p),T=function(c){var
+b=a[11],d=b?ec(P,b[1][2],c[1][1]):a[2];return ef(v,d)},l=R(u,v),U=function(c){var
+b=a[11],d=b?ec(P,b[1][1],c[1][1]):a[3];return ef(v,d)};if(l){var
+m=R(u,B);if(m){var
+c=A;for(;;){if(c){var
+n=M(u,c[1][1]);if(n){var
 c=c[2];continue}var
 d=n}else
 var
 d=1;if(d){var
-o=[0,[0,A,Q],z],L=id(o),N=ic(o),O=C(v,L);return J(M(ie(U,S,ib(pk,h_(function(n,o){var
-b=o[1],c=n[1],d=b[1],e=d[2],f=d[1],g=c[1],h=g[2],i=g[1],j=T(i,f);if(j)var
+o=[0,[0,B,Q],A],L=h8(o),N=h7(o),O=z(v,L);return M(K(h9(U,T,h6(pe,h3(function(n,o){var
+b=o[1],c=n[1],d=b[1],e=d[2],f=d[1],g=c[1],h=g[2],i=g[1],j=R(i,f);if(j)var
 a=j;else{var
 k=w(i,f);if(k){var
-l=T(h,e);if(l)var
+l=R(h,e);if(l)var
 a=l;else{var
-m=w(h,e);if(m)return J(c[2],b[2]);var
+m=w(h,e);if(m)return M(c[2],b[2]);var
 a=m}}else
 var
 a=k}return a},N))),O),u)}var
@@ -5470,12 +5449,12 @@ var
 e=m}else
 var
 e=l;return e}var
-B=t}else
+C=t}else
 var
-B=r;return B}return i}var
+C=s;return C}return i}var
 H=b[3];if(H)return H;var
-D=ag(ix(a));if(D){var
-X=R(y,ix(a));return I(a[2],X)}return D},d)},N);if(aE){var
+D=ag(iq(a));if(D){var
+X=S(y,iq(a));return I(a[2],X)}return D},d)},N);if(aE){var
 E=F(function(a){return aa(function(b){var
 d=w(b[1],a[1]),e=d?G(w(a[2],a[3])):d;if(e)var
 f=b[2],c=aa(function(b){return w(b[1],a[2])},f);else
@@ -5491,79 +5470,79 @@ Q=O;if(!bJ)var
 E=Q}else
 var
 E=aF}else{var
-S=1;K=1}else{var
-S=aG;K=1}}else{var
-S=aH;K=1}if(K)var
-E=S;var
-d=c9([0,E])}else
+T=1;J=1}else{var
+T=aG;J=1}}else{var
+T=aH;J=1}if(J)var
+E=T;var
+d=c8([0,E])}else
 var
 d=1;break;case
 2:var
 ao=c[3],ap=c[2],by=c[1];if(by){var
 m=by[1];if(w(m[1],m[2]))var
-aM=eA(ap,jp),b2=aM?eA(ao,jp):aM,i=[0,b2];else{var
-aN=jo(ap);if(aN){var
-z=aN[1],aO=jo(ao);if(aO)if(w(aO[1],M(z,p))){var
-aI=ez(m,[0,z,f$]);if(aI)if(1===aI[1])var
-i=qV;else{var
-V=ez(m,[0,M(z,p),f$]),aq=0;if(V)if(1===V[1]){var
-aJ=qW;aq=1}else
+aM=eu(ap,ji),b2=aM?eu(ao,ji):aM,i=[0,b2];else{var
+aN=jh(ap);if(aN){var
+A=aN[1],aO=jh(ao);if(aO)if(w(aO[1],K(A,t))){var
+aI=et(m,[0,A,f5]);if(aI)if(1===aI[1])var
+i=qP;else{var
+V=et(m,[0,K(A,t),f5]),aq=0;if(V)if(1===V[1]){var
+aJ=qQ;aq=1}else
 var
-i=qX;else{var
+i=qR;else{var
 aJ=V;aq=1}if(aq)var
 i=aJ}else{var
-W=ez(m,[0,M(z,p),f$]);if(W)var
-aK=1!==W[1]?1:0,aL=aK?qY:aK;else
+W=et(m,[0,K(A,t),f5]);if(W)var
+aK=1!==W[1]?1:0,aL=aK?qS:aK;else
 var
 aL=W;var
 i=aL}}else
 var
-i=q3;else
+i=qX;else
 var
-i=q4}else
+i=qY}else
 var
-i=q5}}else
+i=qZ}}else
 var
-aP=eA(ap,jq),b3=aP?eA(ao,jq):aP,i=[0,b3];var
-d=c9(i);break;case
+aP=eu(ap,jj),b3=aP?eu(ao,jj):aP,i=[0,b3];var
+d=c8(i);break;case
 3:var
 bz=c[1],ch=c[2];if(bz)var
-b1=ez(bz[1],ch),bC=ay(function(a){return 2<=a?0:1},b1);else
+b1=et(bz[1],ch),bC=aw(function(a){return 2<=a?0:1},b1);else
 var
-bC=qU;var
-ci=c[3],d=c9(ay(function(a){return bA(ci,a)},bC));break;case
+bC=qO;var
+ci=c[3],d=c8(aw(function(a){return bA(ci,a)},bC));break;case
 4:var
-aR=f[1],bD=0===aR[0]?0:[0,aR[1]];if(bD){var
-q=c[2],g=c[1],b=bD[1],ar=0;if(typeof
-q==="number")ar=1;else
-switch(q[0]){case
+aS=f[1],bD=0===aS[0]?0:[0,aS[1]];if(bD){var
+p=c[2],g=c[1],b=bD[1],ar=0;if(typeof
+p==="number")ar=1;else
+switch(p[0]){case
 5:var
-br=q[1];if(1===g[4]){var
+br=p[1];if(1===g[4]){var
 ae=g[3];if(ae){var
 bj=g[2];if(bj)var
 bk=G(g[1]),af=bk?bZ(b):bk;else
 var
 af=bj;if(af){var
-o=ae[1],A=o[1],B=o[2],b$=g5(b),ca=gX(b[1]),a_=bZ(b),L=0;if(a_){var
+o=ae[1],B=o[1],C=o[2],b$=gZ(b),ca=gR(b[1]),a_=bZ(b),L=0;if(a_){var
 a$=I(U,o);if(a$){var
 cd=cb(0,cg(b)),ba=F(function(f){var
-a=g4(b,f);if(a){var
+a=gY(b,f);if(a){var
 c=a[1],d=a[2];if(F(function(f){var
 b=c,a=f;for(;;){if(b){if(a){var
 d=w(b[1],a[1]);if(d){var
 b=b[2],a=a[2];continue}var
 e=d}else
 var
-e=a;return e}return a?0:1}},d))return F(function(a){return J(fk(fj,A,B,c,c,a),u)},ca);var
-e=gV(0,aB(b$,a));return F(function(a){var
-b=gW(a[1][1],a[2][1]);return J(fk(fj,A,B,a[1][2],a[2][2],b),u)},e)}return a},cd);if(ba)if(br){var
+e=a;return e}return a?0:1}},d))return F(function(a){return M(fe(fd,B,C,c,c,a),u)},ca);var
+e=gP(0,az(b$,a));return F(function(a){var
+b=gQ(a[1][1],a[2][1]);return M(fe(fd,B,C,a[1][2],a[2][2],b),u)},e)}return a},cd);if(ba)if(br){var
 h=br[1],Y=h[1],bK=0;if(Y){var
-Z=Y[1],b4=g4(b,Z),a0=bB(h[2],b4,0),b5=g4(b,Z),a1=bB(h[3],b5,0),b6=g5(b),b7=bB(h[3],b6,0),b8=g5(b),a2=gW(bB(h[2],b8,0),b7),a4=fJ(Z,cg(b)),bL=0;if(a4){var
-b9=bF(b),a5=fJ(h[2],b9);if(a5){var
-b_=bF(b),a6=fJ(h[3],b_);if(a6){var
-a7=G(dk(h[2],h[3]));if(a7){var
-a8=w(fk(fj,A,B,a0,a1,a2),u);if(a8){var
-_=T(u,fk(yE,A,B,a0,a1,a2));bK=1;bL=1}else
+Z=Y[1],b4=gY(b,Z),a0=bB(h[2],b4,0),b5=gY(b,Z),a2=bB(h[3],b5,0),b6=gZ(b),b7=bB(h[3],b6,0),b8=gZ(b),a3=gQ(bB(h[2],b8,0),b7),a4=fD(Z,cg(b)),bL=0;if(a4){var
+b9=bF(b),a5=fD(h[2],b9);if(a5){var
+b_=bF(b),a6=fD(h[3],b_);if(a6){var
+a7=G(dj(h[2],h[3]));if(a7){var
+a8=w(fe(fd,B,C,a0,a2,a3),u);if(a8){var
+_=R(u,fe(yy,B,C,a0,a2,a3));bK=1;bL=1}else
 var
 n=a8}else
 var
@@ -5596,7 +5575,7 @@ k=0;break;case
 6:var
 k=0;break;case
 7:var
-cf=q[1];if(5===g[4]){var
+cf=p[1];if(5===g[4]){var
 ak=g[3],bM=0;if(ak)if(cf){var
 k=0;bM=1}else{var
 bl=G(g[2]);if(bl)var
@@ -5605,14 +5584,14 @@ var
 al=bl;if(al){var
 am=ak[1],ac=b[8][1],bN=0;if(ac){var
 bb=ac[1],ad=b[8][2],bO=0;if(ad){var
-bc=ad[1],bd=lh(b),bP=0;if(bd){var
+bc=ad[1],bd=la(b),bP=0;if(bd){var
 be=bZ(b);if(be){var
 bf=I(U,am);if(bf){var
 bg=I(bc,bb);if(bg){var
 ce=cb(0,cg(b)),bn=F(function(f){var
-c=lE(b,function(a){return a[2]},f,bb),a=lE(b,function(a){return a[3]},f,bc),g=bI(c,a),d=jZ(cp(b),g),e=I(a,c);if(e){var
+c=lx(b,function(a){return a[2]},f,bb),a=lx(b,function(a){return a[3]},f,bc),g=bI(c,a),d=jS(cp(b),g),e=I(a,c);if(e){var
 h=cq(b)[2];return F(function(e){var
-f=R(a,bI(am,U)),g=lf(cq(b)[1],am,e);return I(aj(d,R(bI(bI(c,d),a),g)),f)},h)}return e},ce);bN=1;bO=1;bP=1}else
+f=S(a,bI(am,U)),g=k_(cq(b)[1],am,e);return I(aj(d,S(bI(bI(c,d),a),g)),f)},h)}return e},ce);bN=1;bO=1;bP=1}else
 var
 D=bg}else
 var
@@ -5636,59 +5615,59 @@ an=ak;if(!bM)var
 k=an}else
 var
 k=0;break;default:ar=1}if(ar){var
-bo=lh(b);if(bo)var
-bp=G(g[2]),bq=bp?xD(b,g,q):bp;else
+bo=la(b);if(bo)var
+bp=G(g[2]),bq=bp?xx(b,g,p):bp;else
 var
 bq=bo;var
 k=[0,bq]}var
-d=c9(k)}else
+d=c8(k)}else
 var
 d=1;break;case
 5:var
-d=bw?jk(bw[1],c[1]):1;break;case
+d=bw?jd(bw[1],c[1]):1;break;case
 6:var
-bE=c[1],bG=kc(f,bE);if(bG){var
+bE=c[1],bG=j7(f,bE);if(bG){var
 j=c[2],l=bG[1],X=function(b,a){return b?a?I(b[1],a[1]):1:a?0:1};if(typeof
 j==="number")var
-r=1;else
+q=1;else
 switch(j[0]){case
 0:var
-aS=H(j[1],l[2]),r=aS?X(l[1][10],j[2]):aS;break;case
+aU=H(j[1],l[2]),q=aU?X(l[1][10],j[2]):aU;break;case
 1:var
-aT=j[2],aV=H(j[1],l[2]),as=0;if(aV){var
-aX=X([0,U],aT);if(aX)var
-r=X(aT,l[1][9]);else{var
+aV=j[2],aW=H(j[1],l[2]),as=0;if(aW){var
+aX=X([0,U],aV);if(aX)var
+q=X(aV,l[1][9]);else{var
 aY=aX;as=1}}else{var
-aY=aV;as=1}if(as)var
-r=aY;break;default:var
-aZ=H(j[1],l[2]),r=aZ?ja(l[1][9],j[2],j[3]):aZ}if(r)var
-cl=bE?ck:cj,d=c9(cl);else
+aY=aW;as=1}if(as)var
+q=aY;break;default:var
+aZ=H(j[1],l[2]),q=aZ?i5(l[1][9],j[2],j[3]):aZ}if(q)var
+cl=bE?ck:cj,d=c8(cl);else
 var
 d=1}else
 var
 d=2;break;default:var
-d=c9([0,c[1]])}switch(cm){case
+d=c8([0,c[1]])}switch(cm){case
 0:return d;case
-1:return 1;default:return d?d:2}},c,b);return[0,a[1],d]},aH);if(f[5]&&G(aa(function(a){return 1===a[2]?1:0},ao)))return[1,k(zE)];return[0,ao]}return[1,k(zF)]}var
-aI=i[1];return[0,s(function(a){return[0,a[1],2]},aI)]}}return[1,q[1]]}function
-lK(c){var
+1:return 1;default:return d?d:2}},c,b);return[0,a[1],d]},aH);if(f[5]&&G(aa(function(a){return 1===a[2]?1:0},ao)))return[1,k(zy)];return[0,ao]}return[1,k(zz)]}var
+aK=e[1];return[0,r(function(a){return[0,a[1],2]},aK)]}}return[1,p[1]]}function
+lD(c){var
 a=ap(c)-1|0,b=0;for(;;){if(0<=a){var
-d=[0,a$(c,a),b],a=a-1|0,b=d;continue}return b}}function
-lL(a){return fD(zI,fC(hJ(function(a){if(32<=a&&!(ms<a))return hM(1,a);return A(hS(zH),a)},a)))}function
-zM(g,f){try{var
-h=m_(lK,f),a=zG(pd,lK(g),h)}catch(a){a=m0(a);if(a!==hG&&a!==hF)throw a;return zN}if(typeof
-a==="number")return zO;else{if(0===a[0]){var
+d=[0,a9(c,a),b],a=a-1|0,b=d;continue}return b}}function
+lE(a){return fx(zC,fw(hC(function(a){if(32<=a&&!(ml<a))return hF(1,a);return B(hL(zB),a)},a)))}function
+zG(g,f){try{var
+h=m4(lD,f),a=zA(o9,lD(g),h)}catch(a){a=mT(a);if(a!==hz&&a!==hy)throw a;return zH}if(typeof
+a==="number")return zI;else{if(0===a[0]){var
 b=a[1],c=function(e){var
 a=b;for(;;){if(a){var
 c=a[1][2]===e?1:0,d=a[2];if(c)return c;var
 a=d;continue}return 0}};if(c(1))var
 d=1;else
 var
-e=c(2),d=e?3:e;return[0,fC(hJ(function(b){var
-c=dg(zP,lL(b[1]));switch(b[2]){case
+e=c(2),d=e?3:e;return[0,fw(hC(function(b){var
+c=df(zJ,lE(b[1]));switch(b[2]){case
 0:var
-a=zJ;break;case
+a=zD;break;case
 1:var
-a=zK;break;default:var
-a=zL}return dg(a,c)},b)),d]}return[0,[0,dg(zQ,lL(a[1])),0],2]}}AZ(function(b){var
-a=zM(b,0);return fD(zR,[0,t(W+a[2]),a[1]])});hI(0);return}(globalThis));
+a=zE;break;default:var
+a=zF}return df(a,c)},b)),d]}return[0,[0,df(zK,lE(a[1])),0],2]}}AT(function(b){var
+a=zG(b,0);return fx(zL,[0,s(W+a[2]),a[1]])});hB(0);return}(globalThis));

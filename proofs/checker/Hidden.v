@@ -17,9 +17,17 @@ Local Open Scope Z_scope.
 Definition equals (q r : Q) : bool := at_most q r && at_most r q.
 Definition divided (q r : Q) : Q := times q (inverse r).
 
-(* e + sqrt(e^2 - 1), rounded down to six decimals: both strengths, where they are equal *)
-Definition rounded_root (p q : Z) : Z := (p * 1000000 + Z.sqrt ((p * p - q * q) * (1000000 * 1000000))) / q.
-Definition balanced_strength (e : Q) : Q := Qmake (rounded_root (Qnum e) (Zpos (Qden e))) 1000000.
+(* n is (p + sqrt(p^2 - q^2))/q in millionths, rounded down. *)
+Definition million : Z := 1000000.
+Definition is_rounded_root (p q n : Z) : bool :=
+  let d := q * n - p * million in
+  let square := (p * p - q * q) * (million * million) in
+  [&& (d <=? 0) || (d * d <=? square), 0 <? d + q & square <? (d + q) * (d + q)].
+
+(* b is e + sqrt(e^2 - 1), rounded down to six decimals: both strengths, where they are equal. *)
+Definition is_balanced (e b : Q) : bool :=
+  let n := Qnum b * million / Zpos (Qden b) in
+  (n * Zpos (Qden b) =? Qnum b * million) && is_rounded_root (Qnum e) (Zpos (Qden e)) n.
 
 (* the m that k needs *)
 Definition strength_beside (e k : Q) : Q := divided (plus (times e k) (minus one)) (plus k (minus e)).
@@ -36,7 +44,7 @@ Definition level_fits (seen : option Q) (l : level) : bool :=
   | None, None => equals (down_to l) one && match strengths l with [] => true | _ => false end
   | Some r, Some b =>
       let e := divided r (down_to l) in
-      [&& positive_fraction (down_to l), ~~ at_most r (down_to l), equals b (balanced_strength e) & pairs_fit e e (strengths l)]
+      [&& positive_fraction (down_to l), ~~ at_most r (down_to l), is_balanced e b & pairs_fit e e (strengths l)]
   | _, _ => false
   end.
 

@@ -17,22 +17,13 @@ Local Open Scope ring_scope.
 
 (* ---- The balanced strength, in integers ---- *)
 
-Lemma rounded_rootP p q : Z.lt 0 q ->
-  Z.le (Z.mul q (rounded_root p q)) (Z.mul p 1000000) \/
-  Z.le (Z.mul q (Z.add (Z.mul (rounded_root p q) (rounded_root p q)) (Z.mul 1000000 1000000)))
-       (Z.mul (Z.mul 2 (rounded_root p q)) (Z.mul p 1000000)).
+Lemma rounded_rootP p q n : Z.lt 0 q -> is_rounded_root p q n ->
+  Z.le (Z.mul q n) (Z.mul p million) \/
+  Z.le (Z.mul q (Z.add (Z.mul n n) (Z.mul million million))) (Z.mul (Z.mul 2 n) (Z.mul p million)).
 Proof.
-move=> q0; rewrite /rounded_root; set N := Z.mul (Z.sub _ _) _; set s := Z.sqrt N.
-set n := Z.div _ _.
-have up : Z.le (Z.mul q n) (Z.add (Z.mul p 1000000) s) by apply: Z.mul_div_le.
-have s0 : Z.le 0 s by apply: Z.sqrt_nonneg.
-have [N0|N0] := Z.le_gt_cases 0 N; last by left; move: up; rewrite /s Z.sqrt_neg //; lia.
-have ss : Z.le (Z.mul s s) N by case: (Z.sqrt_spec N N0).
-have [le|gt] := Z.le_gt_cases (Z.mul q n) (Z.mul p 1000000); [by left | right].
-have dd : Z.le (Z.mul (Z.sub (Z.mul q n) (Z.mul p 1000000)) (Z.sub (Z.mul q n) (Z.mul p 1000000))) N.
-  by apply: Z.le_trans ss; apply: Z.square_le_mono_nonneg; lia.
-apply: (Zmult_le_reg_r _ _ q); first lia.
-by move: dd; rewrite /N; clear; clearbody n; lia.
+move=> q0; rewrite /is_rounded_root => /and3P[/orP[/Z.leb_le le|/Z.leb_le le] _ _]; first by left; lia.
+right; apply: (Zmult_le_reg_r _ _ q); first lia.
+by move: le; move: million => u; lia.
 Qed.
 
 Section Hidden.
@@ -92,16 +83,18 @@ Proof. by case/andP => /(@at_mostP R) le /(@at_mostP R) ge; apply: le_anti; rewr
 Lemma ratio_divided q r : positive_fraction r -> ratio (divided q r) = ratio q / ratio r.
 Proof. by move=> r0; rewrite /divided ratio_times ratio_inverse. Qed.
 
-Lemma balancedP (e : Q) : let b := ratio (balanced_strength e) in b <= ratio e \/ b * b + 1 <= 2%:R * b * ratio e.
+Lemma balancedP (e b : Q) : is_balanced e b -> let x := ratio b in x <= ratio e \/ x * x + 1 <= 2%:R * x * ratio e.
 Proof.
-set p := Qnum e; set q := Zpos (Qden e).
+rewrite /is_balanced; set n := Z.div _ _ => /andP[/Z.eqb_eq whole root].
+have -> : ratio b = ratio (Qmake n 1000000) by apply: ratio_eq; rewrite /= -whole.
+move: root; set p := Qnum e; set q := Zpos (Qden e) => root.
 have q0 : (0 : R) < embed q by apply: embed_pos.
 have u0 : (0 : R) < embed 1000000 by apply: embed_pos.
-rewrite /balanced_strength /FractionsSound.ratio /= -/p -/q; set n := rounded_root p q; set u := embed 1000000 in u0 *.
-have /(rounded_rootP p)[le|le] : Z.lt 0 q by [].
+rewrite /FractionsSound.ratio /= -/p -/q; set u := embed 1000000 in u0 *.
+have [le|le] := rounded_rootP (erefl : Z.lt 0 q) root; rewrite /million in le.
   left; rewrite ler_pdivr_mulr // mulrAC ler_pdivl_mulr // mulrC -!embedM.
-  by apply: embed_le; apply/Z.leb_le; rewrite -/n in le; lia.
-right; rewrite -/n in le.
+  by apply: embed_le; apply/Z.leb_le; lia.
+right.
 have leR := @embed_le R _ _ (introT (Z.leb_spec0 _ _) le); rewrite !(embedM, embedD) -/u in leR.
 have two : embed 2 = 2%:R by [].
 rewrite two in leR.
@@ -191,8 +184,8 @@ have E_is : ratio (divided r (down_to l)) = E by apply: ratio_divided.
 have E1 : 1 < E by rewrite ltr_pdivl_mulr // mul1r.
 rewrite mulrC -ltr_pdivl_mulr // mulrAC -/E.
 case/orP: weak => [|/has_some[s sin /andP[ks ms]]].
-  rewrite eb => /andP[kb mb]; rewrite (equalsE fit) in kb mb.
-  have [small|small] := balancedP (divided r (down_to l)); rewrite E_is in small.
+  rewrite eb => /andP[kb mb].
+  have [small|small] := balancedP fit; rewrite E_is in small.
     exact: weaker_than_ratio kb mb small.
   exact: weaker_than_root kb mb small.
 have [up /equalsE m_is] := pairs_fit_in pairs sin (lexx _).
