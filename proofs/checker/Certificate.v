@@ -278,7 +278,7 @@ Record computed := Computed { of_table : facts; of_unfiltered : option facts; of
 
 (* Whether the draws that the table counts prove an interval *)
 Definition proved_by_draws (c : certificate) (local : bool) : option bool :=
-  match interval_in c local with Some i => judged_by_draws (about_table c) local (its_interval i) | None => None end.
+  match interval_in c local with Some i => judged_by_draws (about_table c) local (its_proof i) | None => None end.
 
 Definition worked_out (c : certificate) : computed :=
   Computed (facts_of (about_table c)) (option_map facts_of (without_filters c)) (proved_by_draws c true) (proved_by_draws c false).

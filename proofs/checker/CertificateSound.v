@@ -35,8 +35,8 @@ Definition part_holds (c : certificate) (p : part) : Prop :=
   | Unfiltered s => if without_filters c is Some T then holds R T s else False
   | Of_population local s =>
       if interval_in c local is Some i then
-        [/\ about_interval i s, DrawnMeaning.population_holds R (about_table c) local (its_interval i)
-          & if s is Its_frontier _ v ls then DrawnMeaning.hidden_needs R (about_table c) local (Chance.least (its_interval i)) v ls else True]
+        [/\ about_interval i s, DrawnMeaning.population_holds R (about_table c) local (its_proof i)
+          & if s is Its_frontier _ v ls then DrawnMeaning.hidden_needs R (about_table c) local (Drawn.least_of (its_proof i)) v ls else True]
       else False
   | Fact b => b
   | Uncovered => False
@@ -73,7 +73,7 @@ move=> formed ok; case: p => [s|local v es|r low high|r limit b|s r|s|local s|b|
 - move: formed; rewrite /well_formed /without_filters; case: (its_subject c) => [//|B [T|//]] /andP[_ okT] /=.
   exact: statement_true.
 - case found: (interval_in c local) => [i|] //; case about: (about_interval i s) => // /decided_true proved_.
-  have drawn_ : judged_by_draws (about_table c) local (its_interval i) = Some true.
+  have drawn_ : judged_by_draws (about_table c) local (its_proof i) = Some true.
     by move: found proved_; rewrite /proved_by_draws; case: local => ->.
   split=> //; first exact: DrawnSound.drawn_sound.
   by case: s about => // scope v ls /andP[_]; apply: DrawnSound.hidden_sound.

@@ -7,7 +7,7 @@
 From Coq Require Import ZArith QArith List Ascii String.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
 From FairauditKernel Require WorstCase.
-From FairauditChecker Require Policy Chance.
+From FairauditChecker Require Policy Drawn.
 From FairauditChecker Require Import Json Canonical Reading Table Statements TableText ClassText.
 From FairauditKernel Require Import Fractions.
 Import ListNotations.
@@ -39,8 +39,8 @@ Inductive subject :=
 | A_table (T : table) (C : option (WorstCase.utilities * WorstCase.table)) (* with a class of utilities, if there is one *)
 | A_policy (B : Policy.behind) (unfiltered : option table).                (* without its filters, where that makes sense *)
 
-(* An interval as it is stated, and the scope of the claims about it *)
-Record drawn := Drawn { its_interval : Chance.interval; its_scope : text }.
+(* An interval as it is stated, with what proves it, and the scope of the claims about it *)
+Record drawn := Drawn { its_proof : Drawn.proof; its_scope : text }.
 
 Record certificate := Certificate {
   its_subject : subject;

@@ -89,5 +89,16 @@ Definition judged_by_pools (i : interval) (ps : list pool) : option bool :=
 
 Definition proved_by_pools (i : interval) (ps : list pool) : bool := match judged_by_pools i ps with Some b => b | None => false end.
 
-Definition judged_by_draws (T : table) (local : bool) (i : interval) : option bool :=
-  match pools_of T local with Some ps => judged_by_pools i ps | None => None end.
+(* ---- Intervals by what proves them ---- *)
+
+Inductive proof :=
+| By_box (i : interval). (* an end for each cell *)
+
+Definition most_of (e : proof) : option Q := match e with By_box i => most i end.
+Definition least_of (e : proof) : option Q := match e with By_box i => least i end.
+Definition cells_independent (e : proof) : bool := match e with By_box i => independent i end.
+
+Definition judged_by_draws (T : table) (local : bool) (e : proof) : option bool :=
+  match e with
+  | By_box i => match pools_of T local with Some ps => judged_by_pools i ps | None => None end
+  end.

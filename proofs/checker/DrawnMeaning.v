@@ -80,7 +80,7 @@ Definition hidden_needs (R : realFieldType) (T : table) (local : bool) (least v 
         exists v, ~~ Meaning.no_more (Meaning.quotient (e v) (e' v)) (Some (ratio (Statements.down_to l))).
 
 (* Both ends hold together at the confidence, or each of them by itself. *)
-Definition population_holds (R : realFieldType) (T : table) (local : bool) (i : interval) : Prop :=
+Definition box_holds (R : realFieldType) (T : table) (local : bool) (i : interval) : Prop :=
   exists ps, [/\ pools_of T local = Some ps, proved_by_pools i ps &
     let d := Z.to_nat (decisions T) in
     forall (Q : 'I_(size ps) -> 'I_d -> R) (D : finType) (pool_of : D -> 'I_(size ps)) (P : {ffun D -> 'I_d} -> R),
@@ -89,3 +89,8 @@ Definition population_holds (R : realFieldType) (T : table) (local : bool) (i : 
     let below j := ~ ratio_at_least Q (least j) in
     if each i then seldom pool_of P i above /\ seldom pool_of P i below
     else seldom pool_of P i (fun j => above j \/ below j)].
+
+Definition population_holds (R : realFieldType) (T : table) (local : bool) (e : proof) : Prop :=
+  match e with
+  | By_box i => box_holds R T local i
+  end.

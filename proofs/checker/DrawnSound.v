@@ -154,7 +154,7 @@ Qed.
 Section Holds.
 Variable R : realFieldType.
 
-Theorem drawn_sound T local i : judged_by_draws T local i = Some true -> population_holds R T local i.
+Theorem box_sound T local i : judged_by_draws T local (By_box i) = Some true -> box_holds R T local i.
 Proof.
 rewrite /judged_by_draws; case pools: (pools_of T local) => [ps|] // judged; exists ps.
 have acc : proved_by_pools i ps by rewrite /proved_by_pools judged.
@@ -178,10 +178,13 @@ case apart: (each i); [split|] => S all_w; have [/none //|[w0 /[dup] w0S /all_w[
   by case: wrong => wrong; [left => /(most_trueE ok) | right => /(least_trueE laws ok)].
 Qed.
 
-Theorem hidden_sound T local i v ls : judged_by_draws T local i = Some true -> Hidden.frontier_fits (least i) v ls ->
-  hidden_needs R T local (least i) v ls.
+Theorem drawn_sound T local e : judged_by_draws T local e = Some true -> population_holds R T local e.
+Proof. by case: e => i; apply: box_sound. Qed.
+
+Theorem hidden_sound T local e v ls : judged_by_draws T local e = Some true -> Hidden.frontier_fits (least_of e) v ls ->
+  hidden_needs R T local (least_of e) v ls.
 Proof.
-rewrite /judged_by_draws; case pools: (pools_of T local) => [ps|] // _ /(@HiddenSound.frontier_levels R)[first levels].
+case: e => i; rewrite /judged_by_draws /least_of; case pools: (pools_of T local) => [ps|] // _ /(@HiddenSound.frontier_levels R)[first levels].
 split=> //; exists ps; split=> // Q l at_least_ /levels[to1 fits].
 case: (least i) at_least_ fits => [r|] /=.
   case=> [r1|[a [b [comp le pos]]]] fits.

@@ -79,7 +79,7 @@ Definition read_interval (ps : list pool) (v : json) : read drawn :=
   let* p := get (read_pair ps) k_pair ms in
   demand (match found k_limits ms with Some Null => true | _ => false end) "has limits"
     (demand (between_0_and_1 c) "must have a confidence between 0 and 1"
-      (Good (Drawn (Interval c apart ind u l up low p r.1 r.2) ((if apart then one_sided else together) ++ written_c)))).
+      (Good (Drawn (By_box (Interval c apart ind u l up low p r.1 r.2)) ((if apart then one_sided else together) ++ written_c)))).
 
 (* The interval of this quantity, where it is covered: no interval of the certificate may then be about sampling units. *)
 Definition drawn_of (T : table) (local : bool) (all : list (text * json)) : option drawn :=
@@ -96,9 +96,9 @@ Definition about_interval (i : drawn) (s : of_interval) : bool :=
   let no_more (a b : option Q) := match a, b with _, None => true | None, Some _ => false | Some a, Some b => at_most a b end in
   match s with
   | The_interval => true
-  | Its_most scope v => same scope (its_scope i) && no_more (most (its_interval i)) v
-  | Its_least scope v => [&& same scope (its_scope i), no_more (Some one) v & no_more v (least (its_interval i))]
-  | Its_frontier scope v ls => same scope (its_scope i) && Hidden.frontier_fits (least (its_interval i)) v ls
+  | Its_most scope v => same scope (its_scope i) && no_more (most_of (its_proof i)) v
+  | Its_least scope v => [&& same scope (its_scope i), no_more (Some one) v & no_more v (least_of (its_proof i))]
+  | Its_frontier scope v ls => same scope (its_scope i) && Hidden.frontier_fits (least_of (its_proof i)) v ls
   end.
 
 Definition binomial := of_string "binomial".
@@ -141,7 +141,7 @@ Definition one_row_sentence := of_string "a sampling unit can have no more than 
 
 Definition lists_what_it_assumes (H : header) (gamma : text) (local : bool) (i : drawn) (listed : list text) : bool :=
   let needed := [draws_sentence; chosen_sentence; if utility_of H is Some _ then range_sentence gamma else own_range_sentence]
-                ++ key_if (~~ local) pooled_sentence ++ key_if (independent (its_interval i)) cells_sentence in
+                ++ key_if (~~ local) pooled_sentence ++ key_if (cells_independent (its_proof i)) cells_sentence in
   let allowed := needed ++ key_if local one_row_sentence in
   [&& forallb (among listed) needed, forallb (among allowed) listed & distinct listed].
 
