@@ -5,6 +5,7 @@
   const PAGE = 10;
   const CHOICES = 300;
   const LISTED = 500;
+  const PATIENCE = 120_000;
   const at = (id) => document.getElementById(id);
 
   // Rationals [n, d] with d >= 0; [1, 0] is infinite.
@@ -198,7 +199,8 @@
     try {
       const own = globalThis.trustedTypes ? trustedTypes.createPolicy("fairaudit", { createScriptURL: (url) => url }) : { createScriptURL: (url) => url };
       const url = URL.createObjectURL(new Blob([VERIFIED, ANSWER], { type: "text/javascript" })), worker = new Worker(own.createScriptURL(url));
-      const close = (then) => (event) => { worker.terminate(); URL.revokeObjectURL(url); then(event); };
+      const close = (then) => (event) => { clearTimeout(limit); worker.terminate(); URL.revokeObjectURL(url); then(event); };
+      const limit = setTimeout(close(() => resolve("3\nnothing was judged: the program took longer than " + PATIENCE / 1000 + " seconds")), PATIENCE);
       worker.onmessage = close(({ data }) => resolve(data));
       worker.onerror = close(failed);
       worker.postMessage(source);

@@ -309,8 +309,9 @@ Definition both (a b : outcome) : outcome :=
   | True_, True_ => True_
   end.
 
+(* An item without parts states nothing that could be true. *)
 Definition outcome_of_item (c : certificate) (D : computed) (i : item) : text * outcome :=
-  (label i, fold_left (fun o p => both o (outcome_of_part c D p)) (parts i) True_).
+  (label i, match parts i with [] => Not_covered | ps => fold_left (fun o p => both o (outcome_of_part c D p)) ps True_ end).
 
 Definition is_false (o : outcome) : bool := match o with False_ => true | _ => false end.
 

@@ -43,11 +43,11 @@ Definition part_holds (c : certificate) (p : part) : Prop :=
   end.
 
 (* The bytes of a file denote a certificate, one of its statements has this name, its table and its policy are as the format
-   demands, and every part of the statement is true. *)
+   demands, and the statement has parts, each of which is true. *)
 Definition stated_and_true (file : text) (table_file : option text) (name : text) : Prop :=
   exists v c i,
     [/\ denotes file v, read_certificate sha256 v table_file = Good (Read c), well_formed c && valid (about_table c),
-        In i (items c) /\ label i = name & forall p, In p (parts i) -> part_holds c p].
+        In i (items c) /\ label i = name & parts i <> [::] /\ forall p, In p (parts i) -> part_holds c p].
 
 (* ==== Proofs ==== *)
 
@@ -88,15 +88,22 @@ Proof.
 elim: ps o => [|p ps IH] o //= /IH [/both_true [-> fp] rest]; split=> // q [<- //|]; exact: rest.
 Qed.
 
+Lemma item_true c D i name : outcome_of_item c D i = (name, True_) ->
+  [/\ label i = name, parts i <> [::] & forall p, In p (parts i) -> outcome_of_part c D p = True_].
+Proof.
+rewrite /outcome_of_item; case: (parts i) => [|p ps] [-> // true_]; split=> //.
+exact: (proj2 (@all_true (outcome_of_part c D) (p :: ps) True_ true_)).
+Qed.
+
 Theorem verified_sound file table_file os name :
   verified sha256 file table_file = Outcomes os -> In (name, True_) os -> stated_and_true file table_file name.
 Proof.
 rewrite /verified /parsed; case read_: (parse file) => [v|] //=.
 case stated_: (read_certificate sha256 v table_file) => [[c|its|]|] //=.
   case formed: (well_formed c) => //=; case ok: (valid (about_table c)) => //=; case: ifP => // _ [<-].
-  move=> /in_map_iff [i [[nameE true_] there]]; exists v, c, i; split=> //; first exact: parse_sound.
+  move=> /in_map_iff [i [/item_true[nameE some every] there]]; exists v, c, i; split=> //; first exact: parse_sound.
     by rewrite formed ok.
-  by move=> p ps; apply: part_sound => //; exact: (proj2 (all_true true_)) _ ps.
+  by split=> // p /every true_; apply: part_sound.
 by case=> <- /in_map_iff [i [? _]].
 Qed.
 End Soundness.

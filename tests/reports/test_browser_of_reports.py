@@ -433,6 +433,19 @@ def test_fifty_contexts_by_forty_groups(browser: Browser, tmp_path: Path, record
     assert all(duration < 5_000 for _, duration in tasks), tasks  # the figure is in tests/benchmarks/report.py; here only that it is sliced
 
 
+def test_it_does_not_wait_for_ever(browser: Browser, tmp_path: Path) -> None:
+    """Minutes pass as milliseconds here: the program is stopped, and nothing is called true or false."""
+    hurry = "const slow = setTimeout; window.setTimeout = (f, ms, ...rest) => slow(f, ms >= 60000 ? ms / 100000 : ms, ...rest);"
+    added = browser.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": hurry})
+    try:
+        browser.open(saved(tmp_path, html(fifty_by_forty().certificate)))
+    finally:
+        browser.driver.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", added)
+    said = browser.run("return document.getElementById('check').textContent")
+    assert browser.state == "unknown" and "took longer than 120 seconds" in said and "Use fairaudit verify" in said
+    assert judged(browser).statements == ()
+
+
 @pytest.mark.parametrize("kind", [*KINDS, *POLICIES, units, fifty_by_forty])
 def test_it_fits_a_phone(kind: Callable[..., fa.Result], browser: Browser, tmp_path: Path) -> None:
     result = kind() if kind is fifty_by_forty else kind(**FOUR)
