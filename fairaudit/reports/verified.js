@@ -4,143 +4,143 @@ globalThis!=="object"&&(this?b():(a.defineProperty(a.prototype,"_T_",{configurab
 b(){var
 b=this||self;b.globalThis=b;delete
 a.prototype._T_}}(Object));(function(Y){"use strict";var
-lJ="%Li",ma=" : flags Open_text and Open_binary are not compatible",c=115,d=105,l5="Invalid_argument",e=111,fl='"',g5=1255,g$=-15,g4=255,mh=0x800,bM=0xffff,hf=123,lS="jsError",bK=0x8000,l4="%ni",lZ=12520,aA=107,mg=256,lR="End_of_file",g_="Unix.Unix_error",g3="Failure",mm="infinity",b3=0xff,p=109,g2="mkdir",fi=1000,ml=126,W="",l$="Stack_overflow",hb="ENOENT",lY="^",cF=122,fh=": No such file or directory",a8="0",l_="/static/",mf="([^/]+)",c_=0x3f,l9=-97,l8="Not_found",ha=0xf,da=128,lP=-48,lQ=0xdc00,l3="Sys_blocked_io",mp="fd ",dU=125,me="ENOTEMPTY",v=112,lX="Match_failure",aY=248,aE="camlinternalFormat.ml",md="Division_by_zero",mo=1027,lO="Sys_error",c$=".",c9="+",g9="rmdir",mk=0xf0,l2="%u",f=110,lN="EEXIST",mc="%d",b=116,lW="%li",l7=1026,A=118,L=121,mb="buffer.ml",E=119,j=108,fj=127,dT=1024,m=104,mj=-32,lH="Pervasives.do_at_exit",lI="utf8",ao=106,b0=" ",by=0x80,he="e",lG="Undefined_recursive_module",$=120,C=103,l1=" : flags Open_rdonly and Open_wronly are not compatible",y=102,lM=512,cE="-",g7="nan",b2=113,lL=0x7ff0,hd=": Not a directory",lV=0xe0,l0=" : file already exists",a=101,l=117,lU=0xdfff,b1=0xffffff,bL="/",g8="compare: functional value",mi="Assert_failure",lK="0x",lF="%i",mn="Out_of_memory",g6="ENOTDIR",i=114,l6="true",fk=254,hc="index out of bounds",o=100,lT=250,fm="_bigarr02";function
-z8(d,b,e,c,f){if(c<=b)for(var
+lZ="%Li",mq=" : flags Open_text and Open_binary are not compatible",c=115,d=105,mj="Invalid_argument",f=111,fw='"',hh=1255,hn=-15,hg=255,mx=0x800,bN=0xffff,ht=123,l8="jsError",bL=0x8000,mi="%ni",md=12520,aD=107,mw=256,l7="End_of_file",hm="Unix.Unix_error",hf="Failure",mC="infinity",b4=0xff,q=109,he="mkdir",ft=1000,mB=126,W="",mp="Stack_overflow",hp="ENOENT",mc="^",cG=122,fs=": No such file or directory",ba="0",mo="/static/",mv="([^/]+)",de=0x3f,mn=-97,mm="Not_found",ho=0xf,dg=128,l5=-48,l6=0xdc00,mh="Sys_blocked_io",mF="fd ",d3=125,mu="ENOTEMPTY",w=112,mb="Match_failure",a1=248,aH="camlinternalFormat.ml",mt="Division_by_zero",mE=1027,l4="Sys_error",df=".",dd="+",hl="rmdir",mA=0xf0,mg="%u",g=110,l3="EEXIST",ms="%d",b=116,ma="%li",ml=1026,B=118,N=121,mr="buffer.ml",E=119,j=108,fu=127,d2=1024,m=104,mz=-32,lX="Pervasives.do_at_exit",lY="utf8",ao=106,b1=" ",bz=0x80,hs="e",lW="Undefined_recursive_module",aa=120,D=103,mf=" : flags Open_rdonly and Open_wronly are not compatible",z=102,l2=512,cF="-",hj="nan",b3=113,l1=0x7ff0,hr=": Not a directory",l$=0xe0,me=" : file already exists",a=101,l=117,l_=0xdfff,b2=0xffffff,bM="/",hk="compare: functional value",my="Assert_failure",l0="0x",lV="%i",mD="Out_of_memory",hi="ENOTDIR",i=114,mk="true",fv=254,hq="index out of bounds",o=100,l9=250,fx="_bigarr02";function
+Ak(d,b,e,c,f){if(c<=b)for(var
 a=1;a<=f;a++)e[c+a]=d[b+a];else
 for(var
 a=f;a>=1;a--)e[c+a]=d[b+a];return 0}function
-z$(e,f,d){var
+An(e,f,d){var
 a=new
 Array(d+1);a[0]=0;for(var
 b=1,c=f+1;b<=d;b++,c++)a[b]=e[c];return a}function
-hr(c,b,a){var
+hF(c,b,a){var
 d=String.fromCharCode;if(b==0&&a<=4096&&a==c.length)return d.apply(null,c);var
-e=W;for(;0<a;b+=dT,a-=dT)e+=d.apply(null,c.slice(b,b+Math.min(a,dT)));return e}function
-fo(b){if(Y.Uint8Array)var
+e=W;for(;0<a;b+=d2,a-=d2)e+=d.apply(null,c.slice(b,b+Math.min(a,d2)));return e}function
+fz(b){if(Y.Uint8Array)var
 c=new(Y.Uint8Array)(b.l);else
 var
 c=new
 Array(b.l);var
 e=b.c,d=e.length,a=0;for(;a<d;a++)c[a]=e.charCodeAt(a);for(d=b.l;a<d;a++)c[a]=0;b.c=c;b.t=4;return c}function
-cG(d,e,b,f,c){if(c==0)return 0;if(f==0&&(c>=b.l||b.t==2&&c>=b.c.length)){b.c=d.t==4?hr(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else
-if(b.t==2&&f==b.c.length){b.c+=d.t==4?hr(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else{if(b.t!=4)fo(b);var
+cH(d,e,b,f,c){if(c==0)return 0;if(f==0&&(c>=b.l||b.t==2&&c>=b.c.length)){b.c=d.t==4?hF(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else
+if(b.t==2&&f==b.c.length){b.c+=d.t==4?hF(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else{if(b.t!=4)fz(b);var
 g=d.c,h=b.c;if(d.t==4)if(f<=e)for(var
 a=0;a<c;a++)h[f+a]=g[e+a];else
 for(var
 a=c-1;a>=0;a--)h[f+a]=g[e+a];else{var
 i=Math.min(c,g.length-e);for(var
 a=0;a<i;a++)h[f+a]=g.charCodeAt(e+a);for(;a<c;a++)h[f+a]=0}}return 0}function
-cH(a){return a}function
-bP(a,b,c,d,e){cG(cH(a),b,c,d,e);return 0}function
-AN(b,a){throw[0,b,a]}function
-dd(b,a){if(b==0)return W;if(a.repeat)return a.repeat(b);var
+cI(a){return a}function
+bQ(a,b,c,d,e){cH(cI(a),b,c,d,e);return 0}function
+A1(b,a){throw[0,b,a]}function
+dj(b,a){if(b==0)return W;if(a.repeat)return a.repeat(b);var
 d=W,c=0;for(;;){if(b&1)d+=a;b>>=1;if(b==0)return d;a+=a;c++;if(c==9)a.slice(0,1)}}function
-fp(a){if(a.t==2)a.c+=dd(a.l-a.c.length,"\0");else
-a.c=hr(a.c,0,a.c.length);a.t=0}function
-mZ(a){if(a.length<24){for(var
-b=0;b<a.length;b++)if(a.charCodeAt(b)>fj)return false;return true}else
+fA(a){if(a.t==2)a.c+=dj(a.l-a.c.length,"\0");else
+a.c=hF(a.c,0,a.c.length);a.t=0}function
+nc(a){if(a.length<24){for(var
+b=0;b<a.length;b++)if(a.charCodeAt(b)>fu)return false;return true}else
 return!/[^\x00-\x7f]/.test(a)}function
-ht(e){for(var
-j=W,c=W,g,f,h,a,b=0,i=e.length;b<i;b++){f=e.charCodeAt(b);if(f<by){for(var
-d=b+1;d<i&&(f=e.charCodeAt(d))<by;d++);if(d-b>lM){c.substr(0,1);j+=c;c=W;j+=e.slice(b,d)}else
-c+=e.slice(b,d);if(d==i)break;b=d}a=1;if(++b<i&&((h=e.charCodeAt(b))&-64)==da){g=h+(f<<6);if(f<lV){a=g-0x3080;if(a<by)a=1}else{a=2;if(++b<i&&((h=e.charCodeAt(b))&-64)==da){g=h+(g<<6);if(f<mk){a=g-0xe2080;if(a<mh||a>=0xd7ff&&a<0xe000)a=2}else{a=3;if(++b<i&&((h=e.charCodeAt(b))&-64)==da&&f<0xf5){a=h-0x3c82080+(g<<6);if(a<0x10000||a>0x10ffff)a=3}}}}}if(a<4){b-=a;c+="\ufffd"}else
-if(a>bM)c+=String.fromCharCode(0xd7c0+(a>>10),lQ+(a&0x3FF));else
-c+=String.fromCharCode(a);if(c.length>dT){c.substr(0,1);j+=c;c=W}}return j+c}function
-bN(c,a,b){this.t=c;this.c=a;this.l=b}bN.prototype.toString=function(){switch(this.t){case
-9:return this.c;default:fp(this);case
-0:if(mZ(this.c)){this.t=9;return this.c}this.t=8;case
-8:return this.c}};bN.prototype.toUtf16=function(){var
-a=this.toString();if(this.t==9)return a;return ht(a)};bN.prototype.slice=function(){var
+hH(e){for(var
+j=W,c=W,g,f,h,a,b=0,i=e.length;b<i;b++){f=e.charCodeAt(b);if(f<bz){for(var
+d=b+1;d<i&&(f=e.charCodeAt(d))<bz;d++);if(d-b>l2){c.substr(0,1);j+=c;c=W;j+=e.slice(b,d)}else
+c+=e.slice(b,d);if(d==i)break;b=d}a=1;if(++b<i&&((h=e.charCodeAt(b))&-64)==dg){g=h+(f<<6);if(f<l$){a=g-0x3080;if(a<bz)a=1}else{a=2;if(++b<i&&((h=e.charCodeAt(b))&-64)==dg){g=h+(g<<6);if(f<mA){a=g-0xe2080;if(a<mx||a>=0xd7ff&&a<0xe000)a=2}else{a=3;if(++b<i&&((h=e.charCodeAt(b))&-64)==dg&&f<0xf5){a=h-0x3c82080+(g<<6);if(a<0x10000||a>0x10ffff)a=3}}}}}if(a<4){b-=a;c+="\ufffd"}else
+if(a>bN)c+=String.fromCharCode(0xd7c0+(a>>10),l6+(a&0x3FF));else
+c+=String.fromCharCode(a);if(c.length>d2){c.substr(0,1);j+=c;c=W}}return j+c}function
+bO(c,a,b){this.t=c;this.c=a;this.l=b}bO.prototype.toString=function(){switch(this.t){case
+9:return this.c;default:fA(this);case
+0:if(nc(this.c)){this.t=9;return this.c}this.t=8;case
+8:return this.c}};bO.prototype.toUtf16=function(){var
+a=this.toString();if(this.t==9)return a;return hH(a)};bO.prototype.slice=function(){var
 a=this.t==4?this.c.slice():this.c;return new
-bN(this.t,a,this.l)};function
-mz(a){return new
-bN(0,a,a.length)}function
-s(a){return mz(a)}function
-hq(b,a){AN(b,s(a))}var
-as=[0];function
-aG(a){hq(as.Invalid_argument,a)}function
-fn(){aG(hc)}function
-b5(a,b){switch(a.t&6){default:if(b>=a.c.length)return 0;case
+bO(this.t,a,this.l)};function
+mP(a){return new
+bO(0,a,a.length)}function
+u(a){return mP(a)}function
+hE(b,a){A1(b,u(a))}var
+au=[0];function
+aJ(a){hE(au.Invalid_argument,a)}function
+fy(){aJ(hq)}function
+b6(a,b){switch(a.t&6){default:if(b>=a.c.length)return 0;case
 0:return a.c.charCodeAt(b);case
 4:return a.c[b]}}function
-my(b,a){if(a>>>0>=b.l)fn();return b5(b,a)}function
-Ac(b,a){if(a>>>0>=b.l-3)fn();var
-c=b5(b,a),d=b5(b,a+1),e=b5(b,a+2),f=b5(b,a+3);return f<<24|e<<16|d<<8|c}function
-ar(a,c,b){b&=b3;if(a.t!=4){if(c==a.c.length){a.c+=String.fromCharCode(b);if(c+1==a.l)a.t=0;return 0}fo(a)}a.c[c]=b;return 0}function
-b4(b,a,c){if(a>>>0>=b.l)fn();return ar(b,a,c)}function
-cK(a){return a.toArray()}function
-Af(c,b,e){if(b>>>0>=c.l-7)fn();var
-d=cK(e);for(var
-a=0;a<8;a++)ar(c,b+7-a,d[a]);return 0}function
-cI(c,a){if(c.fun)return cI(c.fun,a);if(typeof
+mO(b,a){if(a>>>0>=b.l)fy();return b6(b,a)}function
+Aq(b,a){if(a>>>0>=b.l-3)fy();var
+c=b6(b,a),d=b6(b,a+1),e=b6(b,a+2),f=b6(b,a+3);return f<<24|e<<16|d<<8|c}function
+at(a,c,b){b&=b4;if(a.t!=4){if(c==a.c.length){a.c+=String.fromCharCode(b);if(c+1==a.l)a.t=0;return 0}fz(a)}a.c[c]=b;return 0}function
+b5(b,a,c){if(a>>>0>=b.l)fy();return at(b,a,c)}function
+cL(a){return a.toArray()}function
+At(c,b,e){if(b>>>0>=c.l-7)fy();var
+d=cL(e);for(var
+a=0;a<8;a++)at(c,b+7-a,d[a]);return 0}function
+cJ(c,a){if(c.fun)return cJ(c.fun,a);if(typeof
 c!=="function")return c;var
 b=c.length|0;if(b===0)return c.apply(null,a);var
 e=a.length|0,d=b-e|0;if(d==0)return c.apply(null,a);else
-if(d<0)return cI(c.apply(null,a.slice(0,b)),a.slice(b));else
+if(d<0)return cJ(c.apply(null,a.slice(0,b)),a.slice(b));else
 return function(){var
 e=arguments.length==0?1:arguments.length,d=new
 Array(a.length+e);for(var
 b=0;b<a.length;b++)d[b]=a[b];for(var
-b=0;b<arguments.length;b++)d[a.length+b]=arguments[b];return cI(c,d)}}function
-dV(){aG(hc)}function
-aN(a,b){if(b>>>0>=a.length-1)dV();return a}function
-Ag(a){if(isFinite(a)){if(Math.abs(a)>=2.2250738585072014e-308)return 0;if(a!=0)return 1;return 2}return isNaN(a)?4:3}function
-aF(a){if(a<0)aG("Bytes.create");return new
-bN(a?2:9,W,a)}function
-cs(a){a.t&6&&fp(a);return a.c}var
-AX=Math.log2&&Math.log2(1.1235582092889474E+307)==1020;function
-AW(a){if(AX)return Math.floor(Math.log2(a));var
+b=0;b<arguments.length;b++)d[a.length+b]=arguments[b];return cJ(c,d)}}function
+d4(){aJ(hq)}function
+aQ(a,b){if(b>>>0>=a.length-1)d4();return a}function
+Au(a){if(isFinite(a)){if(Math.abs(a)>=2.2250738585072014e-308)return 0;if(a!=0)return 1;return 2}return isNaN(a)?4:3}function
+aI(a){if(a<0)aJ("Bytes.create");return new
+bO(a?2:9,W,a)}function
+ct(a){a.t&6&&fA(a);return a.c}var
+A$=Math.log2&&Math.log2(1.1235582092889474E+307)==1020;function
+A_(a){if(A$)return Math.floor(Math.log2(a));var
 b=0;if(a==0)return-Infinity;if(a>=1)while(a>=2){a/=2;b++}else
 while(a<1){a*=2;b--}return b}function
-hj(c){var
+hx(c){var
 a=new(Y.Float32Array)(1);a[0]=c;var
 b=new(Y.Int32Array)(a.buffer);return b[0]|0}var
-mJ=Math.pow(2,-24);function
-AL(a){throw a}function
-mP(){AL(as.Division_by_zero)}function
-Q(b,c,a){this.lo=b&b1;this.mi=c&b1;this.hi=a&bM}Q.prototype.caml_custom="_j";Q.prototype.copy=function(){return new
-Q(this.lo,this.mi,this.hi)};Q.prototype.ucompare=function(a){if(this.hi>a.hi)return 1;if(this.hi<a.hi)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};Q.prototype.compare=function(a){var
-b=this.hi<<16,c=a.hi<<16;if(b>c)return 1;if(b<c)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};Q.prototype.neg=function(){var
+mZ=Math.pow(2,-24);function
+AZ(a){throw a}function
+m5(){AZ(au.Division_by_zero)}function
+T(b,c,a){this.lo=b&b2;this.mi=c&b2;this.hi=a&bN}T.prototype.caml_custom="_j";T.prototype.copy=function(){return new
+T(this.lo,this.mi,this.hi)};T.prototype.ucompare=function(a){if(this.hi>a.hi)return 1;if(this.hi<a.hi)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};T.prototype.compare=function(a){var
+b=this.hi<<16,c=a.hi<<16;if(b>c)return 1;if(b<c)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};T.prototype.neg=function(){var
 a=-this.lo,b=-this.mi+(a>>24),c=-this.hi+(b>>24);return new
-Q(a,b,c)};Q.prototype.add=function(a){var
+T(a,b,c)};T.prototype.add=function(a){var
 b=this.lo+a.lo,c=this.mi+a.mi+(b>>24),d=this.hi+a.hi+(c>>24);return new
-Q(b,c,d)};Q.prototype.sub=function(a){var
+T(b,c,d)};T.prototype.sub=function(a){var
 b=this.lo-a.lo,c=this.mi-a.mi+(b>>24),d=this.hi-a.hi+(c>>24);return new
-Q(b,c,d)};Q.prototype.mul=function(a){var
-b=this.lo*a.lo,c=(b*mJ|0)+this.mi*a.lo+this.lo*a.mi,d=(c*mJ|0)+this.hi*a.lo+this.mi*a.mi+this.lo*a.hi;return new
-Q(b,c,d)};Q.prototype.isZero=function(){return(this.lo|this.mi|this.hi)==0};Q.prototype.isNeg=function(){return this.hi<<16<0};Q.prototype.and=function(a){return new
-Q(this.lo&a.lo,this.mi&a.mi,this.hi&a.hi)};Q.prototype.or=function(a){return new
-Q(this.lo|a.lo,this.mi|a.mi,this.hi|a.hi)};Q.prototype.xor=function(a){return new
-Q(this.lo^a.lo,this.mi^a.mi,this.hi^a.hi)};Q.prototype.shift_left=function(a){a=a&63;if(a==0)return this;if(a<24)return new
-Q(this.lo<<a,this.mi<<a|this.lo>>24-a,this.hi<<a|this.mi>>24-a);if(a<48)return new
-Q(0,this.lo<<a-24,this.mi<<a-24|this.lo>>48-a);return new
-Q(0,0,this.lo<<a-48)};Q.prototype.shift_right_unsigned=function(a){a=a&63;if(a==0)return this;if(a<24)return new
-Q(this.lo>>a|this.mi<<24-a,this.mi>>a|this.hi<<24-a,this.hi>>a);if(a<48)return new
-Q(this.mi>>a-24|this.hi<<48-a,this.hi>>a-24,0);return new
-Q(this.hi>>a-48,0,0)};Q.prototype.shift_right=function(a){a=a&63;if(a==0)return this;var
+T(b,c,d)};T.prototype.mul=function(a){var
+b=this.lo*a.lo,c=(b*mZ|0)+this.mi*a.lo+this.lo*a.mi,d=(c*mZ|0)+this.hi*a.lo+this.mi*a.mi+this.lo*a.hi;return new
+T(b,c,d)};T.prototype.isZero=function(){return(this.lo|this.mi|this.hi)==0};T.prototype.isNeg=function(){return this.hi<<16<0};T.prototype.and=function(a){return new
+T(this.lo&a.lo,this.mi&a.mi,this.hi&a.hi)};T.prototype.or=function(a){return new
+T(this.lo|a.lo,this.mi|a.mi,this.hi|a.hi)};T.prototype.xor=function(a){return new
+T(this.lo^a.lo,this.mi^a.mi,this.hi^a.hi)};T.prototype.shift_left=function(a){a=a&63;if(a==0)return this;if(a<24)return new
+T(this.lo<<a,this.mi<<a|this.lo>>24-a,this.hi<<a|this.mi>>24-a);if(a<48)return new
+T(0,this.lo<<a-24,this.mi<<a-24|this.lo>>48-a);return new
+T(0,0,this.lo<<a-48)};T.prototype.shift_right_unsigned=function(a){a=a&63;if(a==0)return this;if(a<24)return new
+T(this.lo>>a|this.mi<<24-a,this.mi>>a|this.hi<<24-a,this.hi>>a);if(a<48)return new
+T(this.mi>>a-24|this.hi<<48-a,this.hi>>a-24,0);return new
+T(this.hi>>a-48,0,0)};T.prototype.shift_right=function(a){a=a&63;if(a==0)return this;var
 c=this.hi<<16>>16;if(a<24)return new
-Q(this.lo>>a|this.mi<<24-a,this.mi>>a|c<<24-a,this.hi<<16>>a>>>16);var
+T(this.lo>>a|this.mi<<24-a,this.mi>>a|c<<24-a,this.hi<<16>>a>>>16);var
 b=this.hi<<16>>31;if(a<48)return new
-Q(this.mi>>a-24|this.hi<<48-a,this.hi<<16>>a-24>>16,b&bM);return new
-Q(this.hi<<16>>a-32,b,b)};Q.prototype.lsl1=function(){this.hi=this.hi<<1|this.mi>>23;this.mi=(this.mi<<1|this.lo>>23)&b1;this.lo=this.lo<<1&b1};Q.prototype.lsr1=function(){this.lo=(this.lo>>>1|this.mi<<23)&b1;this.mi=(this.mi>>>1|this.hi<<23)&b1;this.hi=this.hi>>>1};Q.prototype.udivmod=function(e){var
+T(this.mi>>a-24|this.hi<<48-a,this.hi<<16>>a-24>>16,b&bN);return new
+T(this.hi<<16>>a-32,b,b)};T.prototype.lsl1=function(){this.hi=this.hi<<1|this.mi>>23;this.mi=(this.mi<<1|this.lo>>23)&b2;this.lo=this.lo<<1&b2};T.prototype.lsr1=function(){this.lo=(this.lo>>>1|this.mi<<23)&b2;this.mi=(this.mi>>>1|this.hi<<23)&b2;this.hi=this.hi>>>1};T.prototype.udivmod=function(e){var
 c=0,b=this.copy(),a=e.copy(),d=new
-Q(0,0,0);while(b.ucompare(a)>0){c++;a.lsl1()}while(c>=0){c--;d.lsl1();if(b.ucompare(a)>=0){d.lo++;b=b.sub(a)}a.lsr1()}return{quotient:d,modulus:b}};Q.prototype.div=function(a){var
-b=this;if(a.isZero())mP();var
-d=b.hi^a.hi;if(b.hi&bK)b=b.neg();if(a.hi&bK)a=a.neg();var
-c=b.udivmod(a).quotient;if(d&bK)c=c.neg();return c};Q.prototype.mod=function(b){var
-a=this;if(b.isZero())mP();var
-d=a.hi;if(a.hi&bK)a=a.neg();if(b.hi&bK)b=b.neg();var
-c=a.udivmod(b).modulus;if(d&bK)c=c.neg();return c};Q.prototype.toInt=function(){return this.lo|this.mi<<24};Q.prototype.toFloat=function(){return(this.hi<<16)*Math.pow(2,32)+this.mi*Math.pow(2,24)+this.lo};Q.prototype.toArray=function(){return[this.hi>>8,this.hi&b3,this.mi>>16,this.mi>>8&b3,this.mi&b3,this.lo>>16,this.lo>>8&b3,this.lo&b3]};Q.prototype.lo32=function(){return this.lo|(this.mi&b3)<<24};Q.prototype.hi32=function(){return this.mi>>>8&bM|this.hi<<16};function
-dY(b,c,a){return new
-Q(b,c,a)}function
-fr(a){if(!isFinite(a)){if(isNaN(a))return dY(1,0,lL);return a>0?dY(0,0,lL):dY(0,0,0xfff0)}var
-f=a==0&&1/a==-Infinity?bK:a>=0?0:bK;if(f)a=-a;var
-b=AW(a)+1023;if(b<=0){b=0;a/=Math.pow(2,-l7)}else{a/=Math.pow(2,b-mo);if(a<16){a*=2;b-=1}if(b==0)a/=2}var
+T(0,0,0);while(b.ucompare(a)>0){c++;a.lsl1()}while(c>=0){c--;d.lsl1();if(b.ucompare(a)>=0){d.lo++;b=b.sub(a)}a.lsr1()}return{quotient:d,modulus:b}};T.prototype.div=function(a){var
+b=this;if(a.isZero())m5();var
+d=b.hi^a.hi;if(b.hi&bL)b=b.neg();if(a.hi&bL)a=a.neg();var
+c=b.udivmod(a).quotient;if(d&bL)c=c.neg();return c};T.prototype.mod=function(b){var
+a=this;if(b.isZero())m5();var
+d=a.hi;if(a.hi&bL)a=a.neg();if(b.hi&bL)b=b.neg();var
+c=a.udivmod(b).modulus;if(d&bL)c=c.neg();return c};T.prototype.toInt=function(){return this.lo|this.mi<<24};T.prototype.toFloat=function(){return(this.hi<<16)*Math.pow(2,32)+this.mi*Math.pow(2,24)+this.lo};T.prototype.toArray=function(){return[this.hi>>8,this.hi&b4,this.mi>>16,this.mi>>8&b4,this.mi&b4,this.lo>>16,this.lo>>8&b4,this.lo&b4]};T.prototype.lo32=function(){return this.lo|(this.mi&b4)<<24};T.prototype.hi32=function(){return this.mi>>>8&bN|this.hi<<16};function
+d7(b,c,a){return new
+T(b,c,a)}function
+fC(a){if(!isFinite(a)){if(isNaN(a))return d7(1,0,l1);return a>0?d7(0,0,l1):d7(0,0,0xfff0)}var
+f=a==0&&1/a==-Infinity?bL:a>=0?0:bL;if(f)a=-a;var
+b=A_(a)+1023;if(b<=0){b=0;a/=Math.pow(2,-ml)}else{a/=Math.pow(2,b-mE);if(a<16){a*=2;b-=1}if(b==0)a/=2}var
 d=Math.pow(2,24),c=a|0;a=(a-c)*d;var
 e=a|0;a=(a-e)*d;var
-g=a|0;c=c&ha|f|b<<4;return dY(g,e,c)}function
-mw(c,b,g){c.write(32,b.dims.length);c.write(32,b.kind|b.layout<<8);if(b.caml_custom==fm)for(var
-a=0;a<b.dims.length;a++)if(b.dims[a]<bM)c.write(16,b.dims[a]);else{c.write(16,bM);c.write(32,0);c.write(32,b.dims[a])}else
+g=a|0;c=c&ho|f|b<<4;return d7(g,e,c)}function
+mM(c,b,g){c.write(32,b.dims.length);c.write(32,b.kind|b.layout<<8);if(b.caml_custom==fx)for(var
+a=0;a<b.dims.length;a++)if(b.dims[a]<bN)c.write(16,b.dims[a]);else{c.write(16,bN);c.write(32,0);c.write(32,b.dims[a])}else
 for(var
 a=0;a<b.dims.length;a++)c.write(32,b.dims[a]);switch(b.kind){case
 2:case
@@ -157,29 +157,29 @@ a=0;a<b.data.length;a++)c.write(32,b.data[a]);break;case
 a=0;a<b.data.length;a++)c.write(32,b.data[a]);break;case
 7:for(var
 a=0;a<b.data.length/2;a++){var
-e=cK(b.get(a));for(var
+e=cL(b.get(a));for(var
 d=0;d<8;d++)c.write(8,e[d])}break;case
 1:for(var
 a=0;a<b.data.length;a++){var
-e=cK(fr(b.get(a)));for(var
+e=cL(fC(b.get(a)));for(var
 d=0;d<8;d++)c.write(8,e[d])}break;case
 0:for(var
 a=0;a<b.data.length;a++){var
-e=hj(b.get(a));c.write(32,e)}break;case
+e=hx(b.get(a));c.write(32,e)}break;case
 10:for(var
 a=0;a<b.data.length/2;a++){var
-d=b.get(a);c.write(32,hj(d[1]));c.write(32,hj(d[2]))}break;case
+d=b.get(a);c.write(32,hx(d[1]));c.write(32,hx(d[2]))}break;case
 11:for(var
 a=0;a<b.data.length/2;a++){var
-f=b.get(a),e=cK(fr(f[1]));for(var
+f=b.get(a),e=cL(fC(f[1]));for(var
 d=0;d<8;d++)c.write(8,e[d]);var
-e=cK(fr(f[2]));for(var
+e=cL(fC(f[2]));for(var
 d=0;d<8;d++)c.write(8,e[d])}break}g[0]=(4+b.dims.length)*4;g[1]=(4+b.dims.length)*8}function
-mu(a){switch(a){case
+mK(a){switch(a){case
 7:case
 10:case
 11:return 2;default:return 1}}function
-Aa(c,e){var
+Ao(c,e){var
 b=Y,a;switch(c){case
 0:a=b.Float32Array;break;case
 1:a=b.Float64Array;break;case
@@ -193,51 +193,51 @@ b=Y,a;switch(c){case
 9:a=b.Int32Array;break;case
 10:a=b.Float32Array;break;case
 11:a=b.Float64Array;break;case
-12:a=b.Uint8Array;break}if(!a)aG("Bigarray.create: unsupported kind");var
+12:a=b.Uint8Array;break}if(!a)aJ("Bigarray.create: unsupported kind");var
 d=new
-a(e*mu(c));return d}function
-hk(c){var
+a(e*mK(c));return d}function
+hy(c){var
 a=new(Y.Int32Array)(1);a[0]=c;var
 b=new(Y.Float32Array)(a.buffer);return b[0]}function
-dc(a){return new
-Q(a[7]<<0|a[6]<<8|a[5]<<16,a[4]<<0|a[3]<<8|a[2]<<16,a[1]<<0|a[0]<<8)}function
-hl(d){var
-f=d.lo,g=d.mi,b=d.hi,c=(b&0x7fff)>>4;if(c==2047)return(f|g|b&ha)==0?b&bK?-Infinity:Infinity:NaN;var
-e=Math.pow(2,-24),a=(f*e+g)*e+(b&ha);if(c>0){a+=16;a*=Math.pow(2,c-mo)}else
-a*=Math.pow(2,-l7);if(b&bK)a=-a;return a}function
-hg(b){var
+di(a){return new
+T(a[7]<<0|a[6]<<8|a[5]<<16,a[4]<<0|a[3]<<8|a[2]<<16,a[1]<<0|a[0]<<8)}function
+hz(d){var
+f=d.lo,g=d.mi,b=d.hi,c=(b&0x7fff)>>4;if(c==2047)return(f|g|b&ho)==0?b&bL?-Infinity:Infinity:NaN;var
+e=Math.pow(2,-24),a=(f*e+g)*e+(b&ho);if(c>0){a+=16;a*=Math.pow(2,c-mE)}else
+a*=Math.pow(2,-ml);if(b&bL)a=-a;return a}function
+hu(b){var
 d=b.length,c=1;for(var
-a=0;a<d;a++){if(b[a]<0)aG("Bigarray.create: negative dimension");c=c*b[a]}return c}function
-As(b,a){return new
-Q(b&b1,b>>>24&b3|(a&bM)<<8,a>>>16&bM)}function
-hm(a){return a.hi32()}function
-hn(a){return a.lo32()}var
-Ab=fm;function
-cr(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}cr.prototype.caml_custom=Ab;cr.prototype.offset=function(b){var
+a=0;a<d;a++){if(b[a]<0)aJ("Bigarray.create: negative dimension");c=c*b[a]}return c}function
+AG(b,a){return new
+T(b&b2,b>>>24&b4|(a&bN)<<8,a>>>16&bN)}function
+hA(a){return a.hi32()}function
+hB(a){return a.lo32()}var
+Ap=fx;function
+cs(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}cs.prototype.caml_custom=Ap;cs.prototype.offset=function(b){var
 c=0;if(typeof
 b==="number")b=[b];if(!(b
 instanceof
-Array))aG("bigarray.js: invalid offset");if(this.dims.length!=b.length)aG("Bigarray.get/set: bad number of dimensions");if(this.layout==0)for(var
-a=0;a<this.dims.length;a++){if(b[a]<0||b[a]>=this.dims[a])dV();c=c*this.dims[a]+b[a]}else
+Array))aJ("bigarray.js: invalid offset");if(this.dims.length!=b.length)aJ("Bigarray.get/set: bad number of dimensions");if(this.layout==0)for(var
+a=0;a<this.dims.length;a++){if(b[a]<0||b[a]>=this.dims[a])d4();c=c*this.dims[a]+b[a]}else
 for(var
-a=this.dims.length-1;a>=0;a--){if(b[a]<1||b[a]>this.dims[a])dV();c=c*this.dims[a]+(b[a]-1)}return c};cr.prototype.get=function(a){switch(this.kind){case
+a=this.dims.length-1;a>=0;a--){if(b[a]<1||b[a]>this.dims[a])d4();c=c*this.dims[a]+(b[a]-1)}return c};cs.prototype.get=function(a){switch(this.kind){case
 7:var
-d=this.data[a*2+0],b=this.data[a*2+1];return As(d,b);case
+d=this.data[a*2+0],b=this.data[a*2+1];return AG(d,b);case
 10:case
 11:var
-e=this.data[a*2+0],c=this.data[a*2+1];return[fk,e,c];default:return this.data[a]}};cr.prototype.set=function(a,b){switch(this.kind){case
-7:this.data[a*2+0]=hn(b);this.data[a*2+1]=hm(b);break;case
+e=this.data[a*2+0],c=this.data[a*2+1];return[fv,e,c];default:return this.data[a]}};cs.prototype.set=function(a,b){switch(this.kind){case
+7:this.data[a*2+0]=hB(b);this.data[a*2+1]=hA(b);break;case
 10:case
-11:this.data[a*2+0]=b[1];this.data[a*2+1]=b[2];break;default:this.data[a]=b;break}return 0};cr.prototype.fill=function(b){switch(this.kind){case
+11:this.data[a*2+0]=b[1];this.data[a*2+1]=b[2];break;default:this.data[a]=b;break}return 0};cs.prototype.fill=function(b){switch(this.kind){case
 7:var
-c=hn(b),e=hm(b);if(c==e)this.data.fill(c);else
+c=hB(b),e=hA(b);if(c==e)this.data.fill(c);else
 for(var
 a=0;a<this.data.length;a++)this.data[a]=a%2==0?c:e;break;case
 10:case
 11:var
 d=b[1],f=b[2];if(d==f)this.data.fill(d);else
 for(var
-a=0;a<this.data.length;a++)this.data[a]=a%2==0?d:f;break;default:this.data.fill(b);break}};cr.prototype.compare=function(b,g){if(this.layout!=b.layout||this.kind!=b.kind){var
+a=0;a<this.data.length;a++)this.data[a]=a%2==0?d:f;break;default:this.data.fill(b);break}};cs.prototype.compare=function(b,g){if(this.layout!=b.layout||this.kind!=b.kind){var
 e=this.kind|this.layout<<8,f=b.kind|b.layout<<8;return f-e}if(this.dims.length!=b.dims.length)return b.dims.length-this.dims.length;for(var
 a=0;a<this.dims.length;a++)if(this.dims[a]!=b.dims[a])return this.dims[a]<b.dims[a]?-1:1;switch(this.kind){case
 0:case
@@ -257,26 +257,26 @@ a=0;a<this.data.length;a+=2){if(this.data[a+1]<b.data[a+1])return-1;if(this.data
 9:case
 12:for(var
 a=0;a<this.data.length;a++){if(this.data[a]<b.data[a])return-1;if(this.data[a]>b.data[a])return 1}break}return 0};function
-db(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}db.prototype=new
-cr();db.prototype.offset=function(a){if(typeof
+dh(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}dh.prototype=new
+cs();dh.prototype.offset=function(a){if(typeof
 a!=="number")if(a
 instanceof
 Array&&a.length==1)a=a[0];else
-aG("Ml_Bigarray_c_1_1.offset");if(a<0||a>=this.dims[0])dV();return a};db.prototype.get=function(a){return this.data[a]};db.prototype.set=function(a,b){this.data[a]=b;return 0};db.prototype.fill=function(a){this.data.fill(a);return 0};function
-ms(c,d,a,b){var
-e=mu(c);if(hg(a)*e!=b.length)aG("length doesn't match dims");if(d==0&&a.length==1&&e==1)return new
-db(c,d,a,b);return new
-cr(c,d,a,b)}function
-cJ(a){if(!as.Failure)as.Failure=[aY,s(g3),-3];hq(as.Failure,a)}function
-mt(b,v,r){var
-i=b.read32s();if(i<0||i>16)cJ("input_value: wrong number of bigarray dimensions");var
-p=b.read32s(),j=p&b3,o=p>>8&1,h=[];if(r==fm)for(var
+aJ("Ml_Bigarray_c_1_1.offset");if(a<0||a>=this.dims[0])d4();return a};dh.prototype.get=function(a){return this.data[a]};dh.prototype.set=function(a,b){this.data[a]=b;return 0};dh.prototype.fill=function(a){this.data.fill(a);return 0};function
+mI(c,d,a,b){var
+e=mK(c);if(hu(a)*e!=b.length)aJ("length doesn't match dims");if(d==0&&a.length==1&&e==1)return new
+dh(c,d,a,b);return new
+cs(c,d,a,b)}function
+cK(a){if(!au.Failure)au.Failure=[a1,u(hf),-3];hE(au.Failure,a)}function
+mJ(b,v,r){var
+i=b.read32s();if(i<0||i>16)cK("input_value: wrong number of bigarray dimensions");var
+p=b.read32s(),j=p&b4,o=p>>8&1,h=[];if(r==fx)for(var
 a=0;a<i;a++){var
-n=b.read16u();if(n==bM){var
-t=b.read32u(),u=b.read32u();if(t!=0)cJ("input_value: bigarray dimension overflow in 32bit");n=u}h.push(n)}else
+n=b.read16u();if(n==bN){var
+t=b.read32u(),u=b.read32u();if(t!=0)cK("input_value: bigarray dimension overflow in 32bit");n=u}h.push(n)}else
 for(var
 a=0;a<i;a++)h.push(b.read32u());var
-d=hg(h),f=Aa(j,d),g=ms(j,o,h,f);switch(j){case
+d=hu(h),f=Ao(j,d),g=mI(j,o,h,f);switch(j){case
 2:for(var
 a=0;a<d;a++)f[a]=b.read8s();break;case
 3:case
@@ -290,129 +290,129 @@ a=0;a<d;a++)f[a]=b.read16u();break;case
 a=0;a<d;a++)f[a]=b.read32s();break;case
 8:case
 9:var
-s=b.read8u();if(s)cJ("input_value: cannot read bigarray with 64-bit OCaml ints");for(var
+s=b.read8u();if(s)cK("input_value: cannot read bigarray with 64-bit OCaml ints");for(var
 a=0;a<d;a++)f[a]=b.read32s();break;case
 7:var
 e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-q=dc(e);g.set(a,q)}break;case
+q=di(e);g.set(a,q)}break;case
 1:var
 e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-k=hl(dc(e));g.set(a,k)}break;case
+k=hz(di(e));g.set(a,k)}break;case
 0:for(var
 a=0;a<d;a++){var
-k=hk(b.read32s());g.set(a,k)}break;case
+k=hy(b.read32s());g.set(a,k)}break;case
 10:for(var
 a=0;a<d;a++){var
-m=hk(b.read32s()),l=hk(b.read32s());g.set(a,[fk,m,l])}break;case
+m=hy(b.read32s()),l=hy(b.read32s());g.set(a,[fv,m,l])}break;case
 11:var
 e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-m=hl(dc(e));for(var
+m=hz(di(e));for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-l=hl(dc(e));g.set(a,[fk,m,l])}break}v[0]=(4+i)*4;return ms(j,o,h,f)}function
-mr(a,b,c){return a.compare(b,c)}function
-mN(a,b){return Math.imul(a,b)}function
-b6(b,a){a=mN(a,0xcc9e2d51|0);a=a<<15|a>>>32-15;a=mN(a,0x1b873593);b^=a;b=b<<13|b>>>32-13;return(b+(b<<2)|0)+(0xe6546b64|0)|0}function
-Am(a,b){a=b6(a,hn(b));a=b6(a,hm(b));return a}function
-mH(a,b){return Am(a,fr(b))}function
-mv(c){var
-b=hg(c.dims),d=0;switch(c.kind){case
+l=hz(di(e));g.set(a,[fv,m,l])}break}v[0]=(4+i)*4;return mI(j,o,h,f)}function
+mH(a,b,c){return a.compare(b,c)}function
+m3(a,b){return Math.imul(a,b)}function
+b7(b,a){a=m3(a,0xcc9e2d51|0);a=a<<15|a>>>32-15;a=m3(a,0x1b873593);b^=a;b=b<<13|b>>>32-13;return(b+(b<<2)|0)+(0xe6546b64|0)|0}function
+AA(a,b){a=b7(a,hB(b));a=b7(a,hA(b));return a}function
+mX(a,b){return AA(a,fC(b))}function
+mL(c){var
+b=hu(c.dims),d=0;switch(c.kind){case
 2:case
 3:case
-12:if(b>mg)b=mg;var
-e=0,a=0;for(a=0;a+4<=c.data.length;a+=4){e=c.data[a+0]|c.data[a+1]<<8|c.data[a+2]<<16|c.data[a+3]<<24;d=b6(d,e)}e=0;switch(b&3){case
+12:if(b>mw)b=mw;var
+e=0,a=0;for(a=0;a+4<=c.data.length;a+=4){e=c.data[a+0]|c.data[a+1]<<8|c.data[a+2]<<16|c.data[a+3]<<24;d=b7(d,e)}e=0;switch(b&3){case
 3:e=c.data[a+2]<<16;case
 2:e|=c.data[a+1]<<8;case
-1:e|=c.data[a+0];d=b6(d,e)}break;case
+1:e|=c.data[a+0];d=b7(d,e)}break;case
 4:case
-5:if(b>da)b=da;var
-e=0,a=0;for(a=0;a+2<=c.data.length;a+=2){e=c.data[a+0]|c.data[a+1]<<16;d=b6(d,e)}if((b&1)!=0)d=b6(d,c.data[a]);break;case
+5:if(b>dg)b=dg;var
+e=0,a=0;for(a=0;a+2<=c.data.length;a+=2){e=c.data[a+0]|c.data[a+1]<<16;d=b7(d,e)}if((b&1)!=0)d=b7(d,c.data[a]);break;case
 6:if(b>64)b=64;for(var
-a=0;a<b;a++)d=b6(d,c.data[a]);break;case
+a=0;a<b;a++)d=b7(d,c.data[a]);break;case
 8:case
 9:if(b>64)b=64;for(var
-a=0;a<b;a++)d=b6(d,c.data[a]);break;case
+a=0;a<b;a++)d=b7(d,c.data[a]);break;case
 7:if(b>32)b=32;b*=2;for(var
-a=0;a<b;a++)d=b6(d,c.data[a]);break;case
+a=0;a<b;a++)d=b7(d,c.data[a]);break;case
 10:b*=2;case
 0:if(b>64)b=64;for(var
-a=0;a<b;a++)d=mH(d,c.data[a]);break;case
+a=0;a<b;a++)d=mX(d,c.data[a]);break;case
 11:b*=2;case
 1:if(b>32)b=32;for(var
-a=0;a<b;a++)d=mH(d,c.data[a]);break}return d}function
-Ap(a,b){b[0]=4;return a.read32s()}function
-AJ(a,b){switch(a.read8u()){case
+a=0;a<b;a++)d=mX(d,c.data[a]);break}return d}function
+AD(a,b){b[0]=4;return a.read32s()}function
+AX(a,b){switch(a.read8u()){case
 1:b[0]=4;return a.read32s();case
-2:cJ("input_value: native integer value too large");default:cJ("input_value: ill-formed native integer")}}function
-AB(c,d){var
+2:cK("input_value: native integer value too large");default:cK("input_value: ill-formed native integer")}}function
+AP(c,d){var
 b=new
 Array(8);for(var
-a=0;a<8;a++)b[a]=c.read8u();d[0]=8;return dc(b)}function
-Ax(e,d,b){var
-c=cK(d);for(var
+a=0;a<8;a++)b[a]=c.read8u();d[0]=8;return di(b)}function
+AL(e,d,b){var
+c=cL(d);for(var
 a=0;a<8;a++)e.write(8,c[a]);b[0]=8;b[1]=8}function
-Ar(a,b,c){return a.compare(b)}function
-Au(a){return a.lo32()^a.hi32()}var
-mD={"_j":{deserialize:AB,serialize:Ax,fixed_length:8,compare:Ar,hash:Au},"_i":{deserialize:Ap,fixed_length:4},"_n":{deserialize:AJ,fixed_length:4},"_bigarray":{deserialize:function(a,b){return mt(a,b,"_bigarray")},serialize:mw,compare:mr,hash:mv},"_bigarr02":{deserialize:function(a,b){return mt(a,b,fm)},serialize:mw,compare:mr,hash:mv}};function
-hh(a){return mD[a.caml_custom]&&mD[a.caml_custom].compare}function
-mB(f,c,d,e){var
-b=hh(c);if(b){var
+AF(a,b,c){return a.compare(b)}function
+AI(a){return a.lo32()^a.hi32()}var
+mT={"_j":{deserialize:AP,serialize:AL,fixed_length:8,compare:AF,hash:AI},"_i":{deserialize:AD,fixed_length:4},"_n":{deserialize:AX,fixed_length:4},"_bigarray":{deserialize:function(a,b){return mJ(a,b,"_bigarray")},serialize:mM,compare:mH,hash:mL},"_bigarr02":{deserialize:function(a,b){return mJ(a,b,fx)},serialize:mM,compare:mH,hash:mL}};function
+hv(a){return mT[a.caml_custom]&&mT[a.caml_custom].compare}function
+mR(f,c,d,e){var
+b=hv(c);if(b){var
 a=d>0?b(c,f,e):b(f,c,e);if(e&&a!=a)return d;if(+a!=+a)return+a;if((a|0)!=0)return a|0}return d}function
-ho(a){return a
+hC(a){return a
 instanceof
-bN}function
-mK(a){return ho(a)}function
-mC(a){if(typeof
-a==="number")return fi;else
-if(ho(a))return 252;else
-if(mK(a))return 1252;else
+bO}function
+m0(a){return hC(a)}function
+mS(a){if(typeof
+a==="number")return ft;else
+if(hC(a))return 252;else
+if(m0(a))return 1252;else
 if(a
 instanceof
-Array&&a[0]===a[0]>>>0&&a[0]<=g4){var
-b=a[0]|0;return b==fk?0:b}else
+Array&&a[0]===a[0]>>>0&&a[0]<=hg){var
+b=a[0]|0;return b==fv?0:b}else
 if(a
 instanceof
-String)return lZ;else
+String)return md;else
 if(typeof
-a=="string")return lZ;else
+a=="string")return md;else
 if(a
 instanceof
-Number)return fi;else
-if(a&&a.caml_custom)return g5;else
+Number)return ft;else
+if(a&&a.caml_custom)return hh;else
 if(a&&a.compare)return 1256;else
 if(typeof
 a=="function")return 1247;else
 if(typeof
 a=="symbol")return 1251;return 1001}function
-AC(a,b){if(a<b)return-1;if(a==b)return 0;return 1}function
-mx(a,b){a.t&6&&fp(a);b.t&6&&fp(b);return a.c<b.c?-1:a.c>b.c?1:0}function
-A0(a,b){return mx(a,b)}function
-mA(a,b,d){var
+AQ(a,b){if(a<b)return-1;if(a==b)return 0;return 1}function
+mN(a,b){a.t&6&&fA(a);b.t&6&&fA(b);return a.c<b.c?-1:a.c>b.c?1:0}function
+Bc(a,b){return mN(a,b)}function
+mQ(a,b,d){var
 e=[];for(;;){if(!(d&&a===b)){var
-f=mC(a);if(f==lT){a=a[1];continue}var
-g=mC(b);if(g==lT){b=b[1];continue}if(f!==g){if(f==fi){if(g==g5)return mB(a,b,-1,d);return-1}if(g==fi){if(f==g5)return mB(b,a,1,d);return 1}return f<g?-1:1}switch(f){case
-247:aG(g8);break;case
+f=mS(a);if(f==l9){a=a[1];continue}var
+g=mS(b);if(g==l9){b=b[1];continue}if(f!==g){if(f==ft){if(g==hh)return mR(a,b,-1,d);return-1}if(g==ft){if(f==hh)return mR(b,a,1,d);return 1}return f<g?-1:1}switch(f){case
+247:aJ(hk);break;case
 248:var
-c=AC(a[2],b[2]);if(c!=0)return c|0;break;case
-249:aG(g8);break;case
-250:aG("equal: got Forward_tag, should not happen");break;case
-251:aG("equal: abstract value");break;case
+c=AQ(a[2],b[2]);if(c!=0)return c|0;break;case
+249:aJ(hk);break;case
+250:aJ("equal: got Forward_tag, should not happen");break;case
+251:aJ("equal: abstract value");break;case
 252:if(a!==b){var
-c=mx(a,b);if(c!=0)return c|0}break;case
-253:aG("equal: got Double_tag, should not happen");break;case
-254:aG("equal: got Double_array_tag, should not happen");break;case
-255:aG("equal: got Custom_tag, should not happen");break;case
-1247:aG(g8);break;case
+c=mN(a,b);if(c!=0)return c|0}break;case
+253:aJ("equal: got Double_tag, should not happen");break;case
+254:aJ("equal: got Double_array_tag, should not happen");break;case
+255:aJ("equal: got Custom_tag, should not happen");break;case
+1247:aJ(hk);break;case
 1255:var
-i=hh(a);if(i!=hh(b))return a.caml_custom<b.caml_custom?-1:1;if(!i)aG("compare: abstract value");var
+i=hv(a);if(i!=hv(b))return a.caml_custom<b.caml_custom?-1:1;if(!i)aJ("compare: abstract value");var
 c=i(a,b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;break;case
 1256:var
 c=a.compare(b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;break;case
@@ -420,258 +420,258 @@ c=a.compare(b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;
 1001:if(a<b)return-1;if(a>b)return 1;if(a!=b){if(!d)return NaN;if(a==a)return 1;if(b==b)return-1}break;case
 1251:if(a!==b){if(!d)return NaN;return 1}break;case
 1252:var
-a=cs(a),b=cs(b);if(a!==b){if(a<b)return-1;if(a>b)return 1}break;case
+a=ct(a),b=ct(b);if(a!==b){if(a<b)return-1;if(a>b)return 1}break;case
 12520:var
 a=a.toString(),b=b.toString();if(a!==b){if(a<b)return-1;if(a>b)return 1}break;case
 246:case
 254:default:if(a.length!=b.length)return a.length<b.length?-1:1;if(a.length>1)e.push(a,b,1);break}}if(e.length==0)return 0;var
 h=e.pop();b=e.pop();a=e.pop();if(h+1<a.length)e.push(a,b,h+1);a=a[h];b=b[h]}}function
-dX(a,b){return+(mA(a,b,false)==0)}function
-Ai(a,c,b,d){if(b>0)if(c==0&&(b>=a.l||a.t==2&&b>=a.c.length))if(d==0){a.c=W;a.t=2}else{a.c=dd(b,String.fromCharCode(d));a.t=b==a.l?0:2}else{if(a.t!=4)fo(a);for(b+=c;c<b;c++)a.c[c]=d}return 0}function
-hp(d){d=cs(d);var
-e=d.length;if(e>31)aG("format_int: format too long");var
-a={justify:c9,signstyle:cE,filler:b0,alternate:false,base:0,signedconv:false,width:0,uppercase:false,sign:1,prec:-1,conv:"f"};for(var
+d6(a,b){return+(mQ(a,b,false)==0)}function
+Aw(a,c,b,d){if(b>0)if(c==0&&(b>=a.l||a.t==2&&b>=a.c.length))if(d==0){a.c=W;a.t=2}else{a.c=dj(b,String.fromCharCode(d));a.t=b==a.l?0:2}else{if(a.t!=4)fz(a);for(b+=c;c<b;c++)a.c[c]=d}return 0}function
+hD(d){d=ct(d);var
+e=d.length;if(e>31)aJ("format_int: format too long");var
+a={justify:dd,signstyle:cF,filler:b1,alternate:false,base:0,signedconv:false,width:0,uppercase:false,sign:1,prec:-1,conv:"f"};for(var
 c=0;c<e;c++){var
-b=d.charAt(c);switch(b){case"-":a.justify=cE;break;case"+":case" ":a.signstyle=b;break;case"0":a.filler=a8;break;case"#":a.alternate=true;break;case"1":case"2":case"3":case"4":case"5":case"6":case"7":case"8":case"9":a.width=0;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.width=a.width*10+b;c++}c--;break;case".":a.prec=0;c++;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.prec=a.prec*10+b;c++}c--;case"d":case"i":a.signedconv=true;case"u":a.base=10;break;case"x":a.base=16;break;case"X":a.base=16;a.uppercase=true;break;case"o":a.base=8;break;case"e":case"f":case"g":a.signedconv=true;a.conv=b;break;case"E":case"F":case"G":a.signedconv=true;a.uppercase=true;a.conv=b.toLowerCase();break}}return a}function
-hi(a,e){if(a.uppercase)e=e.toUpperCase();var
-d=e.length;if(a.signedconv&&(a.sign<0||a.signstyle!=cE))d++;if(a.alternate){if(a.base==8)d+=1;if(a.base==16)d+=2}var
-b=W;if(a.justify==c9&&a.filler==b0)for(var
-c=d;c<a.width;c++)b+=b0;if(a.signedconv)if(a.sign<0)b+=cE;else
-if(a.signstyle!=cE)b+=a.signstyle;if(a.alternate&&a.base==8)b+=a8;if(a.alternate&&a.base==16)b+=lK;if(a.justify==c9&&a.filler==a8)for(var
-c=d;c<a.width;c++)b+=a8;b+=e;if(a.justify==cE)for(var
-c=d;c<a.width;c++)b+=b0;return s(b)}function
-mF(i,c){function
+b=d.charAt(c);switch(b){case"-":a.justify=cF;break;case"+":case" ":a.signstyle=b;break;case"0":a.filler=ba;break;case"#":a.alternate=true;break;case"1":case"2":case"3":case"4":case"5":case"6":case"7":case"8":case"9":a.width=0;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.width=a.width*10+b;c++}c--;break;case".":a.prec=0;c++;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.prec=a.prec*10+b;c++}c--;case"d":case"i":a.signedconv=true;case"u":a.base=10;break;case"x":a.base=16;break;case"X":a.base=16;a.uppercase=true;break;case"o":a.base=8;break;case"e":case"f":case"g":a.signedconv=true;a.conv=b;break;case"E":case"F":case"G":a.signedconv=true;a.uppercase=true;a.conv=b.toLowerCase();break}}return a}function
+hw(a,e){if(a.uppercase)e=e.toUpperCase();var
+d=e.length;if(a.signedconv&&(a.sign<0||a.signstyle!=cF))d++;if(a.alternate){if(a.base==8)d+=1;if(a.base==16)d+=2}var
+b=W;if(a.justify==dd&&a.filler==b1)for(var
+c=d;c<a.width;c++)b+=b1;if(a.signedconv)if(a.sign<0)b+=cF;else
+if(a.signstyle!=cF)b+=a.signstyle;if(a.alternate&&a.base==8)b+=ba;if(a.alternate&&a.base==16)b+=l0;if(a.justify==dd&&a.filler==ba)for(var
+c=d;c<a.width;c++)b+=ba;b+=e;if(a.justify==cF)for(var
+c=d;c<a.width;c++)b+=b1;return u(b)}function
+mV(i,c){function
 j(a,b){if(Math.abs(a)<1.0)return a.toFixed(b);else{var
-c=parseInt(a.toString().split(c9)[1]);if(c>20){c-=20;a/=Math.pow(10,c);a+=new
-Array(c+1).join(a8);if(b>0)a=a+c$+new
-Array(b+1).join(a8);return a}else
+c=parseInt(a.toString().split(dd)[1]);if(c>20){c-=20;a/=Math.pow(10,c);a+=new
+Array(c+1).join(ba);if(b>0)a=a+df+new
+Array(b+1).join(ba);return a}else
 return a.toFixed(b)}}var
-a,e=hp(i),d=e.prec<0?6:e.prec;if(c<0||c==0&&1/c==-Infinity){e.sign=-1;c=-c}if(isNaN(c)){a=g7;e.filler=b0}else
-if(!isFinite(c)){a="inf";e.filler=b0}else
+a,e=hD(i),d=e.prec<0?6:e.prec;if(c<0||c==0&&1/c==-Infinity){e.sign=-1;c=-c}if(isNaN(c)){a=hj;e.filler=b1}else
+if(!isFinite(c)){a="inf";e.filler=b1}else
 switch(e.conv){case"e":var
-a=c.toExponential(d),b=a.length;if(a.charAt(b-3)==he)a=a.slice(0,b-1)+a8+a.slice(b-1);break;case"f":a=j(c,d);break;case"g":d=d?d:1;a=c.toExponential(d-1);var
-h=a.indexOf(he),g=+a.slice(h+1);if(g<-4||c>=1e21||c.toFixed(0).length>d){var
-b=h-1;while(a.charAt(b)==a8)b--;if(a.charAt(b)==c$)b--;a=a.slice(0,b+1)+a.slice(h);b=a.length;if(a.charAt(b-3)==he)a=a.slice(0,b-1)+a8+a.slice(b-1);break}else{var
+a=c.toExponential(d),b=a.length;if(a.charAt(b-3)==hs)a=a.slice(0,b-1)+ba+a.slice(b-1);break;case"f":a=j(c,d);break;case"g":d=d?d:1;a=c.toExponential(d-1);var
+h=a.indexOf(hs),g=+a.slice(h+1);if(g<-4||c>=1e21||c.toFixed(0).length>d){var
+b=h-1;while(a.charAt(b)==ba)b--;if(a.charAt(b)==df)b--;a=a.slice(0,b+1)+a.slice(h);b=a.length;if(a.charAt(b-3)==hs)a=a.slice(0,b-1)+ba+a.slice(b-1);break}else{var
 f=d;if(g<0){f-=g+1;a=c.toFixed(f)}else
 while(a=c.toFixed(f),a.length>d+1)f--;if(f){var
-b=a.length-1;while(a.charAt(b)==a8)b--;if(a.charAt(b)==c$)b--;a=a.slice(0,b+1)}}break}return hi(e,a)}function
-fq(d,b){if(cs(d)==mc)return s(W+b);var
-a=hp(d);if(b<0)if(a.signedconv){a.sign=-1;b=-b}else
+b=a.length-1;while(a.charAt(b)==ba)b--;if(a.charAt(b)==df)b--;a=a.slice(0,b+1)}}break}return hw(e,a)}function
+fB(d,b){if(ct(d)==ms)return u(W+b);var
+a=hD(d);if(b<0)if(a.signedconv){a.sign=-1;b=-b}else
 b>>>=0;var
-c=b.toString(a.base);if(a.prec>=0){a.filler=b0;var
-e=a.prec-c.length;if(e>0)c=dd(e,a8)+c}return hi(a,c)}var
-AK=0;function
-Ak(){return AK++}function
-AE(a){return a.toUtf16()}function
-d1(){return typeof
+c=b.toString(a.base);if(a.prec>=0){a.filler=b1;var
+e=a.prec-c.length;if(e>0)c=dj(e,ba)+c}return hw(a,c)}var
+AY=0;function
+Ay(){return AY++}function
+AS(a){return a.toUtf16()}function
+d_(){return typeof
 Y.process!=="undefined"&&typeof
 Y.process.versions!=="undefined"&&typeof
 Y.process.versions.node!=="undefined"}function
-AY(){function
-a(a){if(a.charAt(0)===bL)return[W,a.substring(1)];return}function
+Ba(){function
+a(a){if(a.charAt(0)===bM)return[W,a.substring(1)];return}function
 b(c){var
 g=/^([a-zA-Z]:|[\\/]{2}[^\\/]+[\\/]+[^\\/]+)?([\\/])?([\s\S]*?)$/,a=g.exec(c),b=a[1]||W,e=Boolean(b&&b.charAt(1)!==":");if(Boolean(a[2]||e)){var
-d=a[1]||W,f=a[2]||W;return[d,c.substring(d.length+f.length)]}return}return d1()&&Y.process&&Y.process.platform?Y.process.platform==="win32"?b:a:a}var
-hv=AY();function
-mS(a){return a.slice(-1)!==bL?a+bL:a}if(d1()&&Y.process&&Y.process.cwd)var
-dW=Y.process.cwd().replace(/\\/g,bL);else
+d=a[1]||W,f=a[2]||W;return[d,c.substring(d.length+f.length)]}return}return d_()&&Y.process&&Y.process.platform?Y.process.platform==="win32"?b:a:a}var
+hK=Ba();function
+m8(a){return a.slice(-1)!==bM?a+bM:a}if(d_()&&Y.process&&Y.process.cwd)var
+d5=Y.process.cwd().replace(/\\/g,bM);else
 var
-dW="/static";dW=mS(dW);function
-AF(a){a=AE(a);if(!hv(a))a=dW+a;var
-e=hv(a),d=e[1].split(bL),b=[];for(var
+d5="/static";d5=m8(d5);function
+AT(a){a=AS(a);if(!hK(a))a=d5+a;var
+e=hK(a),d=e[1].split(bM),b=[];for(var
 c=0;c<d.length;c++)switch(d[c]){case"..":if(b.length>1)b.pop();break;case".":break;default:b.push(d[c]);break}b.unshift(e[0]);b.orig=a;return b}function
-AS(e){for(var
-f=W,b=f,a,h,c=0,g=e.length;c<g;c++){a=e.charCodeAt(c);if(a<by){for(var
-d=c+1;d<g&&(a=e.charCodeAt(d))<by;d++);if(d-c>lM){b.substr(0,1);f+=b;b=W;f+=e.slice(c,d)}else
-b+=e.slice(c,d);if(d==g)break;c=d}if(a<mh){b+=String.fromCharCode(0xc0|a>>6);b+=String.fromCharCode(by|a&c_)}else
-if(a<0xd800||a>=lU)b+=String.fromCharCode(lV|a>>12,by|a>>6&c_,by|a&c_);else
-if(a>=0xdbff||c+1==g||(h=e.charCodeAt(c+1))<lQ||h>lU)b+="\xef\xbf\xbd";else{c++;a=(a<<10)+h-0x35fdc00;b+=String.fromCharCode(mk|a>>18,by|a>>12&c_,by|a>>6&c_,by|a&c_)}if(b.length>dT){b.substr(0,1);f+=b;b=W}}return f+b}function
-Ae(a){var
-b=9;if(!mZ(a))b=8,a=AS(a);return new
-bN(b,a,a.length)}function
-b8(a){return Ae(a)}var
-AZ=["E2BIG","EACCES","EAGAIN","EBADF","EBUSY","ECHILD","EDEADLK","EDOM",lN,"EFAULT","EFBIG","EINTR","EINVAL","EIO","EISDIR","EMFILE","EMLINK","ENAMETOOLONG","ENFILE","ENODEV",hb,"ENOEXEC","ENOLCK","ENOMEM","ENOSPC","ENOSYS",g6,me,"ENOTTY","ENXIO","EPERM","EPIPE","ERANGE","EROFS","ESPIPE","ESRCH","EXDEV","EWOULDBLOCK","EINPROGRESS","EALREADY","ENOTSOCK","EDESTADDRREQ","EMSGSIZE","EPROTOTYPE","ENOPROTOOPT","EPROTONOSUPPORT","ESOCKTNOSUPPORT","EOPNOTSUPP","EPFNOSUPPORT","EAFNOSUPPORT","EADDRINUSE","EADDRNOTAVAIL","ENETDOWN","ENETUNREACH","ENETRESET","ECONNABORTED","ECONNRESET","ENOBUFS","EISCONN","ENOTCONN","ESHUTDOWN","ETOOMANYREFS","ETIMEDOUT","ECONNREFUSED","EHOSTDOWN","EHOSTUNREACH","ELOOP","EOVERFLOW"];function
-cN(d,f,e,a){var
-b=AZ.indexOf(d);if(b<0){if(a==null)a=-9999;b=[0,a]}var
-c=[b,b8(f||W),b8(e||W)];return c}var
-mO={};function
-cL(a){return mO[a]}function
-cM(b,a){throw[0,b].concat(a)}function
-Ad(a){return new
-bN(4,a,a.length)}function
-af(a){hq(as.Sys_error,a)}function
-AM(a){af(a+fh)}function
-a4(a){return a.l}function
-mq(){}function
-aL(a){this.data=a}aL.prototype=new
-mq();aL.prototype.truncate=function(a){var
-b=this.data;this.data=aF(a|0);cG(b,0,this.data,0,a)};aL.prototype.length=function(){return a4(this.data)};aL.prototype.write=function(b,d,g,a){var
+A6(e){for(var
+f=W,b=f,a,h,c=0,g=e.length;c<g;c++){a=e.charCodeAt(c);if(a<bz){for(var
+d=c+1;d<g&&(a=e.charCodeAt(d))<bz;d++);if(d-c>l2){b.substr(0,1);f+=b;b=W;f+=e.slice(c,d)}else
+b+=e.slice(c,d);if(d==g)break;c=d}if(a<mx){b+=String.fromCharCode(0xc0|a>>6);b+=String.fromCharCode(bz|a&de)}else
+if(a<0xd800||a>=l_)b+=String.fromCharCode(l$|a>>12,bz|a>>6&de,bz|a&de);else
+if(a>=0xdbff||c+1==g||(h=e.charCodeAt(c+1))<l6||h>l_)b+="\xef\xbf\xbd";else{c++;a=(a<<10)+h-0x35fdc00;b+=String.fromCharCode(mA|a>>18,bz|a>>12&de,bz|a>>6&de,bz|a&de)}if(b.length>d2){b.substr(0,1);f+=b;b=W}}return f+b}function
+As(a){var
+b=9;if(!nc(a))b=8,a=A6(a);return new
+bO(b,a,a.length)}function
+b9(a){return As(a)}var
+Bb=["E2BIG","EACCES","EAGAIN","EBADF","EBUSY","ECHILD","EDEADLK","EDOM",l3,"EFAULT","EFBIG","EINTR","EINVAL","EIO","EISDIR","EMFILE","EMLINK","ENAMETOOLONG","ENFILE","ENODEV",hp,"ENOEXEC","ENOLCK","ENOMEM","ENOSPC","ENOSYS",hi,mu,"ENOTTY","ENXIO","EPERM","EPIPE","ERANGE","EROFS","ESPIPE","ESRCH","EXDEV","EWOULDBLOCK","EINPROGRESS","EALREADY","ENOTSOCK","EDESTADDRREQ","EMSGSIZE","EPROTOTYPE","ENOPROTOOPT","EPROTONOSUPPORT","ESOCKTNOSUPPORT","EOPNOTSUPP","EPFNOSUPPORT","EAFNOSUPPORT","EADDRINUSE","EADDRNOTAVAIL","ENETDOWN","ENETUNREACH","ENETRESET","ECONNABORTED","ECONNRESET","ENOBUFS","EISCONN","ENOTCONN","ESHUTDOWN","ETOOMANYREFS","ETIMEDOUT","ECONNREFUSED","EHOSTDOWN","EHOSTUNREACH","ELOOP","EOVERFLOW"];function
+cO(d,f,e,a){var
+b=Bb.indexOf(d);if(b<0){if(a==null)a=-9999;b=[0,a]}var
+c=[b,b9(f||W),b9(e||W)];return c}var
+m4={};function
+cM(a){return m4[a]}function
+cN(b,a){throw[0,b].concat(a)}function
+Ar(a){return new
+bO(4,a,a.length)}function
+ai(a){hE(au.Sys_error,a)}function
+A0(a){ai(a+fs)}function
+a7(a){return a.l}function
+mG(){}function
+aO(a){this.data=a}aO.prototype=new
+mG();aO.prototype.truncate=function(a){var
+b=this.data;this.data=aI(a|0);cH(b,0,this.data,0,a)};aO.prototype.length=function(){return a7(this.data)};aO.prototype.write=function(b,d,g,a){var
 c=this.length();if(b+a>=c){var
-e=aF(b+a),f=this.data;this.data=e;cG(f,0,this.data,0,c)}bP(d,g,this.data,b,a);return 0};aL.prototype.read=function(c,a,d,b){var
-e=this.length();cG(this.data,c,a,d,b);return 0};aL.prototype.read_one=function(a){return my(this.data,a)};aL.prototype.close=function(){};aL.prototype.constructor=aL;function
-aZ(b,a){this.content={};this.root=b;this.lookupFun=a}aZ.prototype.nm=function(a){return this.root+a};aZ.prototype.create_dir_if_needed=function(d){var
-c=d.split(bL),b=W;for(var
-a=0;a<c.length-1;a++){b+=c[a]+bL;if(this.content[b])continue;this.content[b]=Symbol("directory")}};aZ.prototype.slash=function(a){return/\/$/.test(a)?a:a+bL};aZ.prototype.lookup=function(a){if(!this.content[a]&&this.lookupFun){var
-b=this.lookupFun(s(this.root),s(a));if(b!==0){this.create_dir_if_needed(a);this.content[a]=new
-aL(cH(b[1]))}}};aZ.prototype.exists=function(a){if(a==W)return 1;var
-b=this.slash(a);if(this.content[b])return 1;this.lookup(a);return this.content[a]?1:0};aZ.prototype.mkdir=function(c,e,d){var
-b=d&&cL(g_);if(this.exists(c))if(b)cM(b,cN(lN,g2,this.nm(c)));else
-af(c+": File exists");var
-a=/^(.*)\/[^/]+/.exec(c);a=a&&a[1]||W;if(!this.exists(a))if(b)cM(b,cN(hb,g2,this.nm(a)));else
-af(a+fh);if(!this.is_dir(a))if(b)cM(b,cN(g6,g2,this.nm(a)));else
-af(a+hd);this.create_dir_if_needed(this.slash(c))};aZ.prototype.rmdir=function(a,f){var
-b=f&&cL(g_),c=a==W?W:this.slash(a),e=new
-RegExp(lY+c+mf);if(!this.exists(a))if(b)cM(b,cN(hb,g9,this.nm(a)));else
-af(a+fh);if(!this.is_dir(a))if(b)cM(b,cN(g6,g9,this.nm(a)));else
-af(a+hd);for(var
+e=aI(b+a),f=this.data;this.data=e;cH(f,0,this.data,0,c)}bQ(d,g,this.data,b,a);return 0};aO.prototype.read=function(c,a,d,b){var
+e=this.length();cH(this.data,c,a,d,b);return 0};aO.prototype.read_one=function(a){return mO(this.data,a)};aO.prototype.close=function(){};aO.prototype.constructor=aO;function
+a2(b,a){this.content={};this.root=b;this.lookupFun=a}a2.prototype.nm=function(a){return this.root+a};a2.prototype.create_dir_if_needed=function(d){var
+c=d.split(bM),b=W;for(var
+a=0;a<c.length-1;a++){b+=c[a]+bM;if(this.content[b])continue;this.content[b]=Symbol("directory")}};a2.prototype.slash=function(a){return/\/$/.test(a)?a:a+bM};a2.prototype.lookup=function(a){if(!this.content[a]&&this.lookupFun){var
+b=this.lookupFun(u(this.root),u(a));if(b!==0){this.create_dir_if_needed(a);this.content[a]=new
+aO(cI(b[1]))}}};a2.prototype.exists=function(a){if(a==W)return 1;var
+b=this.slash(a);if(this.content[b])return 1;this.lookup(a);return this.content[a]?1:0};a2.prototype.mkdir=function(c,e,d){var
+b=d&&cM(hm);if(this.exists(c))if(b)cN(b,cO(l3,he,this.nm(c)));else
+ai(c+": File exists");var
+a=/^(.*)\/[^/]+/.exec(c);a=a&&a[1]||W;if(!this.exists(a))if(b)cN(b,cO(hp,he,this.nm(a)));else
+ai(a+fs);if(!this.is_dir(a))if(b)cN(b,cO(hi,he,this.nm(a)));else
+ai(a+hr);this.create_dir_if_needed(this.slash(c))};a2.prototype.rmdir=function(a,f){var
+b=f&&cM(hm),c=a==W?W:this.slash(a),e=new
+RegExp(mc+c+mv);if(!this.exists(a))if(b)cN(b,cO(hp,hl,this.nm(a)));else
+ai(a+fs);if(!this.is_dir(a))if(b)cN(b,cO(hi,hl,this.nm(a)));else
+ai(a+hr);for(var
 d
 in
-this.content)if(d.match(e))if(b)cM(b,cN(me,g9,this.nm(a)));else
-af(this.nm(a)+": Directory not empty");delete
-this.content[c]};aZ.prototype.readdir=function(a){var
-f=a==W?W:this.slash(a);if(!this.exists(a))af(a+fh);if(!this.is_dir(a))af(a+hd);var
+this.content)if(d.match(e))if(b)cN(b,cO(mu,hl,this.nm(a)));else
+ai(this.nm(a)+": Directory not empty");delete
+this.content[c]};a2.prototype.readdir=function(a){var
+f=a==W?W:this.slash(a);if(!this.exists(a))ai(a+fs);if(!this.is_dir(a))ai(a+hr);var
 g=new
-RegExp(lY+f+mf),d={},c=[];for(var
+RegExp(mc+f+mv),d={},c=[];for(var
 e
 in
 this.content){var
-b=e.match(g);if(b&&!d[b[1]]){d[b[1]]=true;c.push(b[1])}}return c};aZ.prototype.is_dir=function(a){if(a==W)return true;var
-b=this.slash(a);return this.content[b]?1:0};aZ.prototype.unlink=function(a){var
+b=e.match(g);if(b&&!d[b[1]]){d[b[1]]=true;c.push(b[1])}}return c};a2.prototype.is_dir=function(a){if(a==W)return true;var
+b=this.slash(a);return this.content[b]?1:0};a2.prototype.unlink=function(a){var
 b=this.content[a]?true:false;delete
-this.content[a];return b};aZ.prototype.open=function(a,b){if(b.rdonly&&b.wronly)af(this.nm(a)+l1);if(b.text&&b.binary)af(this.nm(a)+ma);this.lookup(a);if(this.content[a]){if(this.is_dir(a))af(this.nm(a)+" : is a directory");if(b.create&&b.excl)af(this.nm(a)+l0);var
+this.content[a];return b};a2.prototype.open=function(a,b){if(b.rdonly&&b.wronly)ai(this.nm(a)+mf);if(b.text&&b.binary)ai(this.nm(a)+mq);this.lookup(a);if(this.content[a]){if(this.is_dir(a))ai(this.nm(a)+" : is a directory");if(b.create&&b.excl)ai(this.nm(a)+me);var
 c=this.content[a];if(b.truncate)c.truncate();return c}else
 if(b.create){this.create_dir_if_needed(a);this.content[a]=new
-aL(aF(0));return this.content[a]}else
-AM(this.nm(a))};aZ.prototype.register=function(c,a){var
-b;if(this.content[c])af(this.nm(c)+l0);if(ho(a))b=new
-aL(a);if(mK(a))b=new
-aL(cH(a));else
+aO(aI(0));return this.content[a]}else
+A0(this.nm(a))};a2.prototype.register=function(c,a){var
+b;if(this.content[c])ai(this.nm(c)+me);if(hC(a))b=new
+aO(a);if(m0(a))b=new
+aO(cI(a));else
 if(a
 instanceof
 Array)b=new
-aL(Ad(a));else
+aO(Ar(a));else
 if(typeof
 a==="string")b=new
-aL(mz(a));else
+aO(mP(a));else
 if(a.toString){var
-d=cH(b8(a.toString()));b=new
-aL(d)}if(b){this.create_dir_if_needed(c);this.content[c]=b}else
-af(this.nm(c)+" : registering file with invalid content type")};aZ.prototype.constructor=aZ;function
-ap(a){return a4(a)}function
-d0(b,a){return b5(b,a)}function
-z_(d){var
+d=cI(b9(a.toString()));b=new
+aO(d)}if(b){this.create_dir_if_needed(c);this.content[c]=b}else
+ai(this.nm(c)+" : registering file with invalid content type")};a2.prototype.constructor=a2;function
+ap(a){return a7(a)}function
+d9(b,a){return b6(b,a)}function
+Am(d){var
 c=ap(d),b=new
-Array(c),a=0;for(;a<c;a++)b[a]=d0(d,a);return b}function
-z9(a){if(a.t!=4)fo(a);return a.c}function
-bO(a){this.fs=require("fs");this.fd=a}bO.prototype=new
-mq();bO.prototype.truncate=function(a){try{this.fs.ftruncateSync(this.fd,a|0)}catch(a){af(a.toString())}};bO.prototype.length=function(){try{return this.fs.fstatSync(this.fd).size}catch(a){af(a.toString())}};bO.prototype.write=function(f,b,c,e){var
-a=z_(b);if(!(a
+Array(c),a=0;for(;a<c;a++)b[a]=d9(d,a);return b}function
+Al(a){if(a.t!=4)fz(a);return a.c}function
+bP(a){this.fs=require("fs");this.fd=a}bP.prototype=new
+mG();bP.prototype.truncate=function(a){try{this.fs.ftruncateSync(this.fd,a|0)}catch(a){ai(a.toString())}};bP.prototype.length=function(){try{return this.fs.fstatSync(this.fd).size}catch(a){ai(a.toString())}};bP.prototype.write=function(f,b,c,e){var
+a=Am(b);if(!(a
 instanceof
 Y.Uint8Array))a=new(Y.Uint8Array)(a);var
-d=Y.Buffer.from(a);try{this.fs.writeSync(this.fd,d,c,e,f)}catch(a){af(a.toString())}return 0};bO.prototype.read=function(g,d,c,f){var
-a=z9(d);if(!(a
+d=Y.Buffer.from(a);try{this.fs.writeSync(this.fd,d,c,e,f)}catch(a){ai(a.toString())}return 0};bP.prototype.read=function(g,d,c,f){var
+a=Al(d);if(!(a
 instanceof
 Y.Uint8Array))a=new(Y.Uint8Array)(a);var
-e=Y.Buffer.from(a);try{this.fs.readSync(this.fd,e,c,f,g)}catch(a){af(a.toString())}for(var
-b=0;b<f;b++)b4(d,c+b,e[c+b]);return 0};bO.prototype.read_one=function(c){var
-b=new(Y.Uint8Array)(1),a=Y.Buffer.from(b);try{this.fs.readSync(this.fd,a,0,1,c)}catch(a){af(a.toString())}return a[0]};bO.prototype.close=function(){try{this.fs.closeSync(this.fd)}catch(a){af(a.toString())}};bO.prototype.constructor=bO;function
-aM(a){this.fs=require("fs");this.root=a}aM.prototype.nm=function(a){return this.root+a};aM.prototype.exists=function(a){try{return this.fs.existsSync(this.nm(a))?1:0}catch(a){return 0}};aM.prototype.mkdir=function(b,a,c){try{this.fs.mkdirSync(this.nm(b),{mode:a});return 0}catch(a){this.raise_nodejs_error(a,c)}};aM.prototype.rmdir=function(a,b){try{this.fs.rmdirSync(this.nm(a));return 0}catch(a){this.raise_nodejs_error(a,b)}};aM.prototype.readdir=function(a,b){try{return this.fs.readdirSync(this.nm(a))}catch(a){this.raise_nodejs_error(a,b)}};aM.prototype.is_dir=function(a){try{return this.fs.statSync(this.nm(a)).isDirectory()?1:0}catch(a){af(a.toString())}};aM.prototype.unlink=function(a,c){try{var
-b=this.fs.existsSync(this.nm(a))?1:0;this.fs.unlinkSync(this.nm(a));return b}catch(a){this.raise_nodejs_error(a,c)}};aM.prototype.open=function(f,c,g){var
+e=Y.Buffer.from(a);try{this.fs.readSync(this.fd,e,c,f,g)}catch(a){ai(a.toString())}for(var
+b=0;b<f;b++)b5(d,c+b,e[c+b]);return 0};bP.prototype.read_one=function(c){var
+b=new(Y.Uint8Array)(1),a=Y.Buffer.from(b);try{this.fs.readSync(this.fd,a,0,1,c)}catch(a){ai(a.toString())}return a[0]};bP.prototype.close=function(){try{this.fs.closeSync(this.fd)}catch(a){ai(a.toString())}};bP.prototype.constructor=bP;function
+aP(a){this.fs=require("fs");this.root=a}aP.prototype.nm=function(a){return this.root+a};aP.prototype.exists=function(a){try{return this.fs.existsSync(this.nm(a))?1:0}catch(a){return 0}};aP.prototype.mkdir=function(b,a,c){try{this.fs.mkdirSync(this.nm(b),{mode:a});return 0}catch(a){this.raise_nodejs_error(a,c)}};aP.prototype.rmdir=function(a,b){try{this.fs.rmdirSync(this.nm(a));return 0}catch(a){this.raise_nodejs_error(a,b)}};aP.prototype.readdir=function(a,b){try{return this.fs.readdirSync(this.nm(a))}catch(a){this.raise_nodejs_error(a,b)}};aP.prototype.is_dir=function(a){try{return this.fs.statSync(this.nm(a)).isDirectory()?1:0}catch(a){ai(a.toString())}};aP.prototype.unlink=function(a,c){try{var
+b=this.fs.existsSync(this.nm(a))?1:0;this.fs.unlinkSync(this.nm(a));return b}catch(a){this.raise_nodejs_error(a,c)}};aP.prototype.open=function(f,c,g){var
 a=require("constants"),b=0;for(var
 e
 in
 c)switch(e){case"rdonly":b|=a.O_RDONLY;break;case"wronly":b|=a.O_WRONLY;break;case"append":b|=a.O_WRONLY|a.O_APPEND;break;case"create":b|=a.O_CREAT;break;case"truncate":b|=a.O_TRUNC;break;case"excl":b|=a.O_EXCL;break;case"binary":b|=a.O_BINARY;break;case"text":b|=a.O_TEXT;break;case"nonblock":b|=a.O_NONBLOCK;break}try{var
 d=this.fs.openSync(this.nm(f),b);return new
-bO(d)}catch(a){this.raise_nodejs_error(a,g)}};aM.prototype.rename=function(b,a,c){try{this.fs.renameSync(this.nm(b),this.nm(a))}catch(a){this.raise_nodejs_error(a,c)}};aM.prototype.stat=function(b,c){try{var
-a=this.fs.statSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aM.prototype.lstat=function(b,c){try{var
-a=this.fs.lstatSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aM.prototype.symlink=function(d,c,a,b){try{this.fs.symlinkSync(this.nm(c),this.nm(a),d?"dir":"file");return 0}catch(a){this.raise_nodejs_error(a,b)}};aM.prototype.readlink=function(b,c){try{var
-a=this.fs.readlinkSync(this.nm(b),lI);return b8(a)}catch(a){this.raise_nodejs_error(a,c)}};aM.prototype.raise_nodejs_error=function(a,d){var
-b=cL(g_);if(d&&b){var
-c=cN(a.code,a.syscall,a.path,a.errno);cM(b,c)}else
-af(a.toString())};aM.prototype.stats_from_js=function(a){var
+bP(d)}catch(a){this.raise_nodejs_error(a,g)}};aP.prototype.rename=function(b,a,c){try{this.fs.renameSync(this.nm(b),this.nm(a))}catch(a){this.raise_nodejs_error(a,c)}};aP.prototype.stat=function(b,c){try{var
+a=this.fs.statSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aP.prototype.lstat=function(b,c){try{var
+a=this.fs.lstatSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aP.prototype.symlink=function(d,c,a,b){try{this.fs.symlinkSync(this.nm(c),this.nm(a),d?"dir":"file");return 0}catch(a){this.raise_nodejs_error(a,b)}};aP.prototype.readlink=function(b,c){try{var
+a=this.fs.readlinkSync(this.nm(b),lY);return b9(a)}catch(a){this.raise_nodejs_error(a,c)}};aP.prototype.raise_nodejs_error=function(a,d){var
+b=cM(hm);if(d&&b){var
+c=cO(a.code,a.syscall,a.path,a.errno);cN(b,c)}else
+ai(a.toString())};aP.prototype.stats_from_js=function(a){var
 b;if(a.isFile())b=0;else
 if(a.isDirectory())b=1;else
 if(a.isCharacterDevice())b=2;else
 if(a.isBlockDevice())b=3;else
 if(a.isSymbolicLink())b=4;else
 if(a.isFIFO())b=5;else
-if(a.isSocket())b=6;return[0,a.dev,a.ino,b,a.mode,a.nlink,a.uid,a.gid,a.rdev,a.size,a.atimeMs,a.mtimeMs,a.ctimeMs]};aM.prototype.constructor=aM;function
-mG(b){var
-a=hv(b);if(!a)return;return a[0]+bL}var
-fs=mG(dW)||cJ("unable to compute caml_root"),de=[];if(d1())de.push({path:fs,device:new
-aM(fs)});else
-de.push({path:fs,device:new
-aZ(fs)});de.push({path:l_,device:new
-aZ(l_)});function
-m0(b){var
-g=AF(b),b=g.join(bL),f=mS(b),c;for(var
-e=0;e<de.length;e++){var
-a=de[e];if(f.search(a.path)==0&&(!c||c.path.length<a.path.length))c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}if(!c&&d1()){var
-d=mG(b);if(d&&d.match(/^[a-zA-Z]:\/$/)){var
+if(a.isSocket())b=6;return[0,a.dev,a.ino,b,a.mode,a.nlink,a.uid,a.gid,a.rdev,a.size,a.atimeMs,a.mtimeMs,a.ctimeMs]};aP.prototype.constructor=aP;function
+mW(b){var
+a=hK(b);if(!a)return;return a[0]+bM}var
+fD=mW(d5)||cK("unable to compute caml_root"),dk=[];if(d_())dk.push({path:fD,device:new
+aP(fD)});else
+dk.push({path:fD,device:new
+a2(fD)});dk.push({path:mo,device:new
+a2(mo)});function
+nd(b){var
+g=AT(b),b=g.join(bM),f=m8(b),c;for(var
+e=0;e<dk.length;e++){var
+a=dk[e];if(f.search(a.path)==0&&(!c||c.path.length<a.path.length))c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}if(!c&&d_()){var
+d=mW(b);if(d&&d.match(/^[a-zA-Z]:\/$/)){var
 a={path:d,device:new
-aM(d)};de.push(a);c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}}if(c)return c;af("no device found for "+f)}function
-Ah(c,b){var
-a=m0(c);if(!a.device.register)cJ("cannot register file");a.device.register(a.rest,b);return 0}function
-mY(b,a){var
-b=s(b),a=s(a);return Ah(b,a)}function
-Al(){var
+aP(d)};dk.push(a);c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}}if(c)return c;ai("no device found for "+f)}function
+Av(c,b){var
+a=nd(c);if(!a.device.register)cK("cannot register file");a.device.register(a.rest,b);return 0}function
+nb(b,a){var
+b=u(b),a=u(a);return Av(b,a)}function
+Az(){var
 b=Y.caml_fs_tmp;if(b)for(var
-a=0;a<b.length;a++)mY(b[a].name,b[a].content);Y.jsoo_create_file=mY;Y.caml_fs_tmp=[];return 0}function
-An(a,c,k){if(!isFinite(a)){if(isNaN(a))return b8(g7);return b8(a>0?mm:"-infinity")}var
+a=0;a<b.length;a++)nb(b[a].name,b[a].content);Y.jsoo_create_file=nb;Y.caml_fs_tmp=[];return 0}function
+AB(a,c,k){if(!isFinite(a)){if(isNaN(a))return b9(hj);return b9(a>0?mC:"-infinity")}var
 i=a==0&&1/a==-Infinity?1:a>=0?0:1;if(i)a=-a;var
 d=0;if(a==0);else
 if(a<1)while(a<1&&d>-1022){a*=2;d--}else
 while(a>=2){a/=2;d++}var
-j=d<0?W:c9,e=W;if(i)e=cE;else
+j=d<0?W:dd,e=W;if(i)e=cF;else
 switch(k){case
-43:e=c9;break;case
-32:e=b0;break;default:break}if(c>=0&&c<13){var
+43:e=dd;break;case
+32:e=b1;break;default:break}if(c>=0&&c<13){var
 g=Math.pow(2,c*4);a=Math.round(a*g)/g}var
 b=a.toString(16);if(c>=0){var
-h=b.indexOf(c$);if(h<0)b+=c$+dd(c,a8);else{var
-f=h+1+c;if(b.length<f)b+=dd(f-b.length,a8);else
-b=b.substr(0,f)}}return b8(e+lK+b+"p"+j+d.toString(10))}function
-Ao(a){return(a&0x000000FF)<<24|(a&0x0000FF00)<<8|(a&0x00FF0000)>>>8|(a&0xFF000000)>>>24}function
-Aq(b){var
-a=cK(b);return dc([a[7],a[6],a[5],a[4],a[3],a[2],a[1],a[0]])}function
-Aw(a){return+a.isZero()}function
-mI(a){return new
-Q(a&b1,a>>24&b1,a>>31&bM)}function
-AA(a){return a.toInt()}function
-Av(a){return+a.isNeg()}function
-Az(a){return a.neg()}function
-At(g,c){var
-a=hp(g);if(a.signedconv&&Av(c)){a.sign=-1;c=Az(c)}var
-b=W,h=mI(a.base),f="0123456789abcdef";do{var
-e=c.udivmod(h);c=e.quotient;b=f.charAt(AA(e.modulus))+b}while(!Aw(c));if(a.prec>=0){a.filler=b0;var
-d=a.prec-b.length;if(d>0)b=dd(d,a8)+b}return hi(a,b)}function
-Ay(a,b){return a.mul(b)}function
+h=b.indexOf(df);if(h<0)b+=df+dj(c,ba);else{var
+f=h+1+c;if(b.length<f)b+=dj(f-b.length,ba);else
+b=b.substr(0,f)}}return b9(e+l0+b+"p"+j+d.toString(10))}function
+AC(a){return(a&0x000000FF)<<24|(a&0x0000FF00)<<8|(a&0x00FF0000)>>>8|(a&0xFF000000)>>>24}function
+AE(b){var
+a=cL(b);return di([a[7],a[6],a[5],a[4],a[3],a[2],a[1],a[0]])}function
+AK(a){return+a.isZero()}function
+mY(a){return new
+T(a&b2,a>>24&b2,a>>31&bN)}function
+AO(a){return a.toInt()}function
+AJ(a){return+a.isNeg()}function
+AN(a){return a.neg()}function
+AH(g,c){var
+a=hD(g);if(a.signedconv&&AJ(c)){a.sign=-1;c=AN(c)}var
+b=W,h=mY(a.base),f="0123456789abcdef";do{var
+e=c.udivmod(h);c=e.quotient;b=f.charAt(AO(e.modulus))+b}while(!AK(c));if(a.prec>=0){a.filler=b1;var
+d=a.prec-b.length;if(d>0)b=dj(d,ba)+b}return hw(a,b)}function
+AM(a,b){return a.mul(b)}function
 n(c){var
 b=0;for(var
 a=c.length-1;a>=0;a--){var
 d=c[a];b=[0,d,b]}return b}function
-mL(a,d){if(a<0)dV();var
+m1(a,d){if(a<0)d4();var
 a=a+1|0,b=new
 Array(a);b[0]=0;for(var
 c=1;c<a;c++)b[c]=d;return b}var
-b7=new
+b8=new
 Array();function
-AG(c){var
-a=b7[c];if(!a.opened)af("Cannot flush a closed channel");if(!a.buffer||a.buffer==W)return 0;if(a.fd&&as.fds[a.fd]&&as.fds[a.fd].output){var
-b=as.fds[a.fd].output;switch(b.length){case
+AU(c){var
+a=b8[c];if(!a.opened)ai("Cannot flush a closed channel");if(!a.buffer||a.buffer==W)return 0;if(a.fd&&au.fds[a.fd]&&au.fds[a.fd].output){var
+b=au.fds[a.fd].output;switch(b.length){case
 2:b(c,a.buffer);break;default:b(a.buffer)}}a.buffer=W;return 0}function
-mR(d,e){var
-a=b7[d],c=s(e),b=ap(c);a.file.write(a.offset,c,0,b);a.offset+=b;return 0}function
-AU(a){var
-a=ht(a),b=Y;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stderr.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
+m7(d,e){var
+a=b8[d],c=u(e),b=ap(c);a.file.write(a.offset,c,0,b);a.offset+=b;return 0}function
+A8(a){var
+a=hH(a),b=Y;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stderr.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
 c=b.console;c&&c.error&&c.error(a)}}function
-AV(a){var
-a=ht(a),b=Y;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stdout.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
+A9(a){var
+a=hH(a),b=Y;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stdout.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
 c=b.console;c&&c.log&&c.log(a)}}function
-ft(c,e,d,a){if(as.fds===undefined)as.fds=new
+fE(c,e,d,a){if(au.fds===undefined)au.fds=new
 Array();a=a?a:{};var
-b={};b.file=d;b.offset=a.append?d.length():0;b.flags=a;b.output=e;as.fds[c]=b;if(!as.fd_last_idx||c>as.fd_last_idx)as.fd_last_idx=c;return c}function
-A1(c,b,g){var
+b={};b.file=d;b.offset=a.append?d.length():0;b.flags=a;b.output=e;au.fds[c]=b;if(!au.fd_last_idx||c>au.fd_last_idx)au.fd_last_idx=c;return c}function
+Bd(c,b,g){var
 a={};while(b){switch(b[1]){case
 0:a.rdonly=1;break;case
 1:a.wronly=1;break;case
@@ -681,59 +681,59 @@ a={};while(b){switch(b[1]){case
 5:a.excl=1;break;case
 6:a.binary=1;break;case
 7:a.text=1;break;case
-8:a.nonblock=1;break}b=b[2]}if(a.rdonly&&a.wronly)af(cs(c)+l1);if(a.text&&a.binary)af(cs(c)+ma);var
-d=m0(c),e=d.device.open(d.rest,a),f=as.fd_last_idx?as.fd_last_idx:0;return ft(f+1,mR,e,a)}ft(0,mR,new
-aL(aF(0)));ft(1,AV,new
-aL(aF(0)));ft(2,AU,new
-aL(aF(0)));function
-AH(a){var
-c=as.fds[a];if(c.flags.wronly)af(mp+a+" is writeonly");var
-d=null;if(a==0&&d1()){var
-e=require("fs");d=function(){return b8(e.readFileSync(0,lI))}}var
-b={file:c.file,offset:c.offset,fd:a,opened:true,out:false,refill:d};b7[b.fd]=b;return b.fd}function
-mM(c){var
-b=as.fds[c];if(b.flags.rdonly)af(mp+c+" is readonly");var
-a={file:b.file,offset:b.offset,fd:c,opened:true,out:true,buffer:W};b7[a.fd]=a;return a.fd}function
-AI(){var
+8:a.nonblock=1;break}b=b[2]}if(a.rdonly&&a.wronly)ai(ct(c)+mf);if(a.text&&a.binary)ai(ct(c)+mq);var
+d=nd(c),e=d.device.open(d.rest,a),f=au.fd_last_idx?au.fd_last_idx:0;return fE(f+1,m7,e,a)}fE(0,m7,new
+aO(aI(0)));fE(1,A9,new
+aO(aI(0)));fE(2,A8,new
+aO(aI(0)));function
+AV(a){var
+c=au.fds[a];if(c.flags.wronly)ai(mF+a+" is writeonly");var
+d=null;if(a==0&&d_()){var
+e=require("fs");d=function(){return b9(e.readFileSync(0,lY))}}var
+b={file:c.file,offset:c.offset,fd:a,opened:true,out:false,refill:d};b8[b.fd]=b;return b.fd}function
+m2(c){var
+b=au.fds[c];if(b.flags.rdonly)ai(mF+c+" is readonly");var
+a={file:b.file,offset:b.offset,fd:c,opened:true,out:true,buffer:W};b8[a.fd]=a;return a.fd}function
+AW(){var
 b=0;for(var
-a=0;a<b7.length;a++)if(b7[a]&&b7[a].opened&&b7[a].out)b=[0,b7[a].fd,b];return b}function
-dZ(a,b){return+(mA(a,b,false)!=0)}function
-br(b,c,a){if(a&&Y.toplevelReloc)b=Y.toplevelReloc(a);as[b+1]=c;if(a)as[a]=c}function
-AO(a,b){mO[cs(a)]=b;return 0}function
-AQ(){aG(hc)}function
-a9(b,a){if(a>>>0>=ap(b))AQ();return d0(b,a)}function
-a5(a){return a}function
-AR(){return 0x7FFFFFFF/4|0}function
-hs(a){var
+a=0;a<b8.length;a++)if(b8[a]&&b8[a].opened&&b8[a].out)b=[0,b8[a].fd,b];return b}function
+d8(a,b){return+(mQ(a,b,false)!=0)}function
+bt(b,c,a){if(a&&Y.toplevelReloc)b=Y.toplevelReloc(a);au[b+1]=c;if(a)au[a]=c}function
+A2(a,b){m4[ct(a)]=b;return 0}function
+A4(){aJ(hq)}function
+bb(b,a){if(a>>>0>=ap(b))A4();return d9(b,a)}function
+a8(a){return a}function
+A5(){return 0x7FFFFFFF/4|0}function
+hG(a){var
 b=1;while(a&&a.joo_tramp){a=a.joo_tramp.apply(null,a.joo_args);b++}return a}function
-aO(b,a){return{joo_tramp:b,joo_args:a}}function
-mQ(a){return a}function
-mT(a){if(a
+aR(b,a){return{joo_tramp:b,joo_args:a}}function
+m6(a){return a}function
+m9(a){if(a
 instanceof
 Array)return a;if(Y.RangeError&&a
 instanceof
-Y.RangeError&&a.message&&a.message.match(/maximum call stack/i))return mQ(as.Stack_overflow);if(Y.InternalError&&a
+Y.RangeError&&a.message&&a.message.match(/maximum call stack/i))return m6(au.Stack_overflow);if(Y.InternalError&&a
 instanceof
-Y.InternalError&&a.message&&a.message.match(/too much recursion/i))return mQ(as.Stack_overflow);if(a
+Y.InternalError&&a.message&&a.message.match(/too much recursion/i))return m6(au.Stack_overflow);if(a
 instanceof
-Y.Error&&cL(lS))return[0,cL(lS),a];return[0,as.Failure,b8(String(a))]}function
-K(a,b){return a+b}function
-mU(a,b){return a<b?-1:a>b?1:0}function
-w(a,b){return a===b?1:0}function
-M(a,b){return a<=b?1:0}function
-mV(b,a){return b<<BigInt(a)}function
-R(a,b){return a<b?1:0}function
-aT(a){return-a}function
-z(a,b){return a*b}function
-bf(a){return BigInt(a)}function
-AT(b){Y.fairauditVerified=function(a){return cs(cI(b,[s(a)]))}}function
-hu(b,a){return b>>BigInt(a)}function
-ak(a,b){return a-b}function
-mW(a){return Number(a)}function
-mX(a,b){return a/b}function
-AD(a){switch(a[2]){case-8:case-11:case-12:return 1;default:return 0}}function
-Aj(b){var
-a=W;if(b[0]==0){a+=b[1][1];if(b.length==3&&b[2][0]==0&&AD(b[1]))var
+Y.Error&&cM(l8))return[0,cM(l8),a];return[0,au.Failure,b9(String(a))]}function
+J(a,b){return a+b}function
+hI(a,b){return a<b?-1:a>b?1:0}function
+x(a,b){return a===b?1:0}function
+G(a,b){return a<=b?1:0}function
+m_(b,a){return b<<BigInt(a)}function
+P(a,b){return a<b?1:0}function
+aX(a){return-a}function
+v(a,b){return a*b}function
+aq(a){return BigInt(a)}function
+A7(b){Y.fairauditVerified=function(a){return ct(cJ(b,[u(a)]))}}function
+hJ(b,a){return b>>BigInt(a)}function
+Z(a,b){return a-b}function
+m$(a){return Number(a)}function
+na(a,b){return a/b}function
+AR(a){switch(a[2]){case-8:case-11:case-12:return 1;default:return 0}}function
+Ax(b){var
+a=W;if(b[0]==0){a+=b[1][1];if(b.length==3&&b[2][0]==0&&AR(b[1]))var
 e=b[2],f=1;else
 var
 f=2,e=b;a+="(";for(var
@@ -742,63 +742,63 @@ c=e[d];if(typeof
 c=="number")a+=c.toString();else
 if(c
 instanceof
-bN)a+=fl+c.toString()+fl;else
+bO)a+=fw+c.toString()+fw;else
 if(typeof
-c=="string")a+=fl+c.toString()+fl;else
+c=="string")a+=fw+c.toString()+fw;else
 a+="_"}a+=")"}else
-if(b[0]==aY)a+=b[1];return a}function
-mE(a){if(a
+if(b[0]==a1)a+=b[1];return a}function
+mU(a){if(a
 instanceof
-Array&&(a[0]==0||a[0]==aY)){var
-c=cL("Printexc.handle_uncaught_exception");if(c)c(a,false);else{var
-d=Aj(a),b=cL(lH);if(b)b(0);Y.console.error("Fatal error: exception "+d+"\n")}}else
+Array&&(a[0]==0||a[0]==a1)){var
+c=cM("Printexc.handle_uncaught_exception");if(c)c(a,false);else{var
+d=Ax(a),b=cM(lX);if(b)b(0);Y.console.error("Fatal error: exception "+d+"\n")}}else
 throw a}function
-AP(){var
-a=Y;if(a.process&&a.process.on)a.process.on("uncaughtException",function(b,c){mE(b);a.process.exit(2)});else
-if(a.addEventListener)a.addEventListener("error",function(a){if(a.error)mE(a.error)})}AP();function
-B(a,b){return a.length==1?a(b):cI(a,[b])}function
-aK(a,b,c){return a.length==2?a(b,c):cI(a,[b,c])}function
-z7(a,b,c,d){return a.length==3?a(b,c,d):cI(a,[b,c,d])}Al();var
-hy=[aY,s(mn),-1],hA=[aY,s(lO),-2],hx=[aY,s(g3),-3],hw=[aY,s(l5),-4],hz=[aY,s(l$),-9],at=[aY,s(mi),-11],zM=[0,[0,[0,[0,0]]]],zN=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],zO=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zN]]]]]]]]]]],zP=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zO]]]]]]]]]]],zQ=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zP]]]]]]]]]]],zR=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zQ]]]]]]]]]]],zS=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]]],zT=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zS]]]]]]]]]]],zU=[0,0],zV=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],zW=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zV]]]]]]]]]]],zX=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zW]]]]]]]]]]],zY=[0,[0,[0,[0,[0,0]]]]],zZ=[0,[0,[0,[0,[0,0]]]]],z0=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],z1=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],ds=n([[0,48,[0,[0,[0,0,0],0],0]],[0,49,[0,[0,[0,0,0],0],1]],[0,50,[0,[0,[0,0,0],1],0]],[0,51,[0,[0,[0,0,0],1],1]],[0,52,[0,[0,[0,0,1],0],0]],[0,53,[0,[0,[0,0,1],0],1]],[0,54,[0,[0,[0,0,1],1],0]],[0,55,[0,[0,[0,0,1],1],1]],[0,56,[0,[0,[0,1,0],0],0]],[0,57,[0,[0,[0,1,0],0],1]],[0,97,[0,[0,[0,1,0],1],0]],[0,98,[0,[0,[0,1,0],1],1]],[0,99,[0,[0,[0,1,1],0],0]],[0,o,[0,[0,[0,1,1],0],1]],[0,a,[0,[0,[0,1,1],1],0]],[0,y,[0,[0,[0,1,1],1],1]],[0,65,[0,[0,[0,1,0],1],0]],[0,66,[0,[0,[0,1,0],1],1]],[0,67,[0,[0,[0,1,1],0],0]],[0,68,[0,[0,[0,1,1],0],1]],[0,69,[0,[0,[0,1,1],1],0]],[0,70,[0,[0,[0,1,1],1],1]]]),fP=[0,[0,[0,0,0],0],0],z2=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],z3=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z2]]]]]]]]]]],z4=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z3]]]]]]]]]]],z5=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z4]]]]]]]]]]],z6=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z5]]]]]]]]]]];br(11,[aY,s(lG),-12],lG);br(10,at,mi);br(9,[aY,s(l3),-10],l3);br(8,hz,l$);br(7,[aY,s(lX),-8],lX);br(6,[aY,s(l8),-7],l8);br(5,[aY,s(md),-6],md);br(4,[aY,s(lR),-5],lR);br(3,hw,l5);br(2,hx,g3);br(1,hA,lO);br(0,hy,mn);var
-m2=s(l6),m3=s("false"),m6=s("\\\\"),m7=s("\\'"),m8=s("\\b"),m9=s("\\t"),m_=s("\\n"),m$=s("\\r"),m5=s("Char.chr"),nc=s("String.blit / Bytes.blit_string"),nb=s("Bytes.blit"),na=s("String.sub / Bytes.sub"),ne=s(W),nd=s("String.concat"),nf=s("Array.blit"),ni=s("Buffer.add: cannot grow buffer"),nh=[0,s(mb),93,2],ng=[0,s(mb),94,2],nr=s("%c"),ns=s("%s"),nt=s(lF),nu=s(lW),nv=s(l4),nw=s(lJ),nx=s("%f"),ny=s("%B"),nz=s("%{"),nA=s("%}"),nB=s("%("),nC=s("%)"),nD=s("%a"),nE=s("%t"),nF=s("%?"),nG=s("%r"),nH=s("%_r"),nI=[0,s(aE),850,23],nT=[0,s(aE),814,21],nL=[0,s(aE),815,21],nU=[0,s(aE),818,21],nM=[0,s(aE),819,21],nV=[0,s(aE),822,19],nN=[0,s(aE),823,19],nW=[0,s(aE),826,22],nO=[0,s(aE),827,22],nX=[0,s(aE),831,30],nP=[0,s(aE),832,30],nR=[0,s(aE),836,26],nJ=[0,s(aE),837,26],nS=[0,s(aE),846,28],nK=[0,s(aE),847,28],nQ=[0,s(aE),851,23],o0=s(l2),oY=[0,s(aE),1558,4],oZ=s("Printf: bad conversion %["),o1=[0,s(aE),1626,39],o2=[0,s(aE),1649,31],o3=[0,s(aE),1650,31],o4=s("Printf: bad conversion %_"),o5=s("@{"),o6=s("@["),oW=s(g7),oU=s("neg_infinity"),oV=s(mm),oT=s(c$),oO=[0,C],oC=s("%+nd"),oD=s("% nd"),oF=s("%+ni"),oG=s("% ni"),oH=s("%nx"),oI=s("%#nx"),oJ=s("%nX"),oK=s("%#nX"),oL=s("%no"),oM=s("%#no"),oB=s("%nd"),oE=s(l4),oN=s("%nu"),op=s("%+ld"),oq=s("% ld"),os=s("%+li"),ot=s("% li"),ou=s("%lx"),ov=s("%#lx"),ow=s("%lX"),ox=s("%#lX"),oy=s("%lo"),oz=s("%#lo"),oo=s("%ld"),or=s(lW),oA=s("%lu"),oc=s("%+Ld"),od=s("% Ld"),of=s("%+Li"),og=s("% Li"),oh=s("%Lx"),oi=s("%#Lx"),oj=s("%LX"),ok=s("%#LX"),ol=s("%Lo"),om=s("%#Lo"),ob=s("%Ld"),oe=s(lJ),on=s("%Lu"),n1=s("%+d"),n2=s("% d"),n4=s("%+i"),n5=s("% i"),n6=s("%x"),n7=s("%#x"),n8=s("%X"),n9=s("%#X"),n_=s("%o"),n$=s("%#o"),n0=s(mc),n3=s(lF),oa=s(l2),nj=s("@]"),nk=s("@}"),nl=s("@?"),nm=s("@\n"),nn=s("@."),no=s("@@"),np=s("@%"),nq=s("@"),nY=s("CamlinternalFormat.Type_mismatch"),o_=dY(8,0,0),o$=[0,1779033703,-1150833019,1013904242,-1521486534,1359893119,-1694144372,528734635,1541459225],pa=[0,[5,6,[0,2,8],0,0],s("%08lx")],pb=s(W),o7=[0,1116352408,1899447441,-1245643825,-373957723,961987163,1508970993,-1841331548,-1424204075,-670586216,310598401,607225278,1426881987,1925078388,-2132889090,-1680079193,-1046744716,-459576895,-272742522,264347078,604807628,770255983,1249150122,1555081692,1996064986,-1740746414,-1473132947,-1341970488,-1084653625,-958395405,-710438585,113926993,338241895,666307205,773529912,1294757372,1396182291,1695183700,1986661051,-2117940946,-1838011259,-1564481375,-1474664885,-1035236496,-949202525,-778901479,-694614492,-200395387,275423344,430227734,506948616,659060556,883997877,958139571,1322822218,1537002063,1747873779,1955562222,2024104815,-2067236844,-1933114872,-1866530822,-1538233109,-1090935817,-965641998],pf=[0,0],pg=[0,0],pQ=[0,f,[0,l,[0,j,[0,j,0]]]],pR=[0,b,[0,i,[0,l,[0,a,0]]]],pS=[0,y,[0,97,[0,j,[0,c,[0,a,0]]]]],p5=n([d,c,32,f,e,b,32,e,f,a,32,e,y,32,b,m,e,c,a,32,b,m,97,b,32,b,m,a,i,a,32,97,i,a]),qd=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zM]]]]]]]]]]],qJ=[0,1],qK=[0,2],qT=[0,0,0],sK=[0,0],u9=[0,[7,0],0],vL=[0,[7,0],0],xe=[0,0,0],xO=[0,0,0],xQ=[0,[7,0],0],xP=n([c,l,98,ao,a,99,b,46,o,a,99,j,97,i,a,o,46,98,L,95,99,e,f,b,a,$,b]),yz=n([m,97,c,32,97,32,j,97,c,b,32,j,d,f,a,32,b,m,97,b,32,o,e,a,c,32,f,e,b,32,a,f,o]),zy=n([97,32,99,j,97,d,p,32,j,d,c,b,c,32,97,c,c,l,p,v,b,d,e,f,c,32,b,m,97,b,32,d,b,32,o,e,a,c,32,f,e,b,32,i,a,c,b,32,e,f]),zz=n([b,m,a,32,b,97,98,j,a,32,d,c,32,f,e,b,32,97,c,32,b,m,a,32,y,e,i,p,97,b,32,o,a,p,97,f,o,c]),zw=[0,v,[0,e,[0,j,[0,d,[0,99,[0,L,0]]]]]],zx=n([y,97,d,i,97,l,o,d,b,45,99,a,i,b,d,y,d,99,97,b,a,47,49]),zf=[7,0],ze=[0,0,0],zs=[0,0,0],zt=n([b,m,a,32,97,c,c,l,p,v,b,d,e,f,c,32,e,y,32,b,m,a,32,99,j,97,d,p,c]),zr=[7,0],zp=[0,0,0],zq=n([c,l,98,ao,a,99,b,46,c,v,a,j,j,d,f,C,c]),zg=[0,c,[0,l,[0,98,[0,ao,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],zh=n([b,m,a,32,b,97,98,j,a,32,y,d,j,a]),zi=n([c,l,98,ao,a,99,b,46,99,e,j,l,p,f,c]),zj=n([c,l,98,ao,a,99,b,46,v,e,v,l,j,97,b,d,e,f]),zk=n([c,l,98,ao,a,99,b,46,aA,d,f,o]),zl=n([c,l,98,ao,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),zm=n([c,l,98,ao,a,99,b,46,b,97,98,j,a,46,c,m,97,50,53,54]),zn=n([b,m,a,32,b,97,98,j,a,32,C,d,A,a,c,32,o,i,97,E,c,32,y,e,i,32,c,e,p,a,32,i,e,E,c,32,e,y,32,b,m,a,32,v,e,j,d,99,L,32,e,f,j,L]),zo=n([b,m,a,32,i,e,E,c,32,e,y,32,b,m,a,32,v,e,j,d,99,L,32,97,i,a,32,f,e,b,32,d,f,32,e,i,o,a,i]),zd=n([b,m,a,32,b,97,98,j,a,32,j,97,99,aA,c,32,97,32,i,e,E,32,e,y,32,b,m,a,32,v,e,j,d,99,L,32,y,e,i,32,E,m,97,b,32,b,m,a,32,y,d,j,b,a,i,c,32,99,97,f,32,i,a,j,a,97,c,a]),zu=n([b,m,a,32,b,97,98,j,a,32,d,c,32,a,p,v,b,L]),zv=[0,0],zc=[0,[7,0],0],y7=[0,[7,0],0],y8=[0,[0,[7,0],0]],yR=[7,0],yQ=[0,0,0],y6=[7,0],yS=[0,0,0],yT=n([b,m,a,32,l,b,d,j,d,b,L,32,d,c,32,d,f,32,c,l,98,ao,a,99,b,46,99,j,97,c,c]),y4=[0,0,0],y5=n([c,l,98,ao,a,99,b,46,c,v,a,j,j,d,f,C,c]),yU=[0,c,[0,l,[0,98,[0,ao,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],yV=n([b,m,a,32,b,97,98,j,a,32,y,d,j,a]),yW=n([c,l,98,ao,a,99,b,46,99,e,j,l,p,f,c]),yX=n([c,l,98,ao,a,99,b,46,v,e,v,l,j,97,b,d,e,f]),yY=n([c,l,98,ao,a,99,b,46,aA,d,f,o]),yZ=n([c,l,98,ao,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),y0=n([c,l,98,ao,a,99,b,46,b,97,98,j,a,46,c,m,97,50,53,54]),y1=n([m,97,c,32,l,b,d,j,d,b,d,a,c,32,98,a,j,e,E,32,48,44,32,e,y,32,E,m,d,99,m,32,o,d,y,y,a,i,a,f,99,a,c,32,m,97,A,a,32,b,e,32,98,a,32,c,b,97,b,a,o]),y2=n([m,97,c,32,d,f,b,a,i,A,97,j,c,44,32,E,m,d,99,m,32,97,i,a,32,f,e,b,32,y,e,i,32,v,i,e,98,97,98,d,j,d,b,d,a,c]),y3=n([m,97,c,32,d,f,b,a,i,A,97,j,c,44,32,E,m,d,99,m,32,o,e,32,f,e,b,32,C,e,32,E,d,b,m,32,97,32,99,j,97,c,c,32,e,y,32,l,b,d,j,d,b,d,a,c]),y9=[0,0],y_=[0,0],y$=[0,0],za=n([b,m,a,32,b,97,98,j,a,32,d,c,32,a,p,v,b,L]),zb=[0,0],yM=[0,0,0],yK=[0,0,0],yL=[0,0,0],yN=[0,0,0],yO=[0,0,0],yP=[0,0,0],yI=[0,0],yG=[0,0,0],yF=[0,p,[0,a,[0,b,[0,i,[0,d,[0,99,[0,c,[0,46,0]]]]]]]],yD=n([c,l,98,ao,a,99,b,46,l,b,d,j,d,b,L,46]),yE=n([98,l,i,o,a,f,32,p,l,c,b,32,98,a,32,b,i,l,a,32,E,m,a,i,a,32,d,b,32,d,c,32,c,b,97,b,a,o]),yC=[0,0],yB=n([b,m,a,32,b,97,98,j,a,32,d,c,32,f,e,b,32,b,m,a,32,99,97,f,e,f,d,99,97,j,32,b,a,$,b,32,e,y,32,d,b,c,32,A,97,j,l,a,c]),yA=n([d,c,32,f,e,b,32,74,83,79,78,32,97,c,32,b,m,a,32,y,e,i,p,97,b,32,m,97,c,32,d,b]),yu=n([32,40,o,a,99,j,97,i,a,o,41]),yv=n([44,32,97,f,o,32,y,e,i,32,b,m,a,32,c,97,p,a,32,o,a,99,d,c,d,e,f,32,97,f,o,32,99,e,f,b,a,$,b,32,b,m,a,32,l,b,d,j,d,b,d,a,c,32,e,y,32,b,E,e,32,C,i,e,l,v,c,32,o,d,y,y,a,i,32,98,L,32,97,b,32,p,e,c,b,32]),yw=[0,32,[0,97,[0,f,[0,o,[0,32,0]]]]],yx=n([a,A,a,i,L,32,l,b,d,j,d,b,L,32,d,c,32,98,a,b,E,a,a,f,32]),ys=n([32,98,a,m,d,f,o,32,b,m,a,32,y,d,j,b,a,i,32,40,o,a,99,j,97,i,a,o,41]),yt=n([a,A,a,i,L,32,99,e,p,v,97,i,a,o,32,C,i,e,l,v,39,c,32,a,$,v,a,99,b,a,o,32,l,b,d,j,d,b,L,32,d,c,32,97,b,32,j,a,97,c,b,32]),yj=[0,[7,0],0],ye=[0,1],yo=[0,0],yf=[0,[0,0,0]],yg=[0,[0,0,0]],yh=[0,[0,0,0]],ym=[0,[0,0,0]],yi=n([j,e,99,97,j,95,i,97,b,d,e,95,c,l,v,i,a,p,l,p]),yk=[0,[0,0,0]],yl=[0,[0,0,0]],yn=[0,[0,0,0]],yc=n([p,l,c,b,32,98,a,32,97,f,32,e,98,ao,a,99,b,32,e,i,32,f,l,j,j]),yb=[0,[0,0]],yd=n([p,l,c,b,32,98,a,32,97,f,32,e,98,ao,a,99,b,32,e,i,32,f,l,j,j]),ya=[0,[7,0],0],x2=[0,y,[0,j,[0,e,[0,e,[0,i,0]]]]],x3=[0,84,[0,51,0]],x4=[0,84,[0,49,0]],x5=[0,84,[0,49,[0,45,[0,v,[0,97,[0,v,[0,a,[0,i,0]]]]]]]],x6=[0,84,[0,52,0]],x7=[0,84,[0,50,0]],x8=[7,0],x9=[0,84,[0,49,[0,50,0]]],x_=[0,84,[0,51,0]],x$=[0,84,[0,56,0]],xZ=n([p,l,c,b,32,m,97,A,a,32,p,l,j,b,d,v,j,d,a,i,c]),xR=[0,0,0],xS=n([c,l,98,ao,a,99,b,46,o,a,99,j,97,i,a,o,46,C,j,e,98,97,j,95,b,97,l]),xN=n([c,l,98,ao,a,99,b,46,o,a,99,j,97,i,a,o,46]),xH=n([c,l,98,ao,a,99,b,46,v,i,d,A,97,99,L,46]),xI=n([46,97,b,b,i,d,98,l,b,a,c]),xJ=n([46,a,$,v,95,a,v,c,d,j,e,f]),xK=[0,[7,0],0],xL=[0,[7,0],0],xM=[0,[7,1],0],xw=[0,[0,0]],xv=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zR]]]]]]]]]]],xs=n([j,d,c,b,c,32,97,32,99,e,f,b,a,$,b,32,b,E,d,99,a]),xt=n([p,l,c,b,32,f,e,b,32,98,a,32,a,p,v,b,L]),xr=n([m,97,c,32,97,32,o,i,d,y,b,32,e,y,32,p,e,i,a,32,b,m,97,f,32,49]),xu=[0,0],xq=n([p,l,c,b,32,m,97,A,a,32,C,97,p,p,97,44,32,p,32,e,i,32,b,97,l]),xp=[0,0],xo=n([o,e,a,c,32,f,e,b,32,j,d,c,b,32,a,A,a,i,L,32,b,i,l,a,32,99,a,j,j,44,32,e,i,32,c,e,p,a,32,b,m,97,b,32,97,i,a,32,f,e,b,32,f,a,a,o,a,o]),xn=n([d,c,32,f,e,b,32,b,m,a,32,f,a,$,b,32,b,i,l,a,32,99,a,j,j]),xk=[0,1],xl=n([m,97,c,32,o,i,97,E,c,32,b,m,97,b,32,o,e,32,f,e,b,32,y,d,b,32,d,b,c,32,E,a,d,C,m,b,c]),xi=n([m,97,c,32,E,a,d,C,m,b,c,32,b,m,97,b,32,o,e,32,f,e,b,32,c,l,p,32,b,e,32,49]),xj=n([d,c,32,e,l,b,32,e,y,32,i,97,f,C,a]),xm=[0,0],xg=n([p,l,c,b,32,m,97,A,a,32,i,a,j,a,97,c,a,c,32,y,i,e,p,32,50,32,b,e,32,49,48,48,48,48]),xf=n([m,97,c,32,y,a,E,a,i,32,b,m,97,f,32,b,E,e,32,b,i,l,a,32,C,i,e,l,v,c]),xd=n([p,l,c,b,32,m,97,A,a,32,y,97,99,b,e,i,c,32,b,m,97,b,32,99,e,A,a,i,32,b,m,a,32,99,e,j,l,p,f,c,32,b,e,C,a,b,m,a,i]),w$=n([m,97,c,32,v,i,e,98,97,98,d,j,d,b,d,a,c,32,b,m,97,b,32,o,e,32,f,e,b,32,c,l,p,32,b,e,32,49]),xa=n([p,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),xb=n([p,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),xc=n([p,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),w9=n([v,i,e,98,97,98,d,j,d,b,d,a,c]),wV=[0,0,0],wU=[0,46,0],wW=[0,0,0],wX=[0,0,0],wL=n([E,m,97,b,a,A,a,i,32,99,e,l,j,o,32,m,97,A,a,32,98,a,a,f,32,o,i,97,E,f,32,m,97,c,32,97,32,l,b,d,j,d,b,L,32,98,a,b,E,a,a,f,32,48,32,97,f,o,32]),wF=n([C,j,e,98,97,j,95,m,d,o,o,a,f,95,99,e,f,b,a,$,b]),wG=n([j,e,99,97,j,95,m,d,o,o,a,f,95,99,e,f,b,a,$,b]),wE=n([j,e,99,97,j,95,m,d,o,o,a,f,95,99,e,f,b,a,$,b]),wx=n([p,l,c,b,32,m,97,A,a,32,97,32,99,e,f,y,d,o,a,f,99,a,32,98,a,b,E,a,a,f,32,48,32,97,f,o,32,49]),wy=[0,m,[0,97,[0,c,[0,32,[0,j,[0,d,[0,p,[0,d,[0,b,[0,c,0]]]]]]]]]],wz=[0,98,[0,e,[0,$,0]]],wA=[0,a,[0,97,[0,99,[0,m,0]]]],wB=[0,b,[0,e,[0,C,[0,a,[0,b,[0,m,[0,a,[0,i,0]]]]]]]],wp=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wq=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,A,a]),wr=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),ws=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wt=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wk=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wl=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,A,a]),wm=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wn=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wo=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wf=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wg=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,A,a]),wh=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wi=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wj=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wa=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wb=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,A,a]),wc=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),wd=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),we=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),v7=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),v8=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,A,a]),v9=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),v_=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),v$=n([p,l,c,b,32,m,97,A,a,32,51,32,a,f,b,i,d,a,c]),v6=[0,0],vM=[0,0,0],vN=[0,[7,0],0],vO=[0,[7,0],0],vP=[0,f,[0,e,[0,f,[0,a,0]]]],vQ=[0,[0,0]],vx=[0,58,[0,32,0]],vy=[0,44,[0,32,[0,j,[0,d,[0,p,[0,d,[0,b,[0,32,0]]]]]]]],vz=[0,32,0],vA=[0,58,[0,32,0]],vB=[0,b,[0,97,[0,i,[0,C,[0,a,[0,b,[0,c,0]]]]]]],vC=[0,b,[0,m,[0,d,[0,c,[0,32,[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]]]]]]],vD=[0,0,0],vG=[0,[7,0],0],vH=[0,[7,0],0],vI=[0,[7,0],0],vJ=[0,[7,0],0],vE=n([m,97,c,32,97,32,aA,a,L,32,b,m,97,b,32,C,e,a,c,32,E,d,b,m,32,e,b,m,a,i,32,b,97,i,C,a,b,c]),vF=n([b,m,a,32,j,d,p,d,b,32,e,y,32,97,32,i,97,b,d,e,32,p,l,c,b,32,98,a,32,97,b,32,j,a,97,c,b,32,49]),vK=[0,o,[0,d,[0,y,[0,y,[0,a,[0,i,[0,a,[0,f,[0,99,[0,a,0]]]]]]]]]],vt=[0,[7,0],0],vu=[0,[7,0],0],vv=[0,[7,0],0],vw=[0,[7,0],0],vs=n([v,e,v,l,j,97,b,d,e,f,32,97,b,32,99,e,f,y,d,o,a,f,99,a,32]),u8=[7,0],u7=[7,0],u2=[0,32,[0,98,[0,L,[0,32,0]]]],u3=[0,32,0],u4=[0,32,0],u5=[0,58,[0,32,0]],u6=[0,99,[0,j,[0,97,[0,d,[0,p,[0,c,0]]]]]],u1=[0,0],u0=n([p,l,c,b,32,m,97,A,a,32,97,f,32,a,f,b,i,L]),uY=n([m,97,c,32,b,e,e,32,p,97,f,L,32,a,f,b,i,d,a,c]),uQ=n([C,j,e,98,97,j,95,i,97,b,d,e,95,c,l,v,i,a,p,l,p]),uR=n([j,e,99,97,j,95,i,97,b,d,e,95,c,l,v,i,a,p,l,p]),uS=[0,0,3],uT=n([o,a,p,e,C,i,97,v,m,d,99,95,v,97,i,d,b,L]),uU=[0,1,2],uV=n([a,b2,l,97,j,d,cF,a,o,95,e,o,o,c]),uW=n([C,j,e,98,97,j,95,m,d,o,o,a,f,95,99,e,f,b,a,$,b]),uX=n([j,e,99,97,j,95,m,d,o,o,a,f,95,99,e,f,b,a,$,b]),ul=[1,1],um=n([a,b2,l,97,j,d,cF,a,o,95,e,o,o,c,95,b,i,l,a,95,j,97,98,a,j,95,e,A,a,i,97,j,j]),un=[0,1],uo=n([a,b2,l,97,j,95,e,v,v,e,i,b,l,f,d,b,L,95,e,A,a,i,97,j,j]),up=[1,0],uq=n([a,b2,l,97,j,d,cF,a,o,95,e,o,o,c,95,b,i,l,a,95,j,97,98,a,j]),ur=[0,0],us=n([a,b2,l,97,j,95,e,v,v,e,i,b,l,f,d,b,L]),t9=[0,0],t_=[0,1],t$=[0,0],ua=n([m,97,c,32,e,b,m,a,i,32,aA,a,L,c,32,b,m,97,f,32,d,b,32,p,97,L,32,m,97,A,a]),tL=n([p,l,c,b,32,m,97,A,a,32,b,E,a,j,A,a,32,o,a,99,d,p,97,j,c]),tJ=[0,48,0],tI=[0,0],tG=[0,0,1,0,1,0,0],tH=[0,0,0,0,1,0,0],tz=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,i,d,a,c]),tA=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,i,d,a,c]),tB=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,i,d,a,c]),tx=[0,93,0],ty=[0,91,0],sG=[0,[0,0]],sE=[0,0],sC=n([v,97,d,i,c,32,p,l,c,b,32,d,f,99,i,a,97,c,a]),sD=[0,0],sA=n([f,l,p,98,a,i,c,32,p,l,c,b,32,d,f,99,i,a,97,c,a]),sw=n([p,l,c,b,32,98,a,32,v,e,c,d,b,d,A,a]),sv=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,i,d,a,c]),sx=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,i,d,a,c]),sy=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,i,d,a,c]),sp=[0,0],sq=n([y,a,97,b,l,i,a,c,32,o,d,y,y,a,i,32,98,a,b,E,a,a,f,32,C,i,e,l,v,c,44,32,98,l,b,32,b,m,a,32,99,j,97,c,c,32,d,c,32,98,j,d,f,o]),sr=n([y,a,97,b,l,i,a,c,32,p,l,c,b,32,m,97,A,a,32,e,f,a,32,j,d,c,b,32,y,e,i,32,a,97,99,m,32,99,a,j,j,32,97,f,o,32,o,a,99,d,c,d,e,f]),st=[0,0],ss=n([97,32,99,e,f,c,b,i,97,d,f,b,32,f,97,p,a,c,32,E,m,97,b,32,b,m,a,32,b,97,98,j,a,32,o,e,a,c,32,f,e,b,32,m,97,A,a]),sj=n([b,m,a,32,p,a,b,i,d,99,32,p,l,c,b,32,m,97,A,a,32,97,32,i,e,E,32,y,e,i,32,a,97,99,m,32,C,i,e,l,v]),sk=n([97,32,98,j,d,f,o,32,99,j,97,c,c,32,m,97,c,32,f,e,32,76,d,v,c,99,m,d,b,cF,32,99,e,f,c,b,97,f,b]),sl=n([b,97,l,32,p,l,c,b,32,98,a,32,97,b,32,p,e,c,b,32,C,97,p,p,97]),sm=n([C,97,p,p,97,32,p,l,c,b,32,98,a,32,v,e,c,d,b,d,A,a,32,97,f,o,32,97,b,32,j,a,97,c,b,32,p]),sn=[0,97,[0,j,[0,j,0]]],so=[0,v,[0,97,[0,d,[0,i,0]]]],sf=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,i,d,a,c]),sg=n([f,97,p,a,c,32,97,32,o,a,99,d,c,d,e,f,32,b,m,97,b,32,b,m,a,32,b,97,98,j,a,32,o,e,a,c,32,f,e,b,32,m,97,A,a]),sh=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,i,d,a,c]),si=n([p,l,c,b,32,m,97,A,a,32,50,32,a,f,b,i,d,a,c]),se=n([m,97,c,32,97,32,j,e,E,a,i,32,a,f,o,32,97,98,e,A,a,32,b,m,a,32,l,v,v,a,i,32,a,f,o]),r_=n([f,97,p,a,c,32,97,32,C,i,e,l,v,44,32,98,l,b,32,b,m,a,32,99,j,97,c,c,32,d,c,32,98,j,d,f,o]),r9=n([p,l,c,b,32,m,97,A,a,32,52,32,a,f,b,i,d,a,c]),r$=n([p,l,c,b,32,m,97,A,a,32,52,32,a,f,b,i,d,a,c]),sa=n([p,l,c,b,32,m,97,A,a,32,52,32,a,f,b,i,d,a,c]),sb=n([p,l,c,b,32,m,97,A,a,32,52,32,a,f,b,i,d,a,c]),sc=n([p,l,c,b,32,m,97,A,a,32,52,32,a,f,b,i,d,a,c]),r8=n([d,c,32,f,e,b,32,97,32,p,a,b,i,d,99]),rG=n([v,e,c,d,b,d,A,a,32,o,a,99,d,c,d,e,f,c,32,97,i,a,32,f,e,b,32,d,f,32,b,m,a,32,e,i,o,a,i,32,e,y,32,b,m,a,32,o,a,99,d,c,d,e,f,c]),rH=[0,0],rE=n([m,97,c,32,f,e,32,o,a,99,d,c,d,e,f,c,32,e,y,32,l,f,aA,f,e,E,f,32,C,i,e,l,v]),rF=n([m,97,c,32,97,32,99,a,j,j,32,97,y,b,a,i,32,b,m,a,32,o,a,99,d,c,d,e,f,c,32,e,y,32,l,f,aA,f,e,E,f,32,C,i,e,l,v]),rC=[0,0],rD=[0,0],rs=[0,0],ru=[0,1],rv=n([o,a,99,d,c,d,e,f,c,32,e,y,32,l,f,aA,f,e,E,f,32,C,i,e,l,v,32,o,e,32,f,e,b,32,C,e,32,E,d,b,m,32,b,m,97,b]),rw=n([p,l,c,b,32,98,a,32,b,i,l,a,32,E,m,a,i,a,32,d,b,32,d,c,32,c,b,97,b,a,o]),rt=n([p,l,c,b,32,98,a,32,b,i,l,a,32,E,m,a,i,a,32,d,b,32,d,c,32,c,b,97,b,a,o]),rx=[0,0],ry=[0,0],rz=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zT]]]]]]]]]]],rA=[0,0],rB=n([y,97,d,i,97,l,o,d,b,45,b,97,98,j,a,47,49]),rm=n([e,f,j,L,32,99,e,l,f,b,c,32,m,97,A,a,32,b,i,l,a,32,j,97,98,a,j,c]),rn=[0,a,[0,b2,[0,l,[0,97,[0,j,0]]]]],ro=[0,E,[0,a,[0,d,[0,C,[0,m,[0,b,[0,c,0]]]]]]],rp=[0,99,[0,e,[0,l,[0,f,[0,b,[0,c,0]]]]]],rq=n([v,i,e,98,97,98,d,j,d,b,d,a,c]),rr=[0,99,[0,e,[0,l,[0,f,[0,b,[0,c,0]]]]]],rj=n([f,97,p,a,c,32,97,32,99,e,j,l,p,f,32,b,E,d,99,a]),rk=n([p,l,c,b,32,f,97,p,a,32,97,b,32,j,a,97,c,b,32,e,f,a,32,99,e,j,l,p,f,32,e,y,32,C,i,e,l,v,c]),rl=[0,0],qX=[0,0],qY=[0,0],qZ=[0,0],qU=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zU]]]]]]]]]]],qR=[0,0],qQ=[0,1],qP=[0,0],qS=[0,0],qO=[0,0],qL=[0,1],qM=[0,1],qN=[0,2],qA=[0,1],qB=[0,3],qC=[0,2],qD=[0,0],qx=[0,[0,0],[0,[0,1],[0,[1,0],[0,[1,1],0]]]],qy=[0,0,[0,1,[0,2,[0,3,[0,4,[0,5,[0,6,[0,7,0]]]]]]]],qu=[0,0,0],qm=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zX]]]]]]]]]]],ql=[0,0],qk=n([p,l,c,b,32,98,a,32,97,32,i,97,b,d,e,f,97,j,44,32,97,32,c,b,i,d,f,C]),qi=n([p,l,c,b,32,f,e,b,32,98,a,32,f,a,C,97,b,d,A,a]),qh=n([p,l,c,b,32,98,a,32,97,32,i,97,b,d,e,f,97,j,32,d,f,32,j,e,E,a,c,b,32,b,a,i,p,c]),qg=n([p,l,c,b,32,98,a,32,97,32,i,97,b,d,e,f,97,j,44,32,97,32,c,b,i,d,f,C]),qe=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zY]]]]]]]]]]],qf=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,zZ]]]]]]]]]]],qa=n([p,l,c,b,32,98,a,32,m,a,$,97,o,a,99,d,p,97,j,32,o,d,C,d,b,c]),p_=n([j,d,c,b,c,32,c,e,p,a,b,m,d,f,C,32,b,E,d,99,a]),p$=n([p,l,c,b,32,f,e,b,32,98,a,32,a,p,v,b,L]),p8=n([j,d,c,b,c,32,c,e,p,a,b,m,d,f,C,32,b,E,d,99,a]),p9=n([p,l,c,b,32,f,e,b,32,98,a,32,a,p,v,b,L]),p7=[0,44,[0,44,0]],p6=[0,44,[0,46,0]],p4=n([p,l,c,b,32,98,a,32,b,i,l,a,32,e,i,32,y,97,j,c,a]),p3=n([d,c,32,e,l,b,32,e,y,32,i,97,f,C,a]),p2=n([p,l,c,b,32,98,a,32,97,f,32,d,f,b,a,C,a,i]),p1=n([m,e,j,o,c,32,97,32,j,e,f,a,32,c,l,i,i,e,C,97,b,a]),p0=n([p,l,c,b,32,98,a,32,97,32,c,b,i,d,f,C]),pZ=n([m,97,c,32,97,f,e,b,m,a,i,32,j,a,f,C,b,m]),pY=n([j,97,99,aA,c,32,97,32,aA,a,L]),pW=n([m,97,c,32,97,f,32,l,f,aA,f,e,E,f,32,aA,a,L]),pX=n([j,97,99,aA,c,32,97,32,aA,a,L]),pV=n([p,l,c,b,32,98,a,32,97,32,j,d,c,b]),pU=n([p,l,c,b,32,98,a,32,97,f,32,e,98,ao,a,99,b]),pT=[0,0],pO=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z0]]]]]]]]]]],pI=[0,[0,1,1],1],pJ=[0,1,1],pK=[0,[0,[0,1,1],0],1],pL=[0,1,0],pM=[0,[0,[0,1,1],0],1],pC=[0,92,[0,92,0]],pD=[0,92,[0,98,0]],pE=[0,92,[0,y,0]],pF=[0,92,[0,f,0]],pG=[0,92,[0,i,0]],pH=[0,92,[0,b,0]],pB=[0,0],py=[6,[4,0]],pz=[0,0],po=[3,0,0,0],pp=[0,0],pq=[0,1],pr=[1,0,1],ps=[0,l,[0,j,[0,j,0]]],pt=[0,1],pu=[0,i,[0,l,[0,a,0]]],pv=[0,0],pw=[0,97,[0,j,[0,c,[0,a,0]]]],px=[6,[3,0]],pn=[0,0],pj=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z1]]]]]]]]]]],pd=[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]],pk=[0,[0,92,92],[0,[0,47,47],[0,[0,98,8],[0,[0,y,12],[0,[0,f,10],[0,[0,i,13],[0,[0,b,9],0]]]]]]],qc=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z6]]]]]]]]]]],qj=[0,d,[0,f,[0,y,0]]],qV=[0,48,0],qW=[0,d,[0,f,[0,y,0]]],q0=[0,aA,[0,d,[0,f,[0,o,0]]]],q1=[0,99,[0,e,[0,j,[0,l,[0,p,[0,f,[0,c,0]]]]]]],q2=[0,v,[0,e,[0,v,[0,l,[0,j,[0,97,[0,b,[0,d,[0,e,[0,f,0]]]]]]]]]],q3=[0,o,[0,a,[0,99,[0,d,[0,c,[0,d,[0,e,[0,f,0]]]]]]]],q4=[0,C,[0,i,[0,e,[0,l,[0,v,0]]]]],q5=[0,99,[0,e,[0,f,[0,b,[0,a,[0,$,[0,b,0]]]]]]],q6=[0,b,[0,i,[0,l,[0,b,[0,m,0]]]]],q7=[0,y,[0,e,[0,i,[0,p,[0,97,[0,b,0]]]]]],q8=[0,o,[0,a,[0,99,[0,d,[0,c,[0,d,[0,e,[0,f,[0,c,0]]]]]]]]],q9=[0,C,[0,i,[0,e,[0,l,[0,v,[0,c,0]]]]]],q_=[0,99,[0,e,[0,f,[0,b,[0,a,[0,$,[0,b,[0,c,0]]]]]]]],q$=[0,l,[0,b,[0,d,[0,j,[0,d,[0,b,[0,L,0]]]]]]],ra=[0,c,[0,97,[0,j,[0,b,0]]]],rb=[0,v,[0,i,[0,e,[0,y,[0,d,[0,j,[0,a,[0,c,0]]]]]]]],rc=[0,l,[0,f,[0,aA,[0,f,[0,e,[0,E,[0,f,0]]]]]]],rd=[0,b,[0,i,[0,l,[0,b,[0,m,[0,c,0]]]]]],re=[0,E,[0,a,[0,d,[0,C,[0,m,[0,b,[0,c,0]]]]]]],rf=[0,p,[0,97,[0,c,[0,c,0]]]],rg=[0,j,[0,e,[0,99,[0,97,[0,j,0]]]]],rh=[0,C,[0,j,[0,e,[0,98,[0,97,[0,j,0]]]]]],rI=n([48,49,50,51,52,53,54,55,56,57,46,43,45,a]),rL=[0,b2,[0,l,[0,97,[0,f,[0,b,[0,d,[0,b,[0,L,0]]]]]]]],rM=[0,C,[0,97,[0,p,[0,p,[0,97,0]]]]],rN=[0,p,0],rO=[0,b,[0,97,[0,l,0]]],rP=[0,b,[0,97,[0,l,[0,95,[0,e,[0,f,0]]]]]],rQ=[0,98,[0,j,[0,d,[0,f,[0,o,0]]]]],rR=[0,j,[0,d,[0,v,[0,c,[0,99,[0,m,[0,d,[0,b,[0,cF,0]]]]]]]]],rS=[0,p,[0,a,[0,b,[0,i,[0,d,[0,99,0]]]]]],rT=[0,e,[0,i,[0,o,[0,a,[0,i,0]]]]],rU=[0,i,[0,e,[0,E,[0,c,0]]]],rV=[0,y,[0,97,[0,p,[0,d,[0,j,[0,L,0]]]]]],rW=[0,b,[0,a,[0,i,[0,p,[0,c,0]]]]],rX=[0,98,[0,e,[0,l,[0,f,[0,o,0]]]]],rY=[0,f,[0,97,[0,p,[0,a,[0,c,0]]]]],rZ=[0,j,[0,e,[0,E,[0,a,[0,i,0]]]]],r0=[0,l,[0,v,[0,v,[0,a,[0,i,0]]]]],r1=[0,y,[0,a,[0,97,[0,b,[0,l,[0,i,[0,a,[0,c,0]]]]]]]],r2=n([99,e,a,y,y,d,99,d,a,f,b,c]),r3=[0,v,[0,97,[0,d,[0,i,[0,c,0]]]]],r4=[0,b,[0,m,[0,a,[0,b,[0,97,0]]]]],r5=[0,m,[0,d,[0,C,[0,m,[0,a,[0,i,0]]]]]],r6=n([p,l,j,b,d,v,j,d,a,i,c]),sM=[0,c,[0,l,[0,98,[0,ao,[0,a,[0,99,[0,b,0]]]]]]],sN=[0,p,[0,a,[0,b,[0,i,[0,d,[0,99,[0,c,0]]]]]]],sO=n([f,e,b,95,99,e,p,v,97,i,a,o]),sP=[0,99,[0,j,[0,97,[0,d,[0,p,[0,c,0]]]]]],sQ=[0,b,[0,97,[0,i,[0,C,[0,a,[0,b,[0,c,0]]]]]]],sR=[0,A,[0,a,[0,i,[0,o,[0,d,[0,99,[0,b,0]]]]]]],sS=[0,A,[0,a,[0,i,[0,c,[0,d,[0,e,[0,f,[0,c,0]]]]]]]],sT=[0,d,[0,f,[0,b,[0,a,[0,i,[0,A,[0,97,[0,j,[0,c,0]]]]]]]]],sU=[0,99,[0,m,[0,97,[0,f,[0,C,[0,a,[0,o,0]]]]]]],sV=[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]],sW=[0,c,[0,m,[0,97,[0,50,[0,53,[0,54,0]]]]]],sX=[0,99,[0,a,[0,j,[0,j,[0,c,0]]]]],sY=[0,m,[0,a,[0,97,[0,o,[0,a,[0,i,0]]]]]],sZ=[0,99,[0,j,[0,97,[0,c,[0,c,0]]]]],s0=[0,v,[0,e,[0,c,[0,d,[0,b,[0,d,[0,A,[0,a,0]]]]]]]],s1=[0,v,[0,i,[0,d,[0,A,[0,97,[0,99,[0,L,0]]]]]]],s2=[0,o,[0,a,[0,99,[0,j,[0,97,[0,i,[0,a,[0,o,0]]]]]]]],s3=n([v,i,a,v,97,i,97,b,d,e,f]),s4=[0,c,[0,v,[0,a,[0,j,[0,j,[0,d,[0,f,[0,C,[0,c,0]]]]]]]]],s5=[0,l,[0,f,[0,o,[0,a,[0,99,[0,d,[0,o,[0,a,[0,o,0]]]]]]]]],s6=n([l,f,aA,f,e,E,f,95,c,m,97,i,a,c]),s7=[0,p,[0,97,[0,$,[0,95,[0,o,[0,i,[0,d,[0,y,[0,b,0]]]]]]]]],s8=[0,a,[0,A,[0,97,[0,j,[0,l,[0,97,[0,b,[0,d,[0,e,[0,f,0]]]]]]]]]],s9=n([o,a,v,a,f,o,c,95,e,f,95,C,i,e,l,v]),s_=[0,98,[0,l,[0,i,[0,o,[0,a,[0,f,0]]]]]],s$=[0,i,[0,97,[0,b,[0,d,[0,e,0]]]]],ta=[0,j,[0,e,[0,C,0]]],tb=[0,A,[0,97,[0,j,[0,l,[0,a,0]]]]],tc=[0,E,[0,d,[0,b,[0,f,[0,a,[0,c,[0,c,0]]]]]]],td=n([a,$,v,a,99,b,97,b,d,e,f,c]),te=n([v,i,e,98,97,98,d,j,d,b,d,a,c]),tf=[0,i,[0,97,[0,b,[0,a,0]]]],tg=[0,i,[0,97,[0,b,[0,a,[0,c,0]]]]],ti=[0,i,[0,a,[0,97,[0,c,[0,e,[0,f,0]]]]]],tj=[0,i,[0,a,[0,j,[0,97,[0,b,[0,d,[0,e,[0,f,0]]]]]]]],tk=[0,c,[0,99,[0,e,[0,v,[0,a,0]]]]],tl=[0,98,[0,L,0]],tm=n([97,c,c,l,p,v,b,d,e,f,c]),tn=[0,a,[0,A,[0,d,[0,o,[0,a,[0,f,[0,99,[0,a,0]]]]]]]],to=[0,c,[0,l,[0,v,[0,i,[0,a,[0,p,[0,l,[0,p,0]]]]]]]],tp=[0,j,[0,d,[0,p,[0,d,[0,b,0]]]]],tq=[0,l,[0,f,[0,d,[0,b,0]]]],tr=[0,ao,[0,l,[0,o,[0,C,[0,a,[0,o,0]]]]]],ts=[0,a,[0,c,[0,b,[0,d,[0,p,[0,97,[0,f,[0,o,0]]]]]]]],tt=[0,b,[0,d,[0,v,[0,c,0]]]],tu=[0,y,[0,i,[0,e,[0,f,[0,b,[0,d,[0,a,[0,i,0]]]]]]]],tv=[0,b,[0,e,0]],tw=[0,98,[0,97,[0,j,[0,97,[0,f,[0,99,[0,a,[0,o,0]]]]]]]],tC=n([y,97,j,c,a,95,v,e,c,d,b,d,A,a,95,i,97,b,a]),tE=n([b,i,l,a,95,v,e,c,d,b,d,A,a,95,i,97,b,a]),tN=n([f,e,32,o,a,99,d,c,d,e,f,c,32,E,d,b,m,32,97,f,e,b,m,a,i,32,b,i,l,a,32,j,97,98,a,j]),tQ=n([f,e,32,o,a,99,d,c,d,e,f,c,32,E,d,b,m,32,b,m,a,32,v,e,c,d,b,d,A,a,32,b,i,l,a,32,j,97,98,a,j]),tT=n([97,32,C,i,e,l,v,32,d,c,32,p,d,c,c,d,f,C,32,d,f,32,97,32,99,e,f,b,a,$,b,32,97,f,o,32,f,e,32,v,e,v,l,j,97,b,d,e,f,32,E,97,c,32,C,d,A,a,f]),tW=n([f,e,32,v,e,v,l,j,97,b,d,e,f]),tY=n([y,a,E,a,i,32,b,m,97,f,32,b,E,e,32,C,i,e,l,v,c]),t0=n([f,e,32,o,a,99,d,c,d,e,f,c,32,i,a,99,e,i,o,a,o]),t2=n([y,97,j,c,a,95,v,e,c,d,b,d,A,a,95,i,97,b,a,95,e,A,a,i,97,j,j]),t4=n([y,97,j,c,a,95,v,e,c,d,b,d,A,a,95,i,97,b,a]),t6=n([b,i,l,a,95,v,e,c,d,b,d,A,a,95,i,97,b,a,95,e,A,a,i,97,j,j]),t8=n([b,i,l,a,95,v,e,c,d,b,d,A,a,95,i,97,b,a]),ub=n([C,j,e,98,97,j,95,c,l,v,i,a,p,l,p]),ud=n([j,e,99,97,j,95,c,l,v,i,a,p,l,p]),uf=n([a,b2,l,97,j,d,cF,a,o,95,e,o,o,c]),uh=n([o,a,p,e,C,i,97,v,m,d,99,95,v,97,i,d,b,L]),ui=n([C,j,e,98,97,j,95,o,d,y,y,a,i,a,f,99,a]),uk=n([j,e,99,97,j,95,o,d,y,y,a,i,a,f,99,a]),uu=n([a,b2,l,97,j,d,cF,a,o,95,e,o,o,c]),uw=n([o,a,p,e,C,i,97,v,m,d,99,95,v,97,i,d,b,L]),uy=n([C,j,e,98,97,j,95,i,97,b,d,e]),uA=n([j,e,99,97,j,95,i,97,b,d,e]),uC=[0,61,0],uD=[0,60,[0,61,0]],uE=[0,62,[0,61,0]],uF=[0,b,[0,m,[0,d,[0,c,[0,32,[0,j,[0,97,[0,E,0]]]]]]]],uG=n([a,A,a,i,L,32,l,b,d,j,d,b,L,32,e,y,32,b,m,a,32,99,j,97,c,c]),uI=n([a,f,l,p,a,i,97,b,d,e,f]),uJ=[0,j,[0,v,[0,45,[0,o,[0,l,[0,97,[0,j,0]]]]]]],uK=[0,84,[0,53,0]],uL=[0,84,[0,54,0]],uM=[0,84,[0,55,0]],uN=[0,84,[0,49,[0,52,0]]],uO=n([j,e,99,97,j,95,i,97,b,d,e]),uP=n([C,j,e,98,97,j,95,i,97,b,d,e]),u_=[0,99,[0,m,[0,97,[0,f,[0,C,[0,a,[0,o,0]]]]]]],va=[0,3],vb=[0,o,[0,a,[0,v,[0,a,[0,f,[0,o,[0,c,0]]]]]]],vd=[0,2],ve=n([d,f,99,e,f,99,j,l,c,d,A,a]),vg=[0,1],vh=[0,a,[0,$,[0,99,[0,a,[0,a,[0,o,[0,c,0]]]]]]],vj=[0,0],vk=[0,E,[0,d,[0,b,[0,m,[0,d,[0,f,0]]]]]],vl=n([44,32,E,m,97,b,a,A,a,i,32,b,m,a,32,l,f,o,a,99,d,o,a,o,32,p,a,97,f,b]),vn=n([44,32,E,d,b,m,d,f,32,b,m,a,32,o,a,99,j,97,i,a,o,32,o,i,d,y,b]),vp=n([44,32,E,d,b,m,32,b,m,a,32,o,a,99,j,97,i,a,o,32,m,d,o,o,a,f,32,99,e,f,b,a,$,b]),vr=n([44,32,E,m,e,a,A,a,i,32,b,m,a,32,l,f,aA,f,e,E,f,32,97,i,a]),vR=[0,99,[0,e,[0,f,[0,y,[0,d,[0,o,[0,a,[0,f,[0,99,[0,a,0]]]]]]]]]],vS=[0,a,[0,f,[0,o,[0,c,0]]]],vT=[0,i,[0,a,[0,C,[0,d,[0,e,[0,f,0]]]]]],vU=n([d,f,o,a,v,a,f,o,a,f,b]),vV=[0,p,[0,a,[0,b,[0,m,[0,e,[0,o,0]]]]]],vW=[0,j,[0,d,[0,p,[0,d,[0,b,[0,c,0]]]]]],vX=[0,j,[0,a,[0,A,[0,a,[0,j,[0,c,0]]]]]],vY=[0,l,[0,v,[0,v,[0,a,[0,i,0]]]]],vZ=[0,j,[0,e,[0,E,[0,a,[0,i,0]]]]],v0=[0,v,[0,97,[0,d,[0,i,0]]]],v1=[0,d,[0,f,[0,b,[0,a,[0,i,[0,A,[0,97,[0,j,0]]]]]]]],v2=[0,l,[0,f,[0,d,[0,b,[0,c,0]]]]],v4=[0,n([m,e,a,y,y,o,d,f,C,45,aA,j]),[0,n([a,p,v,d,i,d,99,97,j,45,98,a,i,f,c,b,a,d,f]),[0,n([d,f,b,a,i,c,a,99,b,d,e,f]),0]]],wv=n([v,e,v,l,j,97,b,d,e,f,32,97,b,32,99,e,f,y,d,o,a,f,99,a,32]),ww=n([v,e,v,l,j,97,b,d,e,f,44,32,e,f,a,45,c,d,o,a,o,32,97,b,32,99,e,f,y,d,o,a,f,99,a,32]),wC=[0,98,[0,d,[0,f,[0,e,[0,p,[0,d,[0,97,[0,j,0]]]]]]]],wH=n([b,m,a,32,o,i,97,E,c,32,E,d,b,m,d,f,32,97,32,99,a,j,j,32,97,i,a,32,d,f,o,a,v,a,f,o,a,f,b,44,32,a,97,99,m,32,E,d,b,m,32,b,m,a,32,j,97,E,32,e,y,32,b,m,a,32,99,a,j,j,44,32,97,f,o,32,m,e,E,32,p,97,f,L,32,b,m,a,i,a,32,97,i,a,32,o,e,a,c,32,f,e,b,32,o,a,v,a,f,o,32,e,f,32,m,e,E,32,b,m,a,L,32,99,97,p,a,32,e,l,b]),wJ=n([b,m,a,32,99,e,f,b,a,$,b,c,32,e,y,32,a,97,99,m,32,C,i,e,l,v,32,E,a,i,a,32,o,i,97,E,f,32,y,i,e,p,32,d,b,c,32,v,e,v,l,j,97,b,d,e,f,44,32,f,e,b,32,c,a,b,32,98,L,32,o,a,c,d,C,f]),wM=n([E,m,97,b,a,A,a,i,32,99,e,l,j,o,32,m,97,A,a,32,98,a,a,f,32,o,i,97,E,f,32,d,f,32,97,32,99,a,j,j,32,m,97,c,32,97,32,l,b,d,j,d,b,L,32,98,a,b,E,a,a,f,32,48,32,97,f,o,32,b,m,a,32,C,i,a,97,b,a,c,b,32,b,m,97,b,32,97,32,o,a,99,d,c,d,e,f,32,m,97,c,32,b,m,a,i,a]),wO=n([l,b,d,j,d,b,L,44,32,p,a,b,m,e,o,32,97,f,o,32,99,e,f,y,d,o,a,f,99,a,32,E,a,i,a,32,99,m,e,c,a,f,32,E,d,b,m,e,l,b,32,j,e,e,aA,d,f,C,32,97,b,32,b,m,a,32,o,i,97,E,c]),wQ=n([b,m,a,32,o,i,97,E,c,32,e,y,32,o,d,y,y,a,i,a,f,b,32,99,a,j,j,c,32,97,i,a,32,d,f,o,a,v,a,f,o,a,f,b,32,e,y,32,a,97,99,m,32,e,b,m,a,i]),wS=n([97,32,c,97,p,v,j,d,f,C,32,l,f,d,b,32,99,97,f,32,m,97,A,a,32,f,e,32,p,e,i,a,32,b,m,97,f,32,e,f,a,32,i,e,E,32,d,f,32,97,32,99,a,j,j,44,32,97,c,32,d,c,32,b,m,a,32,99,97,c,a,32,m,a,i,a]),wY=[0,y,[0,d,[0,j,[0,b,[0,a,[0,i,[0,c,0]]]]]]],wZ=[0,d,[0,f,[0,v,[0,l,[0,b,[0,c,0]]]]]],w0=[0,e,[0,l,[0,b,[0,v,[0,l,[0,b,[0,c,0]]]]]]],w1=[0,i,[0,a,[0,j,[0,a,[0,97,[0,c,[0,a,[0,c,0]]]]]]]],w2=[0,o,[0,i,[0,97,[0,E,[0,c,0]]]]],w3=n([b,i,l,a,95,99,e,f,b,a,$,b]),w4=[0,b,[0,i,[0,l,[0,a,[0,95,[0,C,[0,i,[0,e,[0,l,[0,v,0]]]]]]]]]],w5=[0,C,[0,j,[0,e,[0,98,[0,97,[0,j,[0,95,[0,b,[0,97,[0,l,0]]]]]]]]]],w6=[0,98,[0,L,[0,95,[0,99,[0,e,[0,f,[0,b,[0,a,[0,$,[0,b,0]]]]]]]]]],w7=[0,v,[0,e,[0,j,[0,d,[0,99,[0,L,0]]]]]],xy=n([a,$,v,95,a,v,c,d,j,e,f]),xz=[0,97,[0,b,[0,b,[0,i,[0,d,[0,98,[0,l,[0,b,[0,a,[0,c,0]]]]]]]]]],xA=n([p,l,j,b,d,v,j,d,a,i,c]),xB=[0,i,[0,97,[0,E,[0,95,[0,i,[0,97,[0,b,[0,d,[0,e,0]]]]]]]]],xD=n([99,e,p,v,e,c,d,b,d,e,f]),xF=[0,97,[0,b,[0,b,[0,97,[0,d,[0,f,[0,a,[0,o,0]]]]]]]],xG=[0,l,[0,f,[0,y,[0,d,[0,j,[0,b,[0,a,[0,i,[0,a,[0,o,0]]]]]]]]]],xT=n([97,f,L,32,v,e,j,d,99,L,32,98,a,m,d,f,o,32,b,m,d,c,32,y,d,j,b,a,i]),xU=n([32,b,m,97,b,32,aA,a,a,v,c,32,b,m,a,32,o,a,99,j,97,i,a,o,32,y,j,e,e,i]),xV=n([44,32,97,f,L,32,l,b,d,j,d,b,L,32,e,y,32,b,m,a,32,o,a,99,j,97,i,a,o,32,i,97,f,C,a]),xW=n([b,m,d,c,32,v,e,j,d,99,L,32,97,f,o,32,99,e,f,b,a,$,b,32,y,d,j,b,a,i,44,32,97,f,L,32,C,i,e,l,v,32,y,d,j,b,a,i,32,97,b,32,p,e,c,b,32,b,m,d,c,32,a,v,c,d,j,e,f,32,b,m,97,b,32,i,a,j,a,97,c,a,c,32,b,m,a,32,c,97,p,a,32,A,97,j,l,a,c]),xY=n([b,m,d,c,32,v,e,j,d,99,L,32,97,f,o,32,C,i,e,l,v,32,y,d,j,b,a,i,44,32,97,f,L,32,99,e,f,b,a,$,b,32,y,d,j,b,a,i,32,b,m,97,b,32,i,a,j,a,97,c,a,c,32,b,m,a,c,a,32,99,e,f,b,a,$,b,c]),x0=[0,84,[0,49,[0,51,0]]],x1=n([84,53,45,o,a,99,d,c,d,e,f]),yp=n([b,m,a,32,y,d,j,b,a,i,39,c,32,o,i,97,E,c,32,y,e,i,32,C,i,e,l,v,32,97,f,o,32,99,e,f,b,a,$,b,32,97,i,a,32,d,f,o,a,v,a,f,o,a,f,b,32,e,y,32,a,97,99,m,32,e,b,m,a,i,32,97,f,o,32,e,y,32,a,A,a,i,L,b,m,d,f,C,32,a,j,c,a,44,32,y,i,a,c,m,32,y,e,i,32,a,97,99,m,32,o,a,99,d,c,d,e,f,44,32,97,f,o,32,b,m,a,32,o,a,99,d,c,d,e,f,32,o,a,v,a,f,o,c,32,e,f,32,C,i,e,l,v,32,97,f,o,32,99,e,f,b,a,$,b,32,e,f,j,L,32,b,m,i,e,l,C,m,32,E,m,97,b,32,b,m,a,32,y,d,j,b,a,i,c,32,i,a,j,a,97,c,a]),yq=n([b,m,a,32,99,e,f,b,a,$,b,c,32,e,y,32,a,97,99,m,32,C,i,e,l,v,32,97,i,a,32,o,d,c,b,i,d,98,l,b,a,o,32,97,c,32,d,f,32,b,m,a,32,c,b,97,b,a,o,32,v,e,v,l,j,97,b,d,e,f]),zJ=s(": "),zH=[0,[0,s("nothing was judged: the certificate needs more memory than there is"),0],3],zI=[0,[0,s("nothing was judged: the certificate does not embed its table; give it with --table"),0],3],zK=s("malformed: "),zD=s(l6),zE=s("FALSE"),zF=s("not covered"),zB=[0,[11,s("\\x"),[4,6,[0,2,2],0,0]],s("\\x%02x")],zC=s(W),zL=s("\n");function
-aq(a){if(typeof
+A3(){var
+a=Y;if(a.process&&a.process.on)a.process.on("uncaughtException",function(b,c){mU(b);a.process.exit(2)});else
+if(a.addEventListener)a.addEventListener("error",function(a){if(a.error)mU(a.error)})}A3();function
+A(a,b){return a.length==1?a(b):cJ(a,[b])}function
+aN(a,b,c){return a.length==2?a(b,c):cJ(a,[b,c])}function
+Aj(a,b,c,d){return a.length==3?a(b,c,d):cJ(a,[b,c,d])}Az();var
+hN=[a1,u(mD),-1],hP=[a1,u(l4),-2],hM=[a1,u(hf),-3],hL=[a1,u(mj),-4],hO=[a1,u(mp),-9],av=[a1,u(my),-11],z0=[0,[0,[0,[0,0]]]],z1=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],z2=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z1]]]]]]]]]]],z3=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z2]]]]]]]]]]],z4=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z3]]]]]]]]]]],z5=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z4]]]]]]]]]]],z6=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]]],z7=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z6]]]]]]]]]]],z8=[0,0],z9=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],z_=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z9]]]]]]]]]]],z$=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z_]]]]]]]]]]],Aa=[0,[0,[0,[0,[0,0]]]]],Ab=[0,[0,[0,[0,[0,0]]]]],Ac=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],Ad=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],dA=n([[0,48,[0,[0,[0,0,0],0],0]],[0,49,[0,[0,[0,0,0],0],1]],[0,50,[0,[0,[0,0,0],1],0]],[0,51,[0,[0,[0,0,0],1],1]],[0,52,[0,[0,[0,0,1],0],0]],[0,53,[0,[0,[0,0,1],0],1]],[0,54,[0,[0,[0,0,1],1],0]],[0,55,[0,[0,[0,0,1],1],1]],[0,56,[0,[0,[0,1,0],0],0]],[0,57,[0,[0,[0,1,0],0],1]],[0,97,[0,[0,[0,1,0],1],0]],[0,98,[0,[0,[0,1,0],1],1]],[0,99,[0,[0,[0,1,1],0],0]],[0,o,[0,[0,[0,1,1],0],1]],[0,a,[0,[0,[0,1,1],1],0]],[0,z,[0,[0,[0,1,1],1],1]],[0,65,[0,[0,[0,1,0],1],0]],[0,66,[0,[0,[0,1,0],1],1]],[0,67,[0,[0,[0,1,1],0],0]],[0,68,[0,[0,[0,1,1],0],1]],[0,69,[0,[0,[0,1,1],1],0]],[0,70,[0,[0,[0,1,1],1],1]]]),f2=[0,[0,[0,0,0],0],0],Ae=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],Af=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ae]]]]]]]]]]],Ag=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Af]]]]]]]]]]],Ah=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ag]]]]]]]]]]],Ai=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ah]]]]]]]]]]];bt(11,[a1,u(lW),-12],lW);bt(10,av,my);bt(9,[a1,u(mh),-10],mh);bt(8,hO,mp);bt(7,[a1,u(mb),-8],mb);bt(6,[a1,u(mm),-7],mm);bt(5,[a1,u(mt),-6],mt);bt(4,[a1,u(l7),-5],l7);bt(3,hL,mj);bt(2,hM,hf);bt(1,hP,l4);bt(0,hN,mD);var
+nf=u(mk),ng=u("false"),nj=u("\\\\"),nk=u("\\'"),nl=u("\\b"),nm=u("\\t"),nn=u("\\n"),no=u("\\r"),ni=u("Char.chr"),nr=u("String.blit / Bytes.blit_string"),nq=u("Bytes.blit"),np=u("String.sub / Bytes.sub"),nt=u(W),ns=u("String.concat"),nu=u("Array.blit"),nx=u("Buffer.add: cannot grow buffer"),nw=[0,u(mr),93,2],nv=[0,u(mr),94,2],nG=u("%c"),nH=u("%s"),nI=u(lV),nJ=u(ma),nK=u(mi),nL=u(lZ),nM=u("%f"),nN=u("%B"),nO=u("%{"),nP=u("%}"),nQ=u("%("),nR=u("%)"),nS=u("%a"),nT=u("%t"),nU=u("%?"),nV=u("%r"),nW=u("%_r"),nX=[0,u(aH),850,23],n8=[0,u(aH),814,21],n0=[0,u(aH),815,21],n9=[0,u(aH),818,21],n1=[0,u(aH),819,21],n_=[0,u(aH),822,19],n2=[0,u(aH),823,19],n$=[0,u(aH),826,22],n3=[0,u(aH),827,22],oa=[0,u(aH),831,30],n4=[0,u(aH),832,30],n6=[0,u(aH),836,26],nY=[0,u(aH),837,26],n7=[0,u(aH),846,28],nZ=[0,u(aH),847,28],n5=[0,u(aH),851,23],pd=u(mg),pb=[0,u(aH),1558,4],pc=u("Printf: bad conversion %["),pe=[0,u(aH),1626,39],pf=[0,u(aH),1649,31],pg=[0,u(aH),1650,31],ph=u("Printf: bad conversion %_"),pi=u("@{"),pj=u("@["),o$=u(hj),o9=u("neg_infinity"),o_=u(mC),o8=u(df),o3=[0,D],oR=u("%+nd"),oS=u("% nd"),oU=u("%+ni"),oV=u("% ni"),oW=u("%nx"),oX=u("%#nx"),oY=u("%nX"),oZ=u("%#nX"),o0=u("%no"),o1=u("%#no"),oQ=u("%nd"),oT=u(mi),o2=u("%nu"),oE=u("%+ld"),oF=u("% ld"),oH=u("%+li"),oI=u("% li"),oJ=u("%lx"),oK=u("%#lx"),oL=u("%lX"),oM=u("%#lX"),oN=u("%lo"),oO=u("%#lo"),oD=u("%ld"),oG=u(ma),oP=u("%lu"),or=u("%+Ld"),os=u("% Ld"),ou=u("%+Li"),ov=u("% Li"),ow=u("%Lx"),ox=u("%#Lx"),oy=u("%LX"),oz=u("%#LX"),oA=u("%Lo"),oB=u("%#Lo"),oq=u("%Ld"),ot=u(lZ),oC=u("%Lu"),oe=u("%+d"),of=u("% d"),oh=u("%+i"),oi=u("% i"),oj=u("%x"),ok=u("%#x"),ol=u("%X"),om=u("%#X"),on=u("%o"),oo=u("%#o"),od=u(ms),og=u(lV),op=u(mg),ny=u("@]"),nz=u("@}"),nA=u("@?"),nB=u("@\n"),nC=u("@."),nD=u("@@"),nE=u("@%"),nF=u("@"),ob=u("CamlinternalFormat.Type_mismatch"),pn=d7(8,0,0),po=[0,1779033703,-1150833019,1013904242,-1521486534,1359893119,-1694144372,528734635,1541459225],pp=[0,[5,6,[0,2,8],0,0],u("%08lx")],pq=u(W),pk=[0,1116352408,1899447441,-1245643825,-373957723,961987163,1508970993,-1841331548,-1424204075,-670586216,310598401,607225278,1426881987,1925078388,-2132889090,-1680079193,-1046744716,-459576895,-272742522,264347078,604807628,770255983,1249150122,1555081692,1996064986,-1740746414,-1473132947,-1341970488,-1084653625,-958395405,-710438585,113926993,338241895,666307205,773529912,1294757372,1396182291,1695183700,1986661051,-2117940946,-1838011259,-1564481375,-1474664885,-1035236496,-949202525,-778901479,-694614492,-200395387,275423344,430227734,506948616,659060556,883997877,958139571,1322822218,1537002063,1747873779,1955562222,2024104815,-2067236844,-1933114872,-1866530822,-1538233109,-1090935817,-965641998],pu=[0,0],pv=[0,0],p5=[0,g,[0,l,[0,j,[0,j,0]]]],p6=[0,b,[0,i,[0,l,[0,a,0]]]],p7=[0,z,[0,97,[0,j,[0,c,[0,a,0]]]]],qi=n([d,c,32,g,f,b,32,f,g,a,32,f,z,32,b,m,f,c,a,32,b,m,97,b,32,b,m,a,i,a,32,97,i,a]),qs=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z0]]]]]]]]]]],qY=[0,1],qZ=[0,2],q8=[0,0,0],vk=[0,[7,0],0],vY=[0,[7,0],0],xs=[0,0,0],x2=[0,0,0],x4=[0,[7,0],0],x3=n([c,l,98,ao,a,99,b,46,o,a,99,j,97,i,a,o,46,98,N,95,99,f,g,b,a,aa,b]),yN=n([m,97,c,32,97,32,j,97,c,b,32,j,d,g,a,32,b,m,97,b,32,o,f,a,c,32,g,f,b,32,a,g,o]),zM=n([97,32,99,j,97,d,q,32,j,d,c,b,c,32,97,c,c,l,q,w,b,d,f,g,c,32,b,m,97,b,32,d,b,32,o,f,a,c,32,g,f,b,32,i,a,c,b,32,f,g]),zN=n([b,m,a,32,b,97,98,j,a,32,d,c,32,g,f,b,32,97,c,32,b,m,a,32,z,f,i,q,97,b,32,o,a,q,97,g,o,c]),zK=[0,w,[0,f,[0,j,[0,d,[0,99,[0,N,0]]]]]],zL=n([z,97,d,i,97,l,o,d,b,45,99,a,i,b,d,z,d,99,97,b,a,47,49]),zt=[7,0],zs=[0,0,0],zG=[0,0,0],zH=n([b,m,a,32,97,c,c,l,q,w,b,d,f,g,c,32,f,z,32,b,m,a,32,99,j,97,d,q,c]),zF=[7,0],zD=[0,0,0],zE=n([c,l,98,ao,a,99,b,46,c,w,a,j,j,d,g,D,c]),zu=[0,c,[0,l,[0,98,[0,ao,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],zv=n([b,m,a,32,b,97,98,j,a,32,z,d,j,a]),zw=n([c,l,98,ao,a,99,b,46,99,f,j,l,q,g,c]),zx=n([c,l,98,ao,a,99,b,46,w,f,w,l,j,97,b,d,f,g]),zy=n([c,l,98,ao,a,99,b,46,aD,d,g,o]),zz=n([c,l,98,ao,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),zA=n([c,l,98,ao,a,99,b,46,b,97,98,j,a,46,c,m,97,50,53,54]),zB=n([b,m,a,32,b,97,98,j,a,32,D,d,B,a,c,32,o,i,97,E,c,32,z,f,i,32,c,f,q,a,32,i,f,E,c,32,f,z,32,b,m,a,32,w,f,j,d,99,N,32,f,g,j,N]),zC=n([b,m,a,32,i,f,E,c,32,f,z,32,b,m,a,32,w,f,j,d,99,N,32,97,i,a,32,g,f,b,32,d,g,32,f,i,o,a,i]),zr=n([b,m,a,32,b,97,98,j,a,32,j,97,99,aD,c,32,97,32,i,f,E,32,f,z,32,b,m,a,32,w,f,j,d,99,N,32,z,f,i,32,E,m,97,b,32,b,m,a,32,z,d,j,b,a,i,c,32,99,97,g,32,i,a,j,a,97,c,a]),zI=n([b,m,a,32,b,97,98,j,a,32,d,c,32,a,q,w,b,N]),zJ=[0,0],zq=[0,[7,0],0],zj=[0,[7,0],0],zk=[0,[0,[7,0],0]],y5=[7,0],y4=[0,0,0],zi=[7,0],y6=[0,0,0],y7=n([b,m,a,32,l,b,d,j,d,b,N,32,d,c,32,d,g,32,c,l,98,ao,a,99,b,46,99,j,97,c,c]),zg=[0,0,0],zh=n([c,l,98,ao,a,99,b,46,c,w,a,j,j,d,g,D,c]),y8=[0,c,[0,l,[0,98,[0,ao,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],y9=n([b,m,a,32,b,97,98,j,a,32,z,d,j,a]),y_=n([c,l,98,ao,a,99,b,46,99,f,j,l,q,g,c]),y$=n([c,l,98,ao,a,99,b,46,w,f,w,l,j,97,b,d,f,g]),za=n([c,l,98,ao,a,99,b,46,aD,d,g,o]),zb=n([c,l,98,ao,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),zc=n([c,l,98,ao,a,99,b,46,b,97,98,j,a,46,c,m,97,50,53,54]),zd=n([m,97,c,32,l,b,d,j,d,b,d,a,c,32,98,a,j,f,E,32,48,44,32,f,z,32,E,m,d,99,m,32,o,d,z,z,a,i,a,g,99,a,c,32,m,97,B,a,32,b,f,32,98,a,32,c,b,97,b,a,o]),ze=n([m,97,c,32,d,g,b,a,i,B,97,j,c,44,32,E,m,d,99,m,32,97,i,a,32,g,f,b,32,z,f,i,32,w,i,f,98,97,98,d,j,d,b,d,a,c]),zf=n([m,97,c,32,d,g,b,a,i,B,97,j,c,44,32,E,m,d,99,m,32,o,f,32,g,f,b,32,D,f,32,E,d,b,m,32,97,32,99,j,97,c,c,32,f,z,32,l,b,d,j,d,b,d,a,c]),zl=[0,0],zm=[0,0],zn=[0,0],zo=n([b,m,a,32,b,97,98,j,a,32,d,c,32,a,q,w,b,N]),zp=[0,0],y0=[0,0,0],yY=[0,0,0],yZ=[0,0,0],y1=[0,0,0],y2=[0,0,0],y3=[0,0,0],yW=[0,0],yU=[0,0,0],yT=[0,q,[0,a,[0,b,[0,i,[0,d,[0,99,[0,c,[0,46,0]]]]]]]],yR=n([c,l,98,ao,a,99,b,46,l,b,d,j,d,b,N,46]),yS=n([98,l,i,o,a,g,32,q,l,c,b,32,98,a,32,b,i,l,a,32,E,m,a,i,a,32,d,b,32,d,c,32,c,b,97,b,a,o]),yQ=[0,0],yP=n([b,m,a,32,b,97,98,j,a,32,d,c,32,g,f,b,32,b,m,a,32,99,97,g,f,g,d,99,97,j,32,b,a,aa,b,32,f,z,32,d,b,c,32,B,97,j,l,a,c]),yO=n([d,c,32,g,f,b,32,74,83,79,78,32,97,c,32,b,m,a,32,z,f,i,q,97,b,32,m,97,c,32,d,b]),yI=n([32,40,o,a,99,j,97,i,a,o,41]),yJ=n([44,32,97,g,o,32,z,f,i,32,b,m,a,32,c,97,q,a,32,o,a,99,d,c,d,f,g,32,97,g,o,32,99,f,g,b,a,aa,b,32,b,m,a,32,l,b,d,j,d,b,d,a,c,32,f,z,32,b,E,f,32,D,i,f,l,w,c,32,o,d,z,z,a,i,32,98,N,32,97,b,32,q,f,c,b,32]),yK=[0,32,[0,97,[0,g,[0,o,[0,32,0]]]]],yL=n([a,B,a,i,N,32,l,b,d,j,d,b,N,32,d,c,32,98,a,b,E,a,a,g,32]),yG=n([32,98,a,m,d,g,o,32,b,m,a,32,z,d,j,b,a,i,32,40,o,a,99,j,97,i,a,o,41]),yH=n([a,B,a,i,N,32,99,f,q,w,97,i,a,o,32,D,i,f,l,w,39,c,32,a,aa,w,a,99,b,a,o,32,l,b,d,j,d,b,N,32,d,c,32,97,b,32,j,a,97,c,b,32]),yx=[0,[7,0],0],ys=[0,1],yC=[0,0],yt=[0,[0,0,0]],yu=[0,[0,0,0]],yv=[0,[0,0,0]],yA=[0,[0,0,0]],yw=n([j,f,99,97,j,95,i,97,b,d,f,95,c,l,w,i,a,q,l,q]),yy=[0,[0,0,0]],yz=[0,[0,0,0]],yB=[0,[0,0,0]],yq=n([q,l,c,b,32,98,a,32,97,g,32,f,98,ao,a,99,b,32,f,i,32,g,l,j,j]),yp=[0,[0,0]],yr=n([q,l,c,b,32,98,a,32,97,g,32,f,98,ao,a,99,b,32,f,i,32,g,l,j,j]),yo=[0,[7,0],0],ye=[0,z,[0,j,[0,f,[0,f,[0,i,0]]]]],yf=[0,84,[0,51,0]],yg=[0,84,[0,49,0]],yh=[0,84,[0,49,[0,45,[0,w,[0,97,[0,w,[0,a,[0,i,0]]]]]]]],yi=[0,84,[0,52,0]],yj=[0,84,[0,50,0]],yk=[7,0],yl=[0,84,[0,49,[0,50,0]]],ym=[0,84,[0,51,0]],yn=[0,84,[0,56,0]],yb=n([q,l,c,b,32,m,97,B,a,32,q,l,j,b,d,w,j,d,a,i,c]),x5=[0,0,0],x6=n([c,l,98,ao,a,99,b,46,o,a,99,j,97,i,a,o,46,D,j,f,98,97,j,95,b,97,l]),x1=n([c,l,98,ao,a,99,b,46,o,a,99,j,97,i,a,o,46]),xV=n([c,l,98,ao,a,99,b,46,w,i,d,B,97,99,N,46]),xW=n([46,97,b,b,i,d,98,l,b,a,c]),xX=n([46,a,aa,w,95,a,w,c,d,j,f,g]),xY=[0,[7,0],0],xZ=[0,[7,0],0],x0=[0,[7,1],0],xK=[0,[0,0]],xJ=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z5]]]]]]]]]]],xG=n([j,d,c,b,c,32,97,32,99,f,g,b,a,aa,b,32,b,E,d,99,a]),xH=n([q,l,c,b,32,g,f,b,32,98,a,32,a,q,w,b,N]),xF=n([m,97,c,32,97,32,o,i,d,z,b,32,f,z,32,q,f,i,a,32,b,m,97,g,32,49]),xI=[0,0],xE=n([q,l,c,b,32,m,97,B,a,32,D,97,q,q,97,44,32,q,32,f,i,32,b,97,l]),xD=[0,0],xC=n([o,f,a,c,32,g,f,b,32,j,d,c,b,32,a,B,a,i,N,32,b,i,l,a,32,99,a,j,j,44,32,f,i,32,c,f,q,a,32,b,m,97,b,32,97,i,a,32,g,f,b,32,g,a,a,o,a,o]),xB=n([d,c,32,g,f,b,32,b,m,a,32,g,a,aa,b,32,b,i,l,a,32,99,a,j,j]),xy=[0,1],xz=n([m,97,c,32,o,i,97,E,c,32,b,m,97,b,32,o,f,32,g,f,b,32,z,d,b,32,d,b,c,32,E,a,d,D,m,b,c]),xw=n([m,97,c,32,E,a,d,D,m,b,c,32,b,m,97,b,32,o,f,32,g,f,b,32,c,l,q,32,b,f,32,49]),xx=n([d,c,32,f,l,b,32,f,z,32,i,97,g,D,a]),xA=[0,0],xu=n([q,l,c,b,32,m,97,B,a,32,i,a,j,a,97,c,a,c,32,z,i,f,q,32,50,32,b,f,32,49,48,48,48,48]),xt=n([m,97,c,32,z,a,E,a,i,32,b,m,97,g,32,b,E,f,32,b,i,l,a,32,D,i,f,l,w,c]),xr=n([q,l,c,b,32,m,97,B,a,32,z,97,99,b,f,i,c,32,b,m,97,b,32,99,f,B,a,i,32,b,m,a,32,99,f,j,l,q,g,c,32,b,f,D,a,b,m,a,i]),xn=n([m,97,c,32,w,i,f,98,97,98,d,j,d,b,d,a,c,32,b,m,97,b,32,o,f,32,g,f,b,32,c,l,q,32,b,f,32,49]),xo=n([q,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),xp=n([q,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),xq=n([q,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),xl=n([w,i,f,98,97,98,d,j,d,b,d,a,c]),w9=[0,0,0],w8=[0,46,0],w_=[0,0,0],w$=[0,0,0],wZ=n([E,m,97,b,a,B,a,i,32,99,f,l,j,o,32,m,97,B,a,32,98,a,a,g,32,o,i,97,E,g,32,m,97,c,32,97,32,l,b,d,j,d,b,N,32,98,a,b,E,a,a,g,32,48,32,97,g,o,32]),wT=n([D,j,f,98,97,j,95,m,d,o,o,a,g,95,99,f,g,b,a,aa,b]),wU=n([j,f,99,97,j,95,m,d,o,o,a,g,95,99,f,g,b,a,aa,b]),wS=n([j,f,99,97,j,95,m,d,o,o,a,g,95,99,f,g,b,a,aa,b]),wL=n([q,l,c,b,32,m,97,B,a,32,97,32,99,f,g,z,d,o,a,g,99,a,32,98,a,b,E,a,a,g,32,48,32,97,g,o,32,49]),wM=[0,m,[0,97,[0,c,[0,32,[0,j,[0,d,[0,q,[0,d,[0,b,[0,c,0]]]]]]]]]],wN=[0,98,[0,f,[0,aa,0]]],wO=[0,a,[0,97,[0,99,[0,m,0]]]],wP=[0,b,[0,f,[0,D,[0,a,[0,b,[0,m,[0,a,[0,i,0]]]]]]]],wI=n([q,l,c,b,32,m,97,B,a,32,99,a,j,j,c,32,b,m,97,b,32,D,f,32,l,w]),wD=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wE=n([q,l,c,b,32,g,f,b,32,98,a,32,g,a,D,97,b,d,B,a]),wF=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wG=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wH=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wy=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wz=n([q,l,c,b,32,g,f,b,32,98,a,32,g,a,D,97,b,d,B,a]),wA=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wB=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wC=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wt=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wu=n([q,l,c,b,32,g,f,b,32,98,a,32,g,a,D,97,b,d,B,a]),wv=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),ww=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wx=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wo=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wp=n([q,l,c,b,32,g,f,b,32,98,a,32,g,a,D,97,b,d,B,a]),wq=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wr=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),ws=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wj=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wk=n([q,l,c,b,32,g,f,b,32,98,a,32,g,a,D,97,b,d,B,a]),wl=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wm=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wn=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wi=[0,0],v4=[0,0],vZ=[0,0,0],v0=[0,[7,0],0],v1=[0,[7,0],0],v2=[0,g,[0,f,[0,g,[0,a,0]]]],v3=[0,[0,0]],vK=[0,58,[0,32,0]],vL=[0,44,[0,32,[0,j,[0,d,[0,q,[0,d,[0,b,[0,32,0]]]]]]]],vM=[0,32,0],vN=[0,58,[0,32,0]],vO=[0,b,[0,97,[0,i,[0,D,[0,a,[0,b,[0,c,0]]]]]]],vP=[0,b,[0,m,[0,d,[0,c,[0,32,[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]]]]]]],vQ=[0,0,0],vT=[0,[7,0],0],vU=[0,[7,0],0],vV=[0,[7,0],0],vW=[0,[7,0],0],vR=n([m,97,c,32,97,32,aD,a,N,32,b,m,97,b,32,D,f,a,c,32,E,d,b,m,32,f,b,m,a,i,32,b,97,i,D,a,b,c]),vS=n([b,m,a,32,j,d,q,d,b,32,f,z,32,97,32,i,97,b,d,f,32,q,l,c,b,32,98,a,32,97,b,32,j,a,97,c,b,32,49]),vX=[0,o,[0,d,[0,z,[0,z,[0,a,[0,i,[0,a,[0,g,[0,99,[0,a,0]]]]]]]]]],vG=[0,[7,0],0],vH=[0,[7,0],0],vI=[0,[7,0],0],vJ=[0,[7,0],0],vF=n([w,f,w,l,j,97,b,d,f,g,32,97,b,32,99,f,g,z,d,o,a,g,99,a,32]),vj=[7,0],vi=[7,0],vd=[0,32,[0,98,[0,N,[0,32,0]]]],ve=[0,32,0],vf=[0,32,0],vg=[0,58,[0,32,0]],vh=[0,99,[0,j,[0,97,[0,d,[0,q,[0,c,0]]]]]],vc=[0,0],vb=n([q,l,c,b,32,m,97,B,a,32,97,g,32,a,g,b,i,N]),u$=n([m,97,c,32,b,f,f,32,q,97,g,N,32,a,g,b,i,d,a,c]),u3=n([D,j,f,98,97,j,95,i,97,b,d,f,95,c,l,w,i,a,q,l,q]),u4=n([j,f,99,97,j,95,i,97,b,d,f,95,c,l,w,i,a,q,l,q]),u5=[0,0,3],u6=n([o,a,q,f,D,i,97,w,m,d,99,95,w,97,i,d,b,N]),u7=[0,1,2],u8=n([a,b3,l,97,j,d,cG,a,o,95,f,o,o,c]),u9=n([D,j,f,98,97,j,95,m,d,o,o,a,g,95,99,f,g,b,a,aa,b]),u_=n([j,f,99,97,j,95,m,d,o,o,a,g,95,99,f,g,b,a,aa,b]),uy=[1,1],uz=n([a,b3,l,97,j,d,cG,a,o,95,f,o,o,c,95,b,i,l,a,95,j,97,98,a,j,95,f,B,a,i,97,j,j]),uA=[0,1],uB=n([a,b3,l,97,j,95,f,w,w,f,i,b,l,g,d,b,N,95,f,B,a,i,97,j,j]),uC=[1,0],uD=n([a,b3,l,97,j,d,cG,a,o,95,f,o,o,c,95,b,i,l,a,95,j,97,98,a,j]),uE=[0,0],uF=n([a,b3,l,97,j,95,f,w,w,f,i,b,l,g,d,b,N]),uk=[0,0],ul=[0,1],um=[0,0],un=n([m,97,c,32,f,b,m,a,i,32,aD,a,N,c,32,b,m,97,g,32,d,b,32,q,97,N,32,m,97,B,a]),tY=n([q,l,c,b,32,m,97,B,a,32,b,E,a,j,B,a,32,o,a,99,d,q,97,j,c]),tW=[0,48,0],tV=[0,0],tT=[0,0,1,0,1,0,0],tU=[0,0,0,0,1,0,0],tM=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,d,a,c]),tN=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,d,a,c]),tO=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,d,a,c]),tK=[0,93,0],tL=[0,91,0],sV=[0,[0,0]],sT=[0,0],sR=n([w,97,d,i,c,32,q,l,c,b,32,d,g,99,i,a,97,c,a]),sS=[0,0],sP=n([g,l,q,98,a,i,c,32,q,l,c,b,32,d,g,99,i,a,97,c,a]),sL=n([q,l,c,b,32,98,a,32,w,f,c,d,b,d,B,a]),sK=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,d,a,c]),sM=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,d,a,c]),sN=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,d,a,c]),sE=[0,0],sF=n([z,a,97,b,l,i,a,c,32,o,d,z,z,a,i,32,98,a,b,E,a,a,g,32,D,i,f,l,w,c,44,32,98,l,b,32,b,m,a,32,99,j,97,c,c,32,d,c,32,98,j,d,g,o]),sG=n([z,a,97,b,l,i,a,c,32,q,l,c,b,32,m,97,B,a,32,f,g,a,32,j,d,c,b,32,z,f,i,32,a,97,99,m,32,99,a,j,j,32,97,g,o,32,o,a,99,d,c,d,f,g]),sI=[0,0],sH=n([97,32,99,f,g,c,b,i,97,d,g,b,32,g,97,q,a,c,32,E,m,97,b,32,b,m,a,32,b,97,98,j,a,32,o,f,a,c,32,g,f,b,32,m,97,B,a]),sy=n([b,m,a,32,q,a,b,i,d,99,32,q,l,c,b,32,m,97,B,a,32,97,32,i,f,E,32,z,f,i,32,a,97,99,m,32,D,i,f,l,w]),sz=n([97,32,98,j,d,g,o,32,99,j,97,c,c,32,m,97,c,32,g,f,32,76,d,w,c,99,m,d,b,cG,32,99,f,g,c,b,97,g,b]),sA=n([b,97,l,32,q,l,c,b,32,98,a,32,97,b,32,q,f,c,b,32,D,97,q,q,97]),sB=n([D,97,q,q,97,32,q,l,c,b,32,98,a,32,w,f,c,d,b,d,B,a,32,97,g,o,32,97,b,32,j,a,97,c,b,32,q]),sC=[0,97,[0,j,[0,j,0]]],sD=[0,w,[0,97,[0,d,[0,i,0]]]],su=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,d,a,c]),sv=n([g,97,q,a,c,32,97,32,o,a,99,d,c,d,f,g,32,b,m,97,b,32,b,m,a,32,b,97,98,j,a,32,o,f,a,c,32,g,f,b,32,m,97,B,a]),sw=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,d,a,c]),sx=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,d,a,c]),st=n([m,97,c,32,97,32,j,f,E,a,i,32,a,g,o,32,97,98,f,B,a,32,b,m,a,32,l,w,w,a,i,32,a,g,o]),sn=n([g,97,q,a,c,32,97,32,D,i,f,l,w,44,32,98,l,b,32,b,m,a,32,99,j,97,c,c,32,d,c,32,98,j,d,g,o]),sm=n([q,l,c,b,32,m,97,B,a,32,52,32,a,g,b,i,d,a,c]),so=n([q,l,c,b,32,m,97,B,a,32,52,32,a,g,b,i,d,a,c]),sp=n([q,l,c,b,32,m,97,B,a,32,52,32,a,g,b,i,d,a,c]),sq=n([q,l,c,b,32,m,97,B,a,32,52,32,a,g,b,i,d,a,c]),sr=n([q,l,c,b,32,m,97,B,a,32,52,32,a,g,b,i,d,a,c]),sl=n([d,c,32,g,f,b,32,97,32,q,a,b,i,d,99]),rV=n([w,f,c,d,b,d,B,a,32,o,a,99,d,c,d,f,g,c,32,97,i,a,32,g,f,b,32,d,g,32,b,m,a,32,f,i,o,a,i,32,f,z,32,b,m,a,32,o,a,99,d,c,d,f,g,c]),rW=[0,0],rT=n([m,97,c,32,g,f,32,o,a,99,d,c,d,f,g,c,32,f,z,32,l,g,aD,g,f,E,g,32,D,i,f,l,w]),rU=n([m,97,c,32,97,32,99,a,j,j,32,97,z,b,a,i,32,b,m,a,32,o,a,99,d,c,d,f,g,c,32,f,z,32,l,g,aD,g,f,E,g,32,D,i,f,l,w]),rR=[0,0],rS=[0,0],rH=[0,0],rJ=[0,1],rK=n([o,a,99,d,c,d,f,g,c,32,f,z,32,l,g,aD,g,f,E,g,32,D,i,f,l,w,32,o,f,32,g,f,b,32,D,f,32,E,d,b,m,32,b,m,97,b]),rL=n([q,l,c,b,32,98,a,32,b,i,l,a,32,E,m,a,i,a,32,d,b,32,d,c,32,c,b,97,b,a,o]),rI=n([q,l,c,b,32,98,a,32,b,i,l,a,32,E,m,a,i,a,32,d,b,32,d,c,32,c,b,97,b,a,o]),rM=[0,0],rN=[0,0],rO=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z7]]]]]]]]]]],rP=[0,0],rQ=n([z,97,d,i,97,l,o,d,b,45,b,97,98,j,a,47,49]),rB=n([f,g,j,N,32,99,f,l,g,b,c,32,m,97,B,a,32,b,i,l,a,32,j,97,98,a,j,c]),rC=[0,a,[0,b3,[0,l,[0,97,[0,j,0]]]]],rD=[0,E,[0,a,[0,d,[0,D,[0,m,[0,b,[0,c,0]]]]]]],rE=[0,99,[0,f,[0,l,[0,g,[0,b,[0,c,0]]]]]],rF=n([w,i,f,98,97,98,d,j,d,b,d,a,c]),rG=[0,99,[0,f,[0,l,[0,g,[0,b,[0,c,0]]]]]],ry=n([g,97,q,a,c,32,97,32,99,f,j,l,q,g,32,b,E,d,99,a]),rz=n([q,l,c,b,32,g,97,q,a,32,97,b,32,j,a,97,c,b,32,f,g,a,32,99,f,j,l,q,g,32,f,z,32,D,i,f,l,w,c]),rA=[0,0],ra=[0,0],rb=[0,0],rc=[0,0],q9=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z8]]]]]]]]]]],q6=[0,0],q5=[0,1],q4=[0,0],q7=[0,0],q3=[0,0],q0=[0,1],q1=[0,1],q2=[0,2],qP=[0,1],qQ=[0,3],qR=[0,2],qS=[0,0],qM=[0,[0,0],[0,[0,1],[0,[1,0],[0,[1,1],0]]]],qN=[0,0,[0,1,[0,2,[0,3,[0,4,[0,5,[0,6,[0,7,0]]]]]]]],qJ=[0,0,0],qB=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z$]]]]]]]]]]],qA=[0,0],qz=n([q,l,c,b,32,98,a,32,97,32,i,97,b,d,f,g,97,j,44,32,97,32,c,b,i,d,g,D]),qx=n([q,l,c,b,32,g,f,b,32,98,a,32,g,a,D,97,b,d,B,a]),qw=n([q,l,c,b,32,98,a,32,97,32,i,97,b,d,f,g,97,j,32,d,g,32,j,f,E,a,c,b,32,b,a,i,q,c]),qv=n([q,l,c,b,32,98,a,32,97,32,i,97,b,d,f,g,97,j,44,32,97,32,c,b,i,d,g,D]),qt=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Aa]]]]]]]]]]],qu=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ab]]]]]]]]]]],qp=n([q,l,c,b,32,98,a,32,m,a,aa,97,o,a,99,d,q,97,j,32,o,d,D,d,b,c]),qn=n([j,d,c,b,c,32,c,f,q,a,b,m,d,g,D,32,b,E,d,99,a]),qo=n([q,l,c,b,32,g,f,b,32,98,a,32,a,q,w,b,N]),ql=n([j,d,c,b,c,32,c,f,q,a,b,m,d,g,D,32,b,E,d,99,a]),qm=n([q,l,c,b,32,g,f,b,32,98,a,32,a,q,w,b,N]),qk=[0,44,[0,44,0]],qj=[0,44,[0,46,0]],qh=n([q,l,c,b,32,98,a,32,b,i,l,a,32,f,i,32,z,97,j,c,a]),qg=n([d,c,32,f,l,b,32,f,z,32,i,97,g,D,a]),qf=n([q,l,c,b,32,98,a,32,97,g,32,d,g,b,a,D,a,i]),qe=n([m,f,j,o,c,32,97,32,j,f,g,a,32,c,l,i,i,f,D,97,b,a]),qd=n([q,l,c,b,32,98,a,32,97,32,c,b,i,d,g,D]),qc=n([m,97,c,32,97,g,f,b,m,a,i,32,j,a,g,D,b,m]),qb=n([j,97,99,aD,c,32,97,32,aD,a,N]),p$=n([m,97,c,32,97,g,32,l,g,aD,g,f,E,g,32,aD,a,N]),qa=n([j,97,99,aD,c,32,97,32,aD,a,N]),p_=n([q,l,c,b,32,98,a,32,97,32,j,d,c,b]),p9=n([q,l,c,b,32,98,a,32,97,g,32,f,98,ao,a,99,b]),p8=[0,0],p3=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ac]]]]]]]]]]],pX=[0,[0,1,1],1],pY=[0,1,1],pZ=[0,[0,[0,1,1],0],1],p0=[0,1,0],p1=[0,[0,[0,1,1],0],1],pR=[0,92,[0,92,0]],pS=[0,92,[0,98,0]],pT=[0,92,[0,z,0]],pU=[0,92,[0,g,0]],pV=[0,92,[0,i,0]],pW=[0,92,[0,b,0]],pQ=[0,0],pN=[6,[4,0]],pO=[0,0],pD=[3,0,0,0],pE=[0,0],pF=[0,1],pG=[1,0,1],pH=[0,l,[0,j,[0,j,0]]],pI=[0,1],pJ=[0,i,[0,l,[0,a,0]]],pK=[0,0],pL=[0,97,[0,j,[0,c,[0,a,0]]]],pM=[6,[3,0]],pC=[0,0],py=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ad]]]]]]]]]]],ps=[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]],pz=[0,[0,92,92],[0,[0,47,47],[0,[0,98,8],[0,[0,z,12],[0,[0,g,10],[0,[0,i,13],[0,[0,b,9],0]]]]]]],qr=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ai]]]]]]]]]]],qy=[0,d,[0,g,[0,z,0]]],q_=[0,48,0],q$=[0,d,[0,g,[0,z,0]]],rd=[0,aD,[0,d,[0,g,[0,o,0]]]],re=[0,99,[0,f,[0,j,[0,l,[0,q,[0,g,[0,c,0]]]]]]],rf=[0,w,[0,f,[0,w,[0,l,[0,j,[0,97,[0,b,[0,d,[0,f,[0,g,0]]]]]]]]]],rg=[0,o,[0,a,[0,99,[0,d,[0,c,[0,d,[0,f,[0,g,0]]]]]]]],rh=[0,D,[0,i,[0,f,[0,l,[0,w,0]]]]],ri=[0,99,[0,f,[0,g,[0,b,[0,a,[0,aa,[0,b,0]]]]]]],rj=[0,b,[0,i,[0,l,[0,b,[0,m,0]]]]],rk=[0,z,[0,f,[0,i,[0,q,[0,97,[0,b,0]]]]]],rl=[0,o,[0,a,[0,99,[0,d,[0,c,[0,d,[0,f,[0,g,[0,c,0]]]]]]]]],rm=[0,D,[0,i,[0,f,[0,l,[0,w,[0,c,0]]]]]],rn=[0,99,[0,f,[0,g,[0,b,[0,a,[0,aa,[0,b,[0,c,0]]]]]]]],ro=[0,l,[0,b,[0,d,[0,j,[0,d,[0,b,[0,N,0]]]]]]],rp=[0,c,[0,97,[0,j,[0,b,0]]]],rq=[0,w,[0,i,[0,f,[0,z,[0,d,[0,j,[0,a,[0,c,0]]]]]]]],rr=[0,l,[0,g,[0,aD,[0,g,[0,f,[0,E,[0,g,0]]]]]]],rs=[0,b,[0,i,[0,l,[0,b,[0,m,[0,c,0]]]]]],rt=[0,E,[0,a,[0,d,[0,D,[0,m,[0,b,[0,c,0]]]]]]],ru=[0,q,[0,97,[0,c,[0,c,0]]]],rv=[0,j,[0,f,[0,99,[0,97,[0,j,0]]]]],rw=[0,D,[0,j,[0,f,[0,98,[0,97,[0,j,0]]]]]],rX=n([48,49,50,51,52,53,54,55,56,57,46,43,45,a]),r0=[0,b3,[0,l,[0,97,[0,g,[0,b,[0,d,[0,b,[0,N,0]]]]]]]],r1=[0,D,[0,97,[0,q,[0,q,[0,97,0]]]]],r2=[0,q,0],r3=[0,b,[0,97,[0,l,0]]],r4=[0,b,[0,97,[0,l,[0,95,[0,f,[0,g,0]]]]]],r5=[0,98,[0,j,[0,d,[0,g,[0,o,0]]]]],r6=[0,j,[0,d,[0,w,[0,c,[0,99,[0,m,[0,d,[0,b,[0,cG,0]]]]]]]]],r7=[0,q,[0,a,[0,b,[0,i,[0,d,[0,99,0]]]]]],r8=[0,f,[0,i,[0,o,[0,a,[0,i,0]]]]],r9=[0,i,[0,f,[0,E,[0,c,0]]]],r_=[0,z,[0,97,[0,q,[0,d,[0,j,[0,N,0]]]]]],r$=[0,b,[0,a,[0,i,[0,q,[0,c,0]]]]],sa=[0,98,[0,f,[0,l,[0,g,[0,o,0]]]]],sb=[0,g,[0,97,[0,q,[0,a,[0,c,0]]]]],sc=[0,j,[0,f,[0,E,[0,a,[0,i,0]]]]],sd=[0,l,[0,w,[0,w,[0,a,[0,i,0]]]]],se=[0,z,[0,a,[0,97,[0,b,[0,l,[0,i,[0,a,[0,c,0]]]]]]]],sf=n([99,f,a,z,z,d,99,d,a,g,b,c]),sg=[0,w,[0,97,[0,d,[0,i,[0,c,0]]]]],sh=[0,b,[0,m,[0,a,[0,b,[0,97,0]]]]],si=[0,m,[0,d,[0,D,[0,m,[0,a,[0,i,0]]]]]],sj=n([q,l,j,b,d,w,j,d,a,i,c]),sZ=[0,c,[0,l,[0,98,[0,ao,[0,a,[0,99,[0,b,0]]]]]]],s0=[0,q,[0,a,[0,b,[0,i,[0,d,[0,99,[0,c,0]]]]]]],s1=n([g,f,b,95,99,f,q,w,97,i,a,o]),s2=[0,99,[0,j,[0,97,[0,d,[0,q,[0,c,0]]]]]],s3=[0,b,[0,97,[0,i,[0,D,[0,a,[0,b,[0,c,0]]]]]]],s4=[0,B,[0,a,[0,i,[0,o,[0,d,[0,99,[0,b,0]]]]]]],s5=[0,B,[0,a,[0,i,[0,c,[0,d,[0,f,[0,g,[0,c,0]]]]]]]],s6=[0,d,[0,g,[0,b,[0,a,[0,i,[0,B,[0,97,[0,j,[0,c,0]]]]]]]]],s7=[0,99,[0,m,[0,97,[0,g,[0,D,[0,a,[0,o,0]]]]]]],s8=[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]],s9=[0,c,[0,m,[0,97,[0,50,[0,53,[0,54,0]]]]]],s_=[0,99,[0,a,[0,j,[0,j,[0,c,0]]]]],s$=[0,m,[0,a,[0,97,[0,o,[0,a,[0,i,0]]]]]],ta=[0,99,[0,j,[0,97,[0,c,[0,c,0]]]]],tb=[0,w,[0,f,[0,c,[0,d,[0,b,[0,d,[0,B,[0,a,0]]]]]]]],tc=[0,w,[0,i,[0,d,[0,B,[0,97,[0,99,[0,N,0]]]]]]],td=[0,o,[0,a,[0,99,[0,j,[0,97,[0,i,[0,a,[0,o,0]]]]]]]],te=n([w,i,a,w,97,i,97,b,d,f,g]),tf=[0,c,[0,w,[0,a,[0,j,[0,j,[0,d,[0,g,[0,D,[0,c,0]]]]]]]]],tg=[0,l,[0,g,[0,o,[0,a,[0,99,[0,d,[0,o,[0,a,[0,o,0]]]]]]]]],th=n([l,g,aD,g,f,E,g,95,c,m,97,i,a,c]),ti=[0,q,[0,97,[0,aa,[0,95,[0,o,[0,i,[0,d,[0,z,[0,b,0]]]]]]]]],tj=[0,a,[0,B,[0,97,[0,j,[0,l,[0,97,[0,b,[0,d,[0,f,[0,g,0]]]]]]]]]],tk=n([o,a,w,a,g,o,c,95,f,g,95,D,i,f,l,w]),tl=[0,98,[0,l,[0,i,[0,o,[0,a,[0,g,0]]]]]],tm=[0,i,[0,97,[0,b,[0,d,[0,f,0]]]]],tn=[0,j,[0,f,[0,D,0]]],to=[0,B,[0,97,[0,j,[0,l,[0,a,0]]]]],tp=[0,E,[0,d,[0,b,[0,g,[0,a,[0,c,[0,c,0]]]]]]],tq=n([a,aa,w,a,99,b,97,b,d,f,g,c]),tr=n([w,i,f,98,97,98,d,j,d,b,d,a,c]),ts=[0,i,[0,97,[0,b,[0,a,0]]]],tt=[0,i,[0,97,[0,b,[0,a,[0,c,0]]]]],tv=[0,i,[0,a,[0,97,[0,c,[0,f,[0,g,0]]]]]],tw=[0,i,[0,a,[0,j,[0,97,[0,b,[0,d,[0,f,[0,g,0]]]]]]]],tx=[0,c,[0,99,[0,f,[0,w,[0,a,0]]]]],ty=[0,98,[0,N,0]],tz=n([97,c,c,l,q,w,b,d,f,g,c]),tA=[0,a,[0,B,[0,d,[0,o,[0,a,[0,g,[0,99,[0,a,0]]]]]]]],tB=[0,c,[0,l,[0,w,[0,i,[0,a,[0,q,[0,l,[0,q,0]]]]]]]],tC=[0,j,[0,d,[0,q,[0,d,[0,b,0]]]]],tD=[0,l,[0,g,[0,d,[0,b,0]]]],tE=[0,ao,[0,l,[0,o,[0,D,[0,a,[0,o,0]]]]]],tF=[0,a,[0,c,[0,b,[0,d,[0,q,[0,97,[0,g,[0,o,0]]]]]]]],tG=[0,b,[0,d,[0,w,[0,c,0]]]],tH=[0,z,[0,i,[0,f,[0,g,[0,b,[0,d,[0,a,[0,i,0]]]]]]]],tI=[0,b,[0,f,0]],tJ=[0,98,[0,97,[0,j,[0,97,[0,g,[0,99,[0,a,[0,o,0]]]]]]]],tP=n([z,97,j,c,a,95,w,f,c,d,b,d,B,a,95,i,97,b,a]),tR=n([b,i,l,a,95,w,f,c,d,b,d,B,a,95,i,97,b,a]),t0=n([g,f,32,o,a,99,d,c,d,f,g,c,32,E,d,b,m,32,97,g,f,b,m,a,i,32,b,i,l,a,32,j,97,98,a,j]),t3=n([g,f,32,o,a,99,d,c,d,f,g,c,32,E,d,b,m,32,b,m,a,32,w,f,c,d,b,d,B,a,32,b,i,l,a,32,j,97,98,a,j]),t6=n([97,32,D,i,f,l,w,32,d,c,32,q,d,c,c,d,g,D,32,d,g,32,97,32,99,f,g,b,a,aa,b,32,97,g,o,32,g,f,32,w,f,w,l,j,97,b,d,f,g,32,E,97,c,32,D,d,B,a,g]),t9=n([g,f,32,w,f,w,l,j,97,b,d,f,g]),t$=n([z,a,E,a,i,32,b,m,97,g,32,b,E,f,32,D,i,f,l,w,c]),ub=n([g,f,32,o,a,99,d,c,d,f,g,c,32,i,a,99,f,i,o,a,o]),ud=n([z,97,j,c,a,95,w,f,c,d,b,d,B,a,95,i,97,b,a,95,f,B,a,i,97,j,j]),uf=n([z,97,j,c,a,95,w,f,c,d,b,d,B,a,95,i,97,b,a]),uh=n([b,i,l,a,95,w,f,c,d,b,d,B,a,95,i,97,b,a,95,f,B,a,i,97,j,j]),uj=n([b,i,l,a,95,w,f,c,d,b,d,B,a,95,i,97,b,a]),uo=n([D,j,f,98,97,j,95,c,l,w,i,a,q,l,q]),uq=n([j,f,99,97,j,95,c,l,w,i,a,q,l,q]),us=n([a,b3,l,97,j,d,cG,a,o,95,f,o,o,c]),uu=n([o,a,q,f,D,i,97,w,m,d,99,95,w,97,i,d,b,N]),uv=n([D,j,f,98,97,j,95,o,d,z,z,a,i,a,g,99,a]),ux=n([j,f,99,97,j,95,o,d,z,z,a,i,a,g,99,a]),uH=n([a,b3,l,97,j,d,cG,a,o,95,f,o,o,c]),uJ=n([o,a,q,f,D,i,97,w,m,d,99,95,w,97,i,d,b,N]),uL=n([D,j,f,98,97,j,95,i,97,b,d,f]),uN=n([j,f,99,97,j,95,i,97,b,d,f]),uP=[0,61,0],uQ=[0,60,[0,61,0]],uR=[0,62,[0,61,0]],uS=[0,b,[0,m,[0,d,[0,c,[0,32,[0,j,[0,97,[0,E,0]]]]]]]],uT=n([a,B,a,i,N,32,l,b,d,j,d,b,N,32,f,z,32,b,m,a,32,99,j,97,c,c]),uV=n([a,g,l,q,a,i,97,b,d,f,g]),uW=[0,j,[0,w,[0,45,[0,o,[0,l,[0,97,[0,j,0]]]]]]],uX=[0,84,[0,53,0]],uY=[0,84,[0,54,0]],uZ=[0,84,[0,55,0]],u0=[0,84,[0,49,[0,52,0]]],u1=n([j,f,99,97,j,95,i,97,b,d,f]),u2=n([D,j,f,98,97,j,95,i,97,b,d,f]),vl=[0,99,[0,m,[0,97,[0,g,[0,D,[0,a,[0,o,0]]]]]]],vn=[0,3],vo=[0,o,[0,a,[0,w,[0,a,[0,g,[0,o,[0,c,0]]]]]]],vq=[0,2],vr=n([d,g,99,f,g,99,j,l,c,d,B,a]),vt=[0,1],vu=[0,a,[0,aa,[0,99,[0,a,[0,a,[0,o,[0,c,0]]]]]]],vw=[0,0],vx=[0,E,[0,d,[0,b,[0,m,[0,d,[0,g,0]]]]]],vy=n([44,32,E,m,97,b,a,B,a,i,32,b,m,a,32,l,g,o,a,99,d,o,a,o,32,q,a,97,g,b]),vA=n([44,32,E,d,b,m,d,g,32,b,m,a,32,o,a,99,j,97,i,a,o,32,o,i,d,z,b]),vC=n([44,32,E,d,b,m,32,b,m,a,32,o,a,99,j,97,i,a,o,32,m,d,o,o,a,g,32,99,f,g,b,a,aa,b]),vE=n([44,32,E,m,f,a,B,a,i,32,b,m,a,32,l,g,aD,g,f,E,g,32,97,i,a]),v5=[0,99,[0,f,[0,g,[0,z,[0,d,[0,o,[0,a,[0,g,[0,99,[0,a,0]]]]]]]]]],v6=[0,a,[0,g,[0,o,[0,c,0]]]],v7=[0,i,[0,a,[0,D,[0,d,[0,f,[0,g,0]]]]]],v8=n([d,g,o,a,w,a,g,o,a,g,b]),v9=[0,q,[0,a,[0,b,[0,m,[0,f,[0,o,0]]]]]],v_=[0,j,[0,d,[0,q,[0,d,[0,b,[0,c,0]]]]]],v$=[0,j,[0,a,[0,B,[0,a,[0,j,[0,c,0]]]]]],wa=[0,l,[0,w,[0,w,[0,a,[0,i,0]]]]],wb=[0,j,[0,f,[0,E,[0,a,[0,i,0]]]]],wc=[0,w,[0,97,[0,d,[0,i,0]]]],wd=[0,d,[0,g,[0,b,[0,a,[0,i,[0,B,[0,97,[0,j,0]]]]]]]],we=[0,l,[0,g,[0,d,[0,b,[0,c,0]]]]],wg=[0,n([m,f,a,z,z,o,d,g,D,45,aD,j]),[0,n([a,q,w,d,i,d,99,97,j,45,98,a,i,g,c,b,a,d,g]),[0,n([d,g,b,a,i,c,a,99,b,d,f,g]),0]]],wJ=n([w,f,w,l,j,97,b,d,f,g,32,97,b,32,99,f,g,z,d,o,a,g,99,a,32]),wK=n([w,f,w,l,j,97,b,d,f,g,44,32,f,g,a,45,c,d,o,a,o,32,97,b,32,99,f,g,z,d,o,a,g,99,a,32]),wQ=[0,98,[0,d,[0,g,[0,f,[0,q,[0,d,[0,97,[0,j,0]]]]]]]],wV=n([b,m,a,32,o,i,97,E,c,32,E,d,b,m,d,g,32,97,32,99,a,j,j,32,97,i,a,32,d,g,o,a,w,a,g,o,a,g,b,44,32,a,97,99,m,32,E,d,b,m,32,b,m,a,32,j,97,E,32,f,z,32,b,m,a,32,99,a,j,j,44,32,97,g,o,32,m,f,E,32,q,97,g,N,32,b,m,a,i,a,32,97,i,a,32,o,f,a,c,32,g,f,b,32,o,a,w,a,g,o,32,f,g,32,m,f,E,32,b,m,a,N,32,99,97,q,a,32,f,l,b]),wX=n([b,m,a,32,99,f,g,b,a,aa,b,c,32,f,z,32,a,97,99,m,32,D,i,f,l,w,32,E,a,i,a,32,o,i,97,E,g,32,z,i,f,q,32,d,b,c,32,w,f,w,l,j,97,b,d,f,g,44,32,g,f,b,32,c,a,b,32,98,N,32,o,a,c,d,D,g]),w0=n([E,m,97,b,a,B,a,i,32,99,f,l,j,o,32,m,97,B,a,32,98,a,a,g,32,o,i,97,E,g,32,d,g,32,97,32,99,a,j,j,32,m,97,c,32,97,32,l,b,d,j,d,b,N,32,98,a,b,E,a,a,g,32,48,32,97,g,o,32,b,m,a,32,D,i,a,97,b,a,c,b,32,b,m,97,b,32,97,32,o,a,99,d,c,d,f,g,32,m,97,c,32,b,m,a,i,a]),w2=n([l,b,d,j,d,b,N,44,32,q,a,b,m,f,o,32,97,g,o,32,99,f,g,z,d,o,a,g,99,a,32,E,a,i,a,32,99,m,f,c,a,g,32,E,d,b,m,f,l,b,32,j,f,f,aD,d,g,D,32,97,b,32,b,m,a,32,o,i,97,E,c]),w4=n([b,m,a,32,o,i,97,E,c,32,f,z,32,o,d,z,z,a,i,a,g,b,32,99,a,j,j,c,32,97,i,a,32,d,g,o,a,w,a,g,o,a,g,b,32,f,z,32,a,97,99,m,32,f,b,m,a,i]),w6=n([97,32,c,97,q,w,j,d,g,D,32,l,g,d,b,32,99,97,g,32,m,97,B,a,32,g,f,32,q,f,i,a,32,b,m,97,g,32,f,g,a,32,i,f,E,32,d,g,32,97,32,99,a,j,j,44,32,97,c,32,d,c,32,b,m,a,32,99,97,c,a,32,m,a,i,a]),xa=[0,z,[0,d,[0,j,[0,b,[0,a,[0,i,[0,c,0]]]]]]],xb=[0,d,[0,g,[0,w,[0,l,[0,b,[0,c,0]]]]]],xc=[0,f,[0,l,[0,b,[0,w,[0,l,[0,b,[0,c,0]]]]]]],xd=[0,i,[0,a,[0,j,[0,a,[0,97,[0,c,[0,a,[0,c,0]]]]]]]],xe=[0,o,[0,i,[0,97,[0,E,[0,c,0]]]]],xf=n([b,i,l,a,95,99,f,g,b,a,aa,b]),xg=[0,b,[0,i,[0,l,[0,a,[0,95,[0,D,[0,i,[0,f,[0,l,[0,w,0]]]]]]]]]],xh=[0,D,[0,j,[0,f,[0,98,[0,97,[0,j,[0,95,[0,b,[0,97,[0,l,0]]]]]]]]]],xi=[0,98,[0,N,[0,95,[0,99,[0,f,[0,g,[0,b,[0,a,[0,aa,[0,b,0]]]]]]]]]],xj=[0,w,[0,f,[0,j,[0,d,[0,99,[0,N,0]]]]]],xM=n([a,aa,w,95,a,w,c,d,j,f,g]),xN=[0,97,[0,b,[0,b,[0,i,[0,d,[0,98,[0,l,[0,b,[0,a,[0,c,0]]]]]]]]]],xO=n([q,l,j,b,d,w,j,d,a,i,c]),xP=[0,i,[0,97,[0,E,[0,95,[0,i,[0,97,[0,b,[0,d,[0,f,0]]]]]]]]],xR=n([99,f,q,w,f,c,d,b,d,f,g]),xT=[0,97,[0,b,[0,b,[0,97,[0,d,[0,g,[0,a,[0,o,0]]]]]]]],xU=[0,l,[0,g,[0,z,[0,d,[0,j,[0,b,[0,a,[0,i,[0,a,[0,o,0]]]]]]]]]],x7=n([97,g,N,32,w,f,j,d,99,N,32,98,a,m,d,g,o,32,b,m,d,c,32,z,d,j,b,a,i]),x8=n([32,b,m,97,b,32,aD,a,a,w,c,32,b,m,a,32,o,a,99,j,97,i,a,o,32,z,j,f,f,i]),x9=n([44,32,97,g,N,32,l,b,d,j,d,b,N,32,f,z,32,b,m,a,32,o,a,99,j,97,i,a,o,32,i,97,g,D,a]),x_=n([b,m,d,c,32,w,f,j,d,99,N,32,97,g,o,32,99,f,g,b,a,aa,b,32,z,d,j,b,a,i,44,32,97,g,N,32,D,i,f,l,w,32,z,d,j,b,a,i,32,97,b,32,q,f,c,b,32,b,m,d,c,32,a,w,c,d,j,f,g,32,b,m,97,b,32,i,a,j,a,97,c,a,c,32,b,m,a,32,c,97,q,a,32,B,97,j,l,a,c]),ya=n([b,m,d,c,32,w,f,j,d,99,N,32,97,g,o,32,D,i,f,l,w,32,z,d,j,b,a,i,44,32,97,g,N,32,99,f,g,b,a,aa,b,32,z,d,j,b,a,i,32,b,m,97,b,32,i,a,j,a,97,c,a,c,32,b,m,a,c,a,32,99,f,g,b,a,aa,b,c]),yc=[0,84,[0,49,[0,51,0]]],yd=n([84,53,45,o,a,99,d,c,d,f,g]),yD=n([b,m,a,32,z,d,j,b,a,i,39,c,32,o,i,97,E,c,32,z,f,i,32,D,i,f,l,w,32,97,g,o,32,99,f,g,b,a,aa,b,32,97,i,a,32,d,g,o,a,w,a,g,o,a,g,b,32,f,z,32,a,97,99,m,32,f,b,m,a,i,32,97,g,o,32,f,z,32,a,B,a,i,N,b,m,d,g,D,32,a,j,c,a,44,32,z,i,a,c,m,32,z,f,i,32,a,97,99,m,32,o,a,99,d,c,d,f,g,44,32,97,g,o,32,b,m,a,32,o,a,99,d,c,d,f,g,32,o,a,w,a,g,o,c,32,f,g,32,D,i,f,l,w,32,97,g,o,32,99,f,g,b,a,aa,b,32,f,g,j,N,32,b,m,i,f,l,D,m,32,E,m,97,b,32,b,m,a,32,z,d,j,b,a,i,c,32,i,a,j,a,97,c,a]),yE=n([b,m,a,32,99,f,g,b,a,aa,b,c,32,f,z,32,a,97,99,m,32,D,i,f,l,w,32,97,i,a,32,o,d,c,b,i,d,98,l,b,a,o,32,97,c,32,d,g,32,b,m,a,32,c,b,97,b,a,o,32,w,f,w,l,j,97,b,d,f,g]),zX=u(": "),zV=[0,[0,u("nothing was judged: the certificate needs more memory than there is"),0],3],zW=[0,[0,u("nothing was judged: the certificate does not embed its table; give it with --table"),0],3],zY=u("malformed: "),zR=u(mk),zS=u("FALSE"),zT=u("not covered"),zP=[0,[11,u("\\x"),[4,6,[0,2,2],0,0]],u("\\x%02x")],zQ=u(W),zZ=u("\n");function
+ar(a){if(typeof
 a==="number")return 0;else
 switch(a[0]){case
-0:return[0,aq(a[1])];case
-1:return[1,aq(a[1])];case
-2:return[2,aq(a[1])];case
-3:return[3,aq(a[1])];case
-4:return[4,aq(a[1])];case
-5:return[5,aq(a[1])];case
-6:return[6,aq(a[1])];case
-7:return[7,aq(a[1])];case
+0:return[0,ar(a[1])];case
+1:return[1,ar(a[1])];case
+2:return[2,ar(a[1])];case
+3:return[3,ar(a[1])];case
+4:return[4,ar(a[1])];case
+5:return[5,ar(a[1])];case
+6:return[6,ar(a[1])];case
+7:return[7,ar(a[1])];case
 8:var
-c=a[1];return[8,c,aq(a[2])];case
+c=a[1];return[8,c,ar(a[2])];case
 9:var
-b=a[1];return[9,b,b,aq(a[3])];case
-10:return[10,aq(a[1])];case
-11:return[11,aq(a[1])];case
-12:return[12,aq(a[1])];case
-13:return[13,aq(a[1])];default:return[14,aq(a[1])]}}function
-aW(a,b){if(typeof
+b=a[1];return[9,b,b,ar(a[3])];case
+10:return[10,ar(a[1])];case
+11:return[11,ar(a[1])];case
+12:return[12,ar(a[1])];case
+13:return[13,ar(a[1])];default:return[14,ar(a[1])]}}function
+aZ(a,b){if(typeof
 a==="number")return b;else
 switch(a[0]){case
-0:return[0,aW(a[1],b)];case
-1:return[1,aW(a[1],b)];case
-2:return[2,aW(a[1],b)];case
-3:return[3,aW(a[1],b)];case
-4:return[4,aW(a[1],b)];case
-5:return[5,aW(a[1],b)];case
-6:return[6,aW(a[1],b)];case
-7:return[7,aW(a[1],b)];case
+0:return[0,aZ(a[1],b)];case
+1:return[1,aZ(a[1],b)];case
+2:return[2,aZ(a[1],b)];case
+3:return[3,aZ(a[1],b)];case
+4:return[4,aZ(a[1],b)];case
+5:return[5,aZ(a[1],b)];case
+6:return[6,aZ(a[1],b)];case
+7:return[7,aZ(a[1],b)];case
 8:var
-c=a[1];return[8,c,aW(a[2],b)];case
+c=a[1];return[8,c,aZ(a[2],b)];case
 9:var
-d=a[2],e=a[1];return[9,e,d,aW(a[3],b)];case
-10:return[10,aW(a[1],b)];case
-11:return[11,aW(a[1],b)];case
-12:return[12,aW(a[1],b)];case
-13:return[13,aW(a[1],b)];default:return[14,aW(a[1],b)]}}function
+d=a[2],e=a[1];return[9,e,d,aZ(a[3],b)];case
+10:return[10,aZ(a[1],b)];case
+11:return[11,aZ(a[1],b)];case
+12:return[12,aZ(a[1],b)];case
+13:return[13,aZ(a[1],b)];default:return[14,aZ(a[1],b)]}}function
 al(a,b){if(typeof
 a==="number")return b;else
 switch(a[0]){case
@@ -844,165 +844,165 @@ E=a[1];return[21,E,al(a[2],b)];case
 23:var
 F=a[1];return[23,F,al(a[2],b)];default:var
 G=a[2],H=a[1];return[24,H,G,al(a[3],b)]}}function
-ct(a){throw[0,hw,a]}function
-fu(a){return 0<=a?a:-a|0}function
-df(d,c){var
-a=ap(d),e=ap(c),b=aF(a+e|0);bP(d,0,b,0,a);bP(c,0,b,a,e);return a5(b)}function
-m1(a){return a?m2:m3}AH(0);mM(1);mM(2);function
-hB(b){function
+cu(a){throw[0,hL,a]}function
+fF(a){return 0<=a?a:-a|0}function
+dl(d,c){var
+a=ap(d),e=ap(c),b=aI(a+e|0);bQ(d,0,b,0,a);bQ(c,0,b,a,e);return a8(b)}function
+ne(a){return a?nf:ng}AV(0);m2(1);m2(2);function
+hQ(b){function
 a(b){var
 a=b;for(;;){if(a){var
-c=a[2],d=a[1];try{AG(d)}catch(a){a=mT(a);if(a[1]!==hA)throw a;var
+c=a[2],d=a[1];try{AU(d)}catch(a){a=m9(a);if(a[1]!==hP)throw a;var
 e=a}var
-a=c;continue}return 0}}return a(AI(0))}AO(s(lH),hB);function
-m4(b,a){return a?[0,B(b,a[1])]:0}function
-fv(a){if(0<=a&&!(g4<a))return a;return ct(m5)}var
-dg=(4*AR(0)|0)-1|0;function
-fw(d){var
+a=c;continue}return 0}}return a(AW(0))}A2(u(lX),hQ);function
+nh(b,a){return a?[0,A(b,a[1])]:0}function
+fG(a){if(0<=a&&!(hg<a))return a;return cu(ni)}var
+dm=(4*A5(0)|0)-1|0;function
+fH(d){var
 a=d,b=0;for(;;){if(a){var
 c=[0,a[1],b],a=a[2],b=c;continue}return b}}function
-hC(d,c){var
+hR(d,c){var
 b=0,a=c;for(;;){if(a){var
-e=a[2],b=[0,B(d,a[1]),b],a=e;continue}return b}}function
-b9(a,c){var
-b=aF(a);Ai(b,0,a,c);return b}function
-hD(d,b,a){var
-f=0;if(0<=b&&0<=a&&!((a4(d)-a|0)<b)){var
-c=aF(a);cG(d,b,c,0,a);var
+e=a[2],b=[0,A(d,a[1]),b],a=e;continue}return b}}function
+b_(a,c){var
+b=aI(a);Aw(b,0,a,c);return b}function
+hS(d,b,a){var
+f=0;if(0<=b&&0<=a&&!((a7(d)-a|0)<b)){var
+c=aI(a);cH(d,b,c,0,a);var
 e=c;f=1}if(!f)var
-e=ct(na);return a5(e)}function
-hE(e,c,d,b,a){if(0<=a&&0<=c&&!((a4(e)-a|0)<c)&&0<=b&&!((a4(d)-a|0)<b))return cG(e,c,d,b,a);return ct(nb)}function
-bQ(e,c,d,b,a){if(0<=a&&0<=c&&!((ap(e)-a|0)<c)&&0<=b&&!((a4(d)-a|0)<b))return bP(e,c,d,b,a);return ct(nc)}function
-hF(b,a){return a5(b9(b,a))}function
-fx(k,g){if(g){var
+e=cu(np);return a8(e)}function
+hT(e,c,d,b,a){if(0<=a&&0<=c&&!((a7(e)-a|0)<c)&&0<=b&&!((a7(d)-a|0)<b))return cH(e,c,d,b,a);return cu(nq)}function
+bR(e,c,d,b,a){if(0<=a&&0<=c&&!((ap(e)-a|0)<c)&&0<=b&&!((a7(d)-a|0)<b))return bQ(e,c,d,b,a);return cu(nr)}function
+hU(b,a){return a8(b_(b,a))}function
+fI(k,g){if(g){var
 h=ap(k),c=0,b=g,p=0;for(;;){if(b){var
 i=b[1];if(b[2]){var
-j=(ap(i)+h|0)+c|0,m=b[2],n=c<=j?j:ct(nd),c=n,b=m;continue}var
+j=(ap(i)+h|0)+c|0,m=b[2],n=c<=j?j:cu(ns),c=n,b=m;continue}var
 l=ap(i)+c|0}else
 var
 l=c;var
-f=aF(l),e=p,d=g;for(;;){if(d){var
+f=aI(l),e=p,d=g;for(;;){if(d){var
 a=d[1];if(d[2]){var
-o=d[2];bP(a,0,f,e,ap(a));bP(k,0,f,e+ap(a)|0,h);var
-e=(e+ap(a)|0)+h|0,d=o;continue}bP(a,0,f,e,ap(a))}return a5(f)}}}return ne}function
-hG(a,c){var
-d=a[2],b=[0,a[3]];for(;;){if(b[1]<(d+c|0)){b[1]=2*b[1]|0;continue}if(dg<b[1]){if(!((d+c|0)<=dg))throw[0,hx,ni];b[1]=dg}var
-e=aF(b[1]);hE(a[1],0,e,0,a[2]);a[1]=e;a[3]=b[1];if((a[2]+c|0)<=a[3]){if((d+c|0)<=a[3])return 0;throw[0,at,ng]}throw[0,at,nh]}}function
-dh(a,c){var
-b=ap(c),d=a[2]+b|0;if(a[3]<d)hG(a,b);bP(c,0,a[1],a[2],b);a[2]=d;return 0}function
-fy(a){return 5===a[2]?12:-6}function
-hH(a){return[0,0,aF(a)]}function
-hI(a,h){var
-b=a4(a[2]),c=a[1]+h|0,d=b<c?1:0;if(d){var
-e=b*2|0,i=c<=e?e:c,f=aF(i);hE(a[2],0,f,0,b);a[2]=f;var
+o=d[2];bQ(a,0,f,e,ap(a));bQ(k,0,f,e+ap(a)|0,h);var
+e=(e+ap(a)|0)+h|0,d=o;continue}bQ(a,0,f,e,ap(a))}return a8(f)}}}return nt}function
+hV(a,c){var
+d=a[2],b=[0,a[3]];for(;;){if(b[1]<(d+c|0)){b[1]=2*b[1]|0;continue}if(dm<b[1]){if(!((d+c|0)<=dm))throw[0,hM,nx];b[1]=dm}var
+e=aI(b[1]);hT(a[1],0,e,0,a[2]);a[1]=e;a[3]=b[1];if((a[2]+c|0)<=a[3]){if((d+c|0)<=a[3])return 0;throw[0,av,nv]}throw[0,av,nw]}}function
+dn(a,c){var
+b=ap(c),d=a[2]+b|0;if(a[3]<d)hV(a,b);bQ(c,0,a[1],a[2],b);a[2]=d;return 0}function
+fJ(a){return 5===a[2]?12:-6}function
+hW(a){return[0,0,aI(a)]}function
+hX(a,h){var
+b=a7(a[2]),c=a[1]+h|0,d=b<c?1:0;if(d){var
+e=b*2|0,i=c<=e?e:c,f=aI(i);hT(a[2],0,f,0,b);a[2]=f;var
 g=0}else
 var
 g=d;return g}function
-cO(a,b){hI(a,1);b4(a[2],a[1],b);a[1]=a[1]+1|0;return 0}function
-aP(a,c){var
-b=ap(c);hI(a,b);bQ(c,0,a[2],a[1],b);a[1]=a[1]+b|0;return 0}function
-hJ(a){return hD(a[2],0,a[1])}function
-fz(b,c){var
+cP(a,b){hX(a,1);b5(a[2],a[1],b);a[1]=a[1]+1|0;return 0}function
+aS(a,c){var
+b=ap(c);hX(a,b);bR(c,0,a[2],a[1],b);a[1]=a[1]+b|0;return 0}function
+hY(a){return hS(a[2],0,a[1])}function
+fK(b,c){var
 a=c;for(;;)if(typeof
 a==="number")return 0;else
 switch(a[0]){case
 0:var
-d=a[1];aP(b,nr);var
+d=a[1];aS(b,nG);var
 a=d;continue;case
 1:var
-e=a[1];aP(b,ns);var
+e=a[1];aS(b,nH);var
 a=e;continue;case
 2:var
-f=a[1];aP(b,nt);var
+f=a[1];aS(b,nI);var
 a=f;continue;case
 3:var
-g=a[1];aP(b,nu);var
+g=a[1];aS(b,nJ);var
 a=g;continue;case
 4:var
-h=a[1];aP(b,nv);var
+h=a[1];aS(b,nK);var
 a=h;continue;case
 5:var
-i=a[1];aP(b,nw);var
+i=a[1];aS(b,nL);var
 a=i;continue;case
 6:var
-j=a[1];aP(b,nx);var
+j=a[1];aS(b,nM);var
 a=j;continue;case
 7:var
-k=a[1];aP(b,ny);var
+k=a[1];aS(b,nN);var
 a=k;continue;case
 8:var
-l=a[2],m=a[1];aP(b,nz);fz(b,m);aP(b,nA);var
+l=a[2],m=a[1];aS(b,nO);fK(b,m);aS(b,nP);var
 a=l;continue;case
 9:var
-n=a[3],o=a[1];aP(b,nB);fz(b,o);aP(b,nC);var
+n=a[3],o=a[1];aS(b,nQ);fK(b,o);aS(b,nR);var
 a=n;continue;case
 10:var
-p=a[1];aP(b,nD);var
+p=a[1];aS(b,nS);var
 a=p;continue;case
 11:var
-q=a[1];aP(b,nE);var
+q=a[1];aS(b,nT);var
 a=q;continue;case
 12:var
-r=a[1];aP(b,nF);var
+r=a[1];aS(b,nU);var
 a=r;continue;case
 13:var
-s=a[1];aP(b,nG);var
+s=a[1];aS(b,nV);var
 a=s;continue;default:var
-t=a[1];aP(b,nH);var
+t=a[1];aS(b,nW);var
 a=t;continue}}function
-ay(a){if(typeof
+aB(a){if(typeof
 a==="number")return 0;else
 switch(a[0]){case
-0:return[0,ay(a[1])];case
-1:return[1,ay(a[1])];case
-2:return[2,ay(a[1])];case
-3:return[3,ay(a[1])];case
-4:return[4,ay(a[1])];case
-5:return[5,ay(a[1])];case
-6:return[6,ay(a[1])];case
-7:return[7,ay(a[1])];case
+0:return[0,aB(a[1])];case
+1:return[1,aB(a[1])];case
+2:return[2,aB(a[1])];case
+3:return[3,aB(a[1])];case
+4:return[4,aB(a[1])];case
+5:return[5,aB(a[1])];case
+6:return[6,aB(a[1])];case
+7:return[7,aB(a[1])];case
 8:var
-b=a[1];return[8,b,ay(a[2])];case
+b=a[1];return[8,b,aB(a[2])];case
 9:var
-c=a[2],d=a[1];return[9,c,d,ay(a[3])];case
-10:return[10,ay(a[1])];case
-11:return[11,ay(a[1])];case
-12:return[12,ay(a[1])];case
-13:return[13,ay(a[1])];default:return[14,ay(a[1])]}}function
-aQ(a){if(typeof
+c=a[2],d=a[1];return[9,c,d,aB(a[3])];case
+10:return[10,aB(a[1])];case
+11:return[11,aB(a[1])];case
+12:return[12,aB(a[1])];case
+13:return[13,aB(a[1])];default:return[14,aB(a[1])]}}function
+aT(a){if(typeof
 a==="number"){var
 r=function(a){return 0},s=function(a){return 0},t=function(a){return 0};return[0,function(a){return 0},t,s,r]}else
 switch(a[0]){case
 0:var
-b=aQ(a[1]),u=b[4],v=b[3],w=b[2],x=b[1],y=function(a){B(w,0);return 0};return[0,function(a){B(x,0);return 0},y,v,u];case
+b=aT(a[1]),u=b[4],v=b[3],w=b[2],x=b[1],y=function(a){A(w,0);return 0};return[0,function(a){A(x,0);return 0},y,v,u];case
 1:var
-c=aQ(a[1]),z=c[4],A=c[3],C=c[2],D=c[1],E=function(a){B(C,0);return 0};return[0,function(a){B(D,0);return 0},E,A,z];case
+c=aT(a[1]),z=c[4],B=c[3],C=c[2],D=c[1],E=function(a){A(C,0);return 0};return[0,function(a){A(D,0);return 0},E,B,z];case
 2:var
-d=aQ(a[1]),F=d[4],G=d[3],H=d[2],I=d[1],J=function(a){B(H,0);return 0};return[0,function(a){B(I,0);return 0},J,G,F];case
+d=aT(a[1]),F=d[4],G=d[3],H=d[2],I=d[1],J=function(a){A(H,0);return 0};return[0,function(a){A(I,0);return 0},J,G,F];case
 3:var
-e=aQ(a[1]),K=e[4],L=e[3],M=e[2],N=e[1],O=function(a){B(M,0);return 0};return[0,function(a){B(N,0);return 0},O,L,K];case
+e=aT(a[1]),K=e[4],L=e[3],M=e[2],N=e[1],O=function(a){A(M,0);return 0};return[0,function(a){A(N,0);return 0},O,L,K];case
 4:var
-f=aQ(a[1]),P=f[4],Q=f[3],R=f[2],S=f[1],T=function(a){B(R,0);return 0};return[0,function(a){B(S,0);return 0},T,Q,P];case
+f=aT(a[1]),P=f[4],Q=f[3],R=f[2],S=f[1],T=function(a){A(R,0);return 0};return[0,function(a){A(S,0);return 0},T,Q,P];case
 5:var
-g=aQ(a[1]),U=g[4],V=g[3],W=g[2],X=g[1],Y=function(a){B(W,0);return 0};return[0,function(a){B(X,0);return 0},Y,V,U];case
+g=aT(a[1]),U=g[4],V=g[3],W=g[2],X=g[1],Y=function(a){A(W,0);return 0};return[0,function(a){A(X,0);return 0},Y,V,U];case
 6:var
-h=aQ(a[1]),Z=h[4],_=h[3],$=h[2],aa=h[1],ab=function(a){B($,0);return 0};return[0,function(a){B(aa,0);return 0},ab,_,Z];case
+h=aT(a[1]),Z=h[4],_=h[3],$=h[2],aa=h[1],ab=function(a){A($,0);return 0};return[0,function(a){A(aa,0);return 0},ab,_,Z];case
 7:var
-i=aQ(a[1]),ac=i[4],ad=i[3],ae=i[2],af=i[1],ag=function(a){B(ae,0);return 0};return[0,function(a){B(af,0);return 0},ag,ad,ac];case
+i=aT(a[1]),ac=i[4],ad=i[3],ae=i[2],af=i[1],ag=function(a){A(ae,0);return 0};return[0,function(a){A(af,0);return 0},ag,ad,ac];case
 8:var
-j=aQ(a[2]),ah=j[4],ai=j[3],aj=j[2],ak=j[1],al=function(a){B(aj,0);return 0};return[0,function(a){B(ak,0);return 0},al,ai,ah];case
+j=aT(a[2]),ah=j[4],ai=j[3],aj=j[2],ak=j[1],al=function(a){A(aj,0);return 0};return[0,function(a){A(ak,0);return 0},al,ai,ah];case
 9:var
-am=a[2],an=a[1],k=aQ(a[3]),ao=k[4],ap=k[3],aq=k[2],ar=k[1],l=aQ(aB(ay(an),am)),as=l[4],at=l[3],au=l[2],av=l[1],aw=function(a){B(as,0);B(ao,0);return 0},ax=function(a){B(ap,0);B(at,0);return 0},az=function(a){B(au,0);B(aq,0);return 0};return[0,function(a){B(ar,0);B(av,0);return 0},az,ax,aw];case
+am=a[2],an=a[1],k=aT(a[3]),ao=k[4],ap=k[3],aq=k[2],ar=k[1],l=aT(aE(aB(an),am)),as=l[4],at=l[3],au=l[2],av=l[1],aw=function(a){A(as,0);A(ao,0);return 0},ax=function(a){A(ap,0);A(at,0);return 0},ay=function(a){A(au,0);A(aq,0);return 0};return[0,function(a){A(ar,0);A(av,0);return 0},ay,ax,aw];case
 10:var
-m=aQ(a[1]),aA=m[4],aC=m[3],aD=m[2],aE=m[1],aF=function(a){B(aD,0);return 0};return[0,function(a){B(aE,0);return 0},aF,aC,aA];case
+m=aT(a[1]),az=m[4],aA=m[3],aC=m[2],aD=m[1],aF=function(a){A(aC,0);return 0};return[0,function(a){A(aD,0);return 0},aF,aA,az];case
 11:var
-n=aQ(a[1]),aG=n[4],aH=n[3],aI=n[2],aJ=n[1],aK=function(a){B(aI,0);return 0};return[0,function(a){B(aJ,0);return 0},aK,aH,aG];case
+n=aT(a[1]),aG=n[4],aH=n[3],aI=n[2],aJ=n[1],aK=function(a){A(aI,0);return 0};return[0,function(a){A(aJ,0);return 0},aK,aH,aG];case
 12:var
-o=aQ(a[1]),aL=o[4],aM=o[3],aN=o[2],aO=o[1],aP=function(a){B(aN,0);return 0};return[0,function(a){B(aO,0);return 0},aP,aM,aL];case
+o=aT(a[1]),aL=o[4],aM=o[3],aN=o[2],aO=o[1],aP=function(a){A(aN,0);return 0};return[0,function(a){A(aO,0);return 0},aP,aM,aL];case
 13:var
-p=aQ(a[1]),aR=p[4],aS=p[3],aT=p[2],aU=p[1],aV=function(a){B(aR,0);return 0},aW=function(a){B(aS,0);return 0},aX=function(a){B(aT,0);return 0};return[0,function(a){B(aU,0);return 0},aX,aW,aV];default:var
-q=aQ(a[1]),aY=q[4],aZ=q[3],a0=q[2],a1=q[1],a2=function(a){B(aY,0);return 0},a3=function(a){B(aZ,0);return 0},a4=function(a){B(a0,0);return 0};return[0,function(a){B(a1,0);return 0},a4,a3,a2]}}function
-aB(c,b){var
+p=aT(a[1]),aQ=p[4],aR=p[3],aS=p[2],aU=p[1],aV=function(a){A(aQ,0);return 0},aW=function(a){A(aR,0);return 0},aX=function(a){A(aS,0);return 0};return[0,function(a){A(aU,0);return 0},aX,aW,aV];default:var
+q=aT(a[1]),aY=q[4],aZ=q[3],a0=q[2],a1=q[1],a2=function(a){A(aY,0);return 0},a3=function(a){A(aZ,0);return 0},a4=function(a){A(a0,0);return 0};return[0,function(a){A(a1,0);return 0},a4,a3,a2]}}function
+aE(c,b){var
 a=0;if(typeof
 c==="number")if(typeof
 b==="number")return 0;else
@@ -1013,12 +1013,12 @@ switch(b[0]){case
 13:a=3;break;case
 14:a=4;break;case
 8:a=5;break;case
-9:a=6;break;default:throw[0,at,nI]}else
+9:a=6;break;default:throw[0,av,nX]}else
 switch(c[0]){case
 0:var
 d=0,s=c[1];if(typeof
 b!=="number")switch(b[0]){case
-0:return[0,aB(s,b[1])];case
+0:return[0,aE(s,b[1])];case
 8:a=5;d=1;break;case
 9:a=6;d=1;break;case
 10:d=1;break;case
@@ -1029,7 +1029,7 @@ b!=="number")switch(b[0]){case
 1:var
 e=0,t=c[1];if(typeof
 b!=="number")switch(b[0]){case
-1:return[1,aB(t,b[1])];case
+1:return[1,aE(t,b[1])];case
 8:a=5;e=1;break;case
 9:a=6;e=1;break;case
 10:e=1;break;case
@@ -1041,7 +1041,7 @@ b!=="number")switch(b[0]){case
 f=0,u=c[1];if(typeof
 b==="number")f=1;else
 switch(b[0]){case
-2:return[2,aB(u,b[1])];case
+2:return[2,aE(u,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1053,7 +1053,7 @@ switch(b[0]){case
 g=0,v=c[1];if(typeof
 b==="number")g=1;else
 switch(b[0]){case
-3:return[3,aB(v,b[1])];case
+3:return[3,aE(v,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1065,7 +1065,7 @@ switch(b[0]){case
 h=0,w=c[1];if(typeof
 b==="number")h=1;else
 switch(b[0]){case
-4:return[4,aB(w,b[1])];case
+4:return[4,aE(w,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1077,7 +1077,7 @@ switch(b[0]){case
 i=0,x=c[1];if(typeof
 b==="number")i=1;else
 switch(b[0]){case
-5:return[5,aB(x,b[1])];case
+5:return[5,aE(x,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1089,7 +1089,7 @@ switch(b[0]){case
 j=0,y=c[1];if(typeof
 b==="number")j=1;else
 switch(b[0]){case
-6:return[6,aB(y,b[1])];case
+6:return[6,aE(y,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1101,7 +1101,7 @@ switch(b[0]){case
 k=0,z=c[1];if(typeof
 b==="number")k=1;else
 switch(b[0]){case
-7:return[7,aB(z,b[1])];case
+7:return[7,aE(z,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1110,44 +1110,44 @@ switch(b[0]){case
 13:a=3;break;case
 14:a=4;break;default:k=1}if(k)a=7;break;case
 8:var
-l=0,A=c[2],C=c[1];if(typeof
+l=0,B=c[2],C=c[1];if(typeof
 b==="number")l=1;else
 switch(b[0]){case
 8:var
-D=b[1],E=aB(A,b[2]);return[8,aB(C,D),E];case
+D=b[1],E=aE(B,b[2]);return[8,aE(C,D),E];case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:a=4;break;default:l=1}if(l)throw[0,at,nR];break;case
+14:a=4;break;default:l=1}if(l)throw[0,av,n6];break;case
 9:var
 m=0,F=c[3],G=c[2],H=c[1];if(typeof
 b==="number")m=1;else
 switch(b[0]){case
 8:a=5;break;case
 9:var
-I=b[3],J=b[2],K=b[1],r=aQ(aB(ay(G),K)),L=r[4];B(r[2],0);B(L,0);return[9,H,J,aB(F,I)];case
+I=b[3],J=b[2],K=b[1],r=aT(aE(aB(G),K)),L=r[4];A(r[2],0);A(L,0);return[9,H,J,aE(F,I)];case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:a=4;break;default:m=1}if(m)throw[0,at,nS];break;case
+14:a=4;break;default:m=1}if(m)throw[0,av,n7];break;case
 10:var
 M=c[1];if(typeof
-b!=="number"&&10===b[0])return[10,aB(M,b[1])];throw[0,at,nT];case
+b!=="number"&&10===b[0])return[10,aE(M,b[1])];throw[0,av,n8];case
 11:var
 n=0,N=c[1];if(typeof
 b==="number")n=1;else
 switch(b[0]){case
 10:break;case
-11:return[11,aB(N,b[1])];default:n=1}if(n)throw[0,at,nU];break;case
+11:return[11,aE(N,b[1])];default:n=1}if(n)throw[0,av,n9];break;case
 12:var
 o=0,O=c[1];if(typeof
 b==="number")o=1;else
 switch(b[0]){case
 10:break;case
 11:a=1;break;case
-12:return[12,aB(O,b[1])];default:o=1}if(o)throw[0,at,nV];break;case
+12:return[12,aE(O,b[1])];default:o=1}if(o)throw[0,av,n_];break;case
 13:var
 p=0,P=c[1];if(typeof
 b==="number")p=1;else
@@ -1155,7 +1155,7 @@ switch(b[0]){case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
-13:return[13,aB(P,b[1])];default:p=1}if(p)throw[0,at,nW];break;default:var
+13:return[13,aE(P,b[1])];default:p=1}if(p)throw[0,av,n$];break;default:var
 q=0,Q=c[1];if(typeof
 b==="number")q=1;else
 switch(b[0]){case
@@ -1163,206 +1163,206 @@ switch(b[0]){case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:return[14,aB(Q,b[1])];default:q=1}if(q)throw[0,at,nX]}switch(a){case
-0:throw[0,at,nL];case
-1:throw[0,at,nM];case
-2:throw[0,at,nN];case
-3:throw[0,at,nO];case
-4:throw[0,at,nP];case
-5:throw[0,at,nJ];case
-6:throw[0,at,nK];default:throw[0,at,nQ]}}var
-aH=[aY,nY,Ak(0)];function
-d2(b,a){if(typeof
+14:return[14,aE(Q,b[1])];default:q=1}if(q)throw[0,av,oa]}switch(a){case
+0:throw[0,av,n0];case
+1:throw[0,av,n1];case
+2:throw[0,av,n2];case
+3:throw[0,av,n3];case
+4:throw[0,av,n4];case
+5:throw[0,av,nY];case
+6:throw[0,av,nZ];default:throw[0,av,n5]}}var
+aK=[a1,ob,Ay(0)];function
+d$(b,a){if(typeof
 b==="number")return[0,0,a];else{if(0===b[0])return[0,[0,b[1],b[2]],a];if(typeof
-a!=="number"&&2===a[0])return[0,[1,b[1]],a[1]];throw aH}}function
-di(e,b,d){var
-a=d2(e,d);if(typeof
+a!=="number"&&2===a[0])return[0,[1,b[1]],a[1]];throw aK}}function
+dp(e,b,d){var
+a=d$(e,d);if(typeof
 b==="number"){if(b){var
 c=a[2];if(typeof
-c!=="number"&&2===c[0])return[0,a[1],1,c[1]];throw aH}return[0,a[1],0,a[2]]}return[0,a[1],[0,b[1]],a[2]]}function
-a0(b,c,a){if(typeof
-b==="number")return[0,0,ae(c,a)];else
+c!=="number"&&2===c[0])return[0,a[1],1,c[1]];throw aK}return[0,a[1],0,a[2]]}return[0,a[1],[0,b[1]],a[2]]}function
+a3(b,c,a){if(typeof
+b==="number")return[0,0,af(c,a)];else
 switch(b[0]){case
 0:if(typeof
 a!=="number"&&0===a[0]){var
-f=a0(b[1],c,a[1]);return[0,[0,f[1]],f[2]]}break;case
+f=a3(b[1],c,a[1]);return[0,[0,f[1]],f[2]]}break;case
 1:if(typeof
 a!=="number"&&1===a[0]){var
-g=a0(b[1],c,a[1]);return[0,[1,g[1]],g[2]]}break;case
+g=a3(b[1],c,a[1]);return[0,[1,g[1]],g[2]]}break;case
 2:if(typeof
 a!=="number"&&2===a[0]){var
-h=a0(b[1],c,a[1]);return[0,[2,h[1]],h[2]]}break;case
+h=a3(b[1],c,a[1]);return[0,[2,h[1]],h[2]]}break;case
 3:if(typeof
 a!=="number"&&3===a[0]){var
-i=a0(b[1],c,a[1]);return[0,[3,i[1]],i[2]]}break;case
+i=a3(b[1],c,a[1]);return[0,[3,i[1]],i[2]]}break;case
 4:if(typeof
 a!=="number"&&4===a[0]){var
-j=a0(b[1],c,a[1]);return[0,[4,j[1]],j[2]]}break;case
+j=a3(b[1],c,a[1]);return[0,[4,j[1]],j[2]]}break;case
 5:if(typeof
 a!=="number"&&5===a[0]){var
-k=a0(b[1],c,a[1]);return[0,[5,k[1]],k[2]]}break;case
+k=a3(b[1],c,a[1]);return[0,[5,k[1]],k[2]]}break;case
 6:if(typeof
 a!=="number"&&6===a[0]){var
-l=a0(b[1],c,a[1]);return[0,[6,l[1]],l[2]]}break;case
+l=a3(b[1],c,a[1]);return[0,[6,l[1]],l[2]]}break;case
 7:if(typeof
 a!=="number"&&7===a[0]){var
-m=a0(b[1],c,a[1]);return[0,[7,m[1]],m[2]]}break;case
+m=a3(b[1],c,a[1]);return[0,[7,m[1]],m[2]]}break;case
 8:if(typeof
 a!=="number"&&8===a[0]){var
-n=a[1],v=a[2],w=b[2];if(dZ([0,b[1]],[0,n]))throw aH;var
-o=a0(w,c,v);return[0,[8,n,o[1]],o[2]]}break;case
+n=a[1],v=a[2],w=b[2];if(d8([0,b[1]],[0,n]))throw aK;var
+o=a3(w,c,v);return[0,[8,n,o[1]],o[2]]}break;case
 9:if(typeof
 a!=="number"&&9===a[0]){var
-d=a[2],e=a[1],x=a[3],y=b[3],z=b[2],A=b[1],C=[0,aq(e)];if(dZ([0,aq(A)],C))throw aH;var
-D=[0,aq(d)];if(dZ([0,aq(z)],D))throw aH;var
-p=aQ(aB(ay(e),d)),E=p[4];B(p[2],0);B(E,0);var
-q=a0(aq(y),c,x),F=q[2];return[0,[9,e,d,ay(q[1])],F]}break;case
+d=a[2],e=a[1],x=a[3],y=b[3],z=b[2],B=b[1],C=[0,ar(e)];if(d8([0,ar(B)],C))throw aK;var
+D=[0,ar(d)];if(d8([0,ar(z)],D))throw aK;var
+p=aT(aE(aB(e),d)),E=p[4];A(p[2],0);A(E,0);var
+q=a3(ar(y),c,x),F=q[2];return[0,[9,e,d,aB(q[1])],F]}break;case
 10:if(typeof
 a!=="number"&&10===a[0]){var
-r=a0(b[1],c,a[1]);return[0,[10,r[1]],r[2]]}break;case
+r=a3(b[1],c,a[1]);return[0,[10,r[1]],r[2]]}break;case
 11:if(typeof
 a!=="number"&&11===a[0]){var
-s=a0(b[1],c,a[1]);return[0,[11,s[1]],s[2]]}break;case
+s=a3(b[1],c,a[1]);return[0,[11,s[1]],s[2]]}break;case
 13:if(typeof
 a!=="number"&&13===a[0]){var
-t=a0(b[1],c,a[1]);return[0,[13,t[1]],t[2]]}break;case
+t=a3(b[1],c,a[1]);return[0,[13,t[1]],t[2]]}break;case
 14:if(typeof
 a!=="number"&&14===a[0]){var
-u=a0(b[1],c,a[1]);return[0,[14,u[1]],u[2]]}break}throw aH}function
-ae(b,a){if(typeof
+u=a3(b[1],c,a[1]);return[0,[14,u[1]],u[2]]}break}throw aK}function
+af(b,a){if(typeof
 b==="number")return[0,0,a];else
 switch(b[0]){case
 0:if(typeof
 a!=="number"&&0===a[0]){var
-s=ae(b[1],a[1]);return[0,[0,s[1]],s[2]]}break;case
+s=af(b[1],a[1]);return[0,[0,s[1]],s[2]]}break;case
 1:if(typeof
 a!=="number"&&0===a[0]){var
-t=ae(b[1],a[1]);return[0,[1,t[1]],t[2]]}break;case
+t=af(b[1],a[1]);return[0,[1,t[1]],t[2]]}break;case
 2:var
-aa=b[2],u=d2(b[1],a),e=u[2],ab=u[1];if(typeof
+aa=b[2],u=d$(b[1],a),e=u[2],ab=u[1];if(typeof
 e!=="number"&&1===e[0]){var
-v=ae(aa,e[1]);return[0,[2,ab,v[1]],v[2]]}throw aH;case
+v=af(aa,e[1]);return[0,[2,ab,v[1]],v[2]]}throw aK;case
 3:var
-ac=b[2],w=d2(b[1],a),f=w[2],ad=w[1];if(typeof
+ac=b[2],w=d$(b[1],a),f=w[2],ad=w[1];if(typeof
 f!=="number"&&1===f[0]){var
-x=ae(ac,f[1]);return[0,[3,ad,x[1]],x[2]]}throw aH;case
+x=af(ac,f[1]);return[0,[3,ad,x[1]],x[2]]}throw aK;case
 4:var
-af=b[4],ag=b[1],g=di(b[2],b[3],a),h=g[3],ah=g[1];if(typeof
+ae=b[4],ag=b[1],g=dp(b[2],b[3],a),h=g[3],ah=g[1];if(typeof
 h!=="number"&&2===h[0]){var
-ai=g[2],y=ae(af,h[1]);return[0,[4,ag,ah,ai,y[1]],y[2]]}throw aH;case
+ai=g[2],y=af(ae,h[1]);return[0,[4,ag,ah,ai,y[1]],y[2]]}throw aK;case
 5:var
-aj=b[4],ak=b[1],i=di(b[2],b[3],a),j=i[3],al=i[1];if(typeof
+aj=b[4],ak=b[1],i=dp(b[2],b[3],a),j=i[3],al=i[1];if(typeof
 j!=="number"&&3===j[0]){var
-am=i[2],z=ae(aj,j[1]);return[0,[5,ak,al,am,z[1]],z[2]]}throw aH;case
+am=i[2],z=af(aj,j[1]);return[0,[5,ak,al,am,z[1]],z[2]]}throw aK;case
 6:var
-an=b[4],ao=b[1],k=di(b[2],b[3],a),l=k[3],ap=k[1];if(typeof
+an=b[4],ao=b[1],k=dp(b[2],b[3],a),l=k[3],ap=k[1];if(typeof
 l!=="number"&&4===l[0]){var
-ar=k[2],A=ae(an,l[1]);return[0,[6,ao,ap,ar,A[1]],A[2]]}throw aH;case
+aq=k[2],A=af(an,l[1]);return[0,[6,ao,ap,aq,A[1]],A[2]]}throw aK;case
 7:var
-as=b[4],at=b[1],m=di(b[2],b[3],a),n=m[3],au=m[1];if(typeof
+as=b[4],at=b[1],m=dp(b[2],b[3],a),n=m[3],au=m[1];if(typeof
 n!=="number"&&5===n[0]){var
-av=m[2],B=ae(as,n[1]);return[0,[7,at,au,av,B[1]],B[2]]}throw aH;case
+av=m[2],B=af(as,n[1]);return[0,[7,at,au,av,B[1]],B[2]]}throw aK;case
 8:var
-aw=b[4],ax=b[1],o=di(b[2],b[3],a),p=o[3],ay=o[1];if(typeof
+aw=b[4],ax=b[1],o=dp(b[2],b[3],a),p=o[3],ay=o[1];if(typeof
 p!=="number"&&6===p[0]){var
-az=o[2],C=ae(aw,p[1]);return[0,[8,ax,ay,az,C[1]],C[2]]}throw aH;case
+az=o[2],C=af(aw,p[1]);return[0,[8,ax,ay,az,C[1]],C[2]]}throw aK;case
 9:var
-aA=b[2],D=d2(b[1],a),q=D[2],aB=D[1];if(typeof
+aA=b[2],D=d$(b[1],a),q=D[2],aB=D[1];if(typeof
 q!=="number"&&7===q[0]){var
-E=ae(aA,q[1]);return[0,[9,aB,E[1]],E[2]]}throw aH;case
+E=af(aA,q[1]);return[0,[9,aB,E[1]],E[2]]}throw aK;case
 10:var
-F=ae(b[1],a);return[0,[10,F[1]],F[2]];case
+F=af(b[1],a);return[0,[10,F[1]],F[2]];case
 11:var
-aC=b[1],G=ae(b[2],a);return[0,[11,aC,G[1]],G[2]];case
+aC=b[1],G=af(b[2],a);return[0,[11,aC,G[1]],G[2]];case
 12:var
-aD=b[1],H=ae(b[2],a);return[0,[12,aD,H[1]],H[2]];case
+aD=b[1],H=af(b[2],a);return[0,[12,aD,H[1]],H[2]];case
 13:if(typeof
 a!=="number"&&8===a[0]){var
-I=a[1],aE=a[2],aF=b[3],aG=b[1];if(dZ([0,b[2]],[0,I]))throw aH;var
-J=ae(aF,aE);return[0,[13,aG,I,J[1]],J[2]]}break;case
+I=a[1],aE=a[2],aF=b[3],aG=b[1];if(d8([0,b[2]],[0,I]))throw aK;var
+J=af(aF,aE);return[0,[13,aG,I,J[1]],J[2]]}break;case
 14:if(typeof
 a!=="number"&&9===a[0]){var
-K=a[1],aI=a[3],aJ=b[3],aK=b[2],aL=b[1],aM=[0,aq(K)];if(dZ([0,aq(aK)],aM))throw aH;var
-L=ae(aJ,aq(aI));return[0,[14,aL,K,L[1]],L[2]]}break;case
+K=a[1],aH=a[3],aI=b[3],aJ=b[2],aL=b[1],aM=[0,ar(K)];if(d8([0,ar(aJ)],aM))throw aK;var
+L=af(aI,ar(aH));return[0,[14,aL,K,L[1]],L[2]]}break;case
 15:if(typeof
 a!=="number"&&10===a[0]){var
-M=ae(b[1],a[1]);return[0,[15,M[1]],M[2]]}break;case
+M=af(b[1],a[1]);return[0,[15,M[1]],M[2]]}break;case
 16:if(typeof
 a!=="number"&&11===a[0]){var
-N=ae(b[1],a[1]);return[0,[16,N[1]],N[2]]}break;case
+N=af(b[1],a[1]);return[0,[16,N[1]],N[2]]}break;case
 17:var
-aN=b[1],O=ae(b[2],a);return[0,[17,aN,O[1]],O[2]];case
+aN=b[1],O=af(b[2],a);return[0,[17,aN,O[1]],O[2]];case
 18:var
 P=b[2],r=b[1];if(0===r[0]){var
-T=r[1],aR=T[2],U=ae(T[1],a),aS=U[1],V=ae(P,U[2]);return[0,[18,[0,[0,aS,aR]],V[1]],V[2]]}var
-W=r[1],aT=W[2],X=ae(W[1],a),aU=X[1],Y=ae(P,X[2]);return[0,[18,[1,[0,aU,aT]],Y[1]],Y[2]];case
+T=r[1],aR=T[2],U=af(T[1],a),aS=U[1],V=af(P,U[2]);return[0,[18,[0,[0,aS,aR]],V[1]],V[2]]}var
+W=r[1],aT=W[2],X=af(W[1],a),aU=X[1],Y=af(P,X[2]);return[0,[18,[1,[0,aU,aT]],Y[1]],Y[2]];case
 19:if(typeof
 a!=="number"&&13===a[0]){var
-Q=ae(b[1],a[1]);return[0,[19,Q[1]],Q[2]]}break;case
+Q=af(b[1],a[1]);return[0,[19,Q[1]],Q[2]]}break;case
 20:if(typeof
 a!=="number"&&1===a[0]){var
-aO=b[2],aP=b[1],R=ae(b[3],a[1]);return[0,[20,aP,aO,R[1]],R[2]]}break;case
+aO=b[2],aP=b[1],R=af(b[3],a[1]);return[0,[20,aP,aO,R[1]],R[2]]}break;case
 21:if(typeof
 a!=="number"&&2===a[0]){var
-aQ=b[1],S=ae(b[2],a[1]);return[0,[21,aQ,S[1]],S[2]]}break;case
+aQ=b[1],S=af(b[2],a[1]);return[0,[21,aQ,S[1]],S[2]]}break;case
 23:var
 d=b[2],c=b[1];if(typeof
 c==="number")switch(c){case
-0:return a6(c,d,a);case
-1:return a6(c,d,a);case
+0:return a9(c,d,a);case
+1:return a9(c,d,a);case
 2:if(typeof
 a!=="number"&&14===a[0]){var
-Z=ae(d,a[1]);return[0,[23,2,Z[1]],Z[2]]}throw aH;default:return a6(c,d,a)}else
+Z=af(d,a[1]);return[0,[23,2,Z[1]],Z[2]]}throw aK;default:return a9(c,d,a)}else
 switch(c[0]){case
-0:return a6(c,d,a);case
-1:return a6(c,d,a);case
-2:return a6(c,d,a);case
-3:return a6(c,d,a);case
-4:return a6(c,d,a);case
-5:return a6(c,d,a);case
-6:return a6(c,d,a);case
-7:return a6(c,d,a);case
-8:return a6([8,c[1],c[2]],d,a);case
+0:return a9(c,d,a);case
+1:return a9(c,d,a);case
+2:return a9(c,d,a);case
+3:return a9(c,d,a);case
+4:return a9(c,d,a);case
+5:return a9(c,d,a);case
+6:return a9(c,d,a);case
+7:return a9(c,d,a);case
+8:return a9([8,c[1],c[2]],d,a);case
 9:var
-aV=c[1],_=a0(c[2],d,a),$=_[2];return[0,[23,[9,aV,_[1]],$[1]],$[2]];case
-10:return a6(c,d,a);default:return a6(c,d,a)}}throw aH}function
-a6(d,c,b){var
-a=ae(c,b);return[0,[23,d,a[1]],a[2]]}function
-a7(k,g,a){var
-b=ap(a),h=0<=g?k:0,d=fu(g);if(d<=b)return a;var
-l=2===h?48:32,c=b9(d,l);switch(h){case
-0:bQ(a,0,c,0,b);break;case
-1:bQ(a,0,c,d-b|0,b);break;default:var
+aV=c[1],_=a3(c[2],d,a),$=_[2];return[0,[23,[9,aV,_[1]],$[1]],$[2]];case
+10:return a9(c,d,a);default:return a9(c,d,a)}}throw aK}function
+a9(d,c,b){var
+a=af(c,b);return[0,[23,d,a[1]],a[2]]}function
+a_(k,g,a){var
+b=ap(a),h=0<=g?k:0,d=fF(g);if(d<=b)return a;var
+l=2===h?48:32,c=b_(d,l);switch(h){case
+0:bR(a,0,c,0,b);break;case
+1:bR(a,0,c,d-b|0,b);break;default:var
 e=0;if(0<b){var
-i=0;if(43!==a9(a,0)&&45!==a9(a,0)&&32!==a9(a,0)){e=1;i=1}if(!i){b4(c,0,a9(a,0));bQ(a,1,c,(d-b|0)+1|0,b-1|0)}}else
+i=0;if(43!==bb(a,0)&&45!==bb(a,0)&&32!==bb(a,0)){e=1;i=1}if(!i){b5(c,0,bb(a,0));bR(a,1,c,(d-b|0)+1|0,b-1|0)}}else
 e=1;if(e){var
-f=0;if(1<b&&48===a9(a,0)){var
-j=0;if($!==a9(a,1)&&88!==a9(a,1)){f=1;j=1}if(!j){b4(c,1,a9(a,1));bQ(a,2,c,(d-b|0)+2|0,b-2|0)}}else
-f=1;if(f)bQ(a,0,c,d-b|0,b)}}return a5(c)}function
-cP(k,b){var
-c=fu(k),a=ap(b),d=a9(b,0),e=0;if(58<=d){if(71<=d){if(!(5<d+l9>>>0))e=1}else
+f=0;if(1<b&&48===bb(a,0)){var
+j=0;if(aa!==bb(a,1)&&88!==bb(a,1)){f=1;j=1}if(!j){b5(c,1,bb(a,1));bR(a,2,c,(d-b|0)+2|0,b-2|0)}}else
+f=1;if(f)bR(a,0,c,d-b|0,b)}}return a8(c)}function
+cQ(k,b){var
+c=fF(k),a=ap(b),d=bb(b,0),e=0;if(58<=d){if(71<=d){if(!(5<d+mn>>>0))e=1}else
 if(65<=d)e=1}else{var
 f=0;if(32!==d)if(43<=d)switch(d-43|0){case
 5:if(a<(c+2|0)&&1<a){var
-j=0;if($===a9(b,1)||88===a9(b,1))j=1;if(j){var
-h=b9(c+2|0,48);b4(h,1,a9(b,1));bQ(b,2,h,(c-a|0)+4|0,a-2|0);return a5(h)}}e=1;f=1;break;case
+j=0;if(aa===bb(b,1)||88===bb(b,1))j=1;if(j){var
+h=b_(c+2|0,48);b5(h,1,bb(b,1));bR(b,2,h,(c-a|0)+4|0,a-2|0);return a8(h)}}e=1;f=1;break;case
 0:case
 2:break;case
 1:case
 3:case
 4:f=1;break;default:e=1;f=1}else
 f=1;if(!f&&a<(c+1|0)){var
-g=b9(c+1|0,48);b4(g,0,d);bQ(b,1,g,(c-a|0)+2|0,a-1|0);return a5(g)}}if(e&&a<c){var
-i=b9(c,48);bQ(b,0,i,c-a|0,a);return a5(i)}return b}function
-nZ(n){var
+g=b_(c+1|0,48);b5(g,0,d);bR(b,1,g,(c-a|0)+2|0,a-1|0);return a8(g)}}if(e&&a<c){var
+i=b_(c,48);bR(b,0,i,c-a|0,a);return a8(i)}return b}function
+oc(n){var
 m=0,G=ap(n);for(;;){if(G<=m)var
 s=n;else{var
-r=d0(n,m)+mj|0,t=0;if(59<r>>>0){if(33<r-61>>>0)t=1}else
+r=d9(n,m)+mz|0,t=0;if(59<r>>>0){if(33<r-61>>>0)t=1}else
 if(2===r)t=1;if(!t){var
 m=m+1|0;continue}var
-g=cH(n),a=[0,0],x=a4(g)-1|0,C=0;if(!(x<0)){var
+f=cI(n),a=[0,0],x=a7(f)-1|0,C=0;if(!(x<0)){var
 l=C;for(;;){var
-h=b5(g,l),j=0;if(32<=h){var
+h=b6(f,l),j=0;if(32<=h){var
 p=h-34|0,u=0;if(58<p>>>0){if(93<=p)u=1}else
 if(56<p-1>>>0){j=1;u=1}if(!u){var
 q=1;j=2}}else
@@ -1373,41 +1373,41 @@ q=4;break;case
 1:var
 q=2;break}a[1]=a[1]+q|0;var
 F=l+1|0;if(x!==l){var
-l=F;continue}break}}if(a[1]===a4(g)){var
-v=a4(g),w=aF(v);cG(g,0,w,0,v);var
+l=F;continue}break}}if(a[1]===a7(f)){var
+v=a7(f),w=aI(v);cH(f,0,w,0,v);var
 z=w}else{var
-c=aF(a[1]);a[1]=0;var
-y=a4(g)-1|0,D=0;if(!(y<0)){var
+c=aI(a[1]);a[1]=0;var
+y=a7(f)-1|0,D=0;if(!(y<0)){var
 k=D;for(;;){var
-d=b5(g,k),e=0;if(35<=d)if(92===d)e=2;else
-if(fj<=d)e=1;else
+d=b6(f,k),e=0;if(35<=d)if(92===d)e=2;else
+if(fu<=d)e=1;else
 e=3;else
 if(32<=d)if(34<=d)e=2;else
 e=3;else
 if(14<=d)e=1;else
 switch(d){case
-8:ar(c,a[1],92);a[1]++;ar(c,a[1],98);break;case
-9:ar(c,a[1],92);a[1]++;ar(c,a[1],b);break;case
-10:ar(c,a[1],92);a[1]++;ar(c,a[1],f);break;case
-13:ar(c,a[1],92);a[1]++;ar(c,a[1],i);break;default:e=1}switch(e){case
-1:ar(c,a[1],92);a[1]++;ar(c,a[1],48+(d/o|0)|0);a[1]++;ar(c,a[1],48+((d/10|0)%10|0)|0);a[1]++;ar(c,a[1],48+(d%10|0)|0);break;case
-2:ar(c,a[1],92);a[1]++;ar(c,a[1],d);break;case
-3:ar(c,a[1],d);break}a[1]++;var
+8:at(c,a[1],92);a[1]++;at(c,a[1],98);break;case
+9:at(c,a[1],92);a[1]++;at(c,a[1],b);break;case
+10:at(c,a[1],92);a[1]++;at(c,a[1],g);break;case
+13:at(c,a[1],92);a[1]++;at(c,a[1],i);break;default:e=1}switch(e){case
+1:at(c,a[1],92);a[1]++;at(c,a[1],48+(d/o|0)|0);a[1]++;at(c,a[1],48+((d/10|0)%10|0)|0);a[1]++;at(c,a[1],48+(d%10|0)|0);break;case
+2:at(c,a[1],92);a[1]++;at(c,a[1],d);break;case
+3:at(c,a[1],d);break}a[1]++;var
 E=k+1|0;if(y!==k){var
 k=E;continue}break}}var
 z=c}var
-s=a5(z)}var
-A=ap(s),B=b9(A+2|0,34);bP(s,0,B,1,A);return a5(B)}}function
-hK(d,f){var
-g=fu(f),e=oO[1];switch(d[2]){case
+s=a8(z)}var
+A=ap(s),B=b_(A+2|0,34);bQ(s,0,B,1,A);return a8(B)}}function
+hZ(d,f){var
+g=fF(f),e=o3[1];switch(d[2]){case
 0:var
-b=y;break;case
+b=z;break;case
 1:var
 b=a;break;case
 2:var
 b=69;break;case
 3:var
-b=C;break;case
+b=D;break;case
 4:var
 b=71;break;case
 5:var
@@ -1417,210 +1417,210 @@ b=m;break;case
 7:var
 b=72;break;default:var
 b=70}var
-c=hH(16);cO(c,37);switch(d[1]){case
+c=hW(16);cP(c,37);switch(d[1]){case
 0:break;case
-1:cO(c,43);break;default:cO(c,32)}if(8<=d[2])cO(c,35);cO(c,46);aP(c,s(W+g));cO(c,b);return hJ(c)}function
-d3(m,a){if(13<=m){var
+1:cP(c,43);break;default:cP(c,32)}if(8<=d[2])cP(c,35);cP(c,46);aS(c,u(W+g));cP(c,b);return hY(c)}function
+ea(m,a){if(13<=m){var
 g=[0,0],h=ap(a)-1|0,n=0;if(!(h<0)){var
-c=n;for(;;){if(!(9<d0(a,c)+lP>>>0))g[1]++;var
+c=n;for(;;){if(!(9<d9(a,c)+l5>>>0))g[1]++;var
 q=c+1|0;if(h!==c){var
 c=q;continue}break}}var
-i=g[1],j=aF(ap(a)+((i-1|0)/3|0)|0),k=[0,0],d=function(a){b4(j,k[1],a);k[1]++;return 0},e=[0,((i-1|0)%3|0)+1|0],l=ap(a)-1|0,o=0;if(!(l<0)){var
+i=g[1],j=aI(ap(a)+((i-1|0)/3|0)|0),k=[0,0],d=function(a){b5(j,k[1],a);k[1]++;return 0},e=[0,((i-1|0)%3|0)+1|0],l=ap(a)-1|0,o=0;if(!(l<0)){var
 b=o;for(;;){var
-f=d0(a,b);if(9<f+lP>>>0)d(f);else{if(0===e[1]){d(95);e[1]=3}e[1]+=-1;d(f)}var
+f=d9(a,b);if(9<f+l5>>>0)d(f);else{if(0===e[1]){d(95);e[1]=3}e[1]+=-1;d(f)}var
 p=b+1|0;if(l!==b){var
-b=p;continue}break}}return a5(j)}return a}function
-oP(b,c){switch(b){case
+b=p;continue}break}}return a8(j)}return a}function
+o4(b,c){switch(b){case
 1:var
-a=n1;break;case
+a=oe;break;case
 2:var
-a=n2;break;case
-4:var
-a=n4;break;case
-5:var
-a=n5;break;case
-6:var
-a=n6;break;case
-7:var
-a=n7;break;case
-8:var
-a=n8;break;case
-9:var
-a=n9;break;case
-10:var
-a=n_;break;case
-11:var
-a=n$;break;case
-0:case
-13:var
-a=n0;break;case
-3:case
-14:var
-a=n3;break;default:var
-a=oa}return d3(b,fq(a,c))}function
-oQ(b,c){switch(b){case
-1:var
-a=op;break;case
-2:var
-a=oq;break;case
-4:var
-a=os;break;case
-5:var
-a=ot;break;case
-6:var
-a=ou;break;case
-7:var
-a=ov;break;case
-8:var
-a=ow;break;case
-9:var
-a=ox;break;case
-10:var
-a=oy;break;case
-11:var
-a=oz;break;case
-0:case
-13:var
-a=oo;break;case
-3:case
-14:var
-a=or;break;default:var
-a=oA}return d3(b,fq(a,c))}function
-oR(b,c){switch(b){case
-1:var
-a=oC;break;case
-2:var
-a=oD;break;case
-4:var
-a=oF;break;case
-5:var
-a=oG;break;case
-6:var
-a=oH;break;case
-7:var
-a=oI;break;case
-8:var
-a=oJ;break;case
-9:var
-a=oK;break;case
-10:var
-a=oL;break;case
-11:var
-a=oM;break;case
-0:case
-13:var
-a=oB;break;case
-3:case
-14:var
-a=oE;break;default:var
-a=oN}return d3(b,fq(a,c))}function
-oS(b,c){switch(b){case
-1:var
-a=oc;break;case
-2:var
-a=od;break;case
-4:var
 a=of;break;case
-5:var
-a=og;break;case
-6:var
+4:var
 a=oh;break;case
-7:var
+5:var
 a=oi;break;case
-8:var
+6:var
 a=oj;break;case
-9:var
+7:var
 a=ok;break;case
-10:var
+8:var
 a=ol;break;case
-11:var
+9:var
 a=om;break;case
+10:var
+a=on;break;case
+11:var
+a=oo;break;case
 0:case
 13:var
-a=ob;break;case
+a=od;break;case
 3:case
 14:var
-a=oe;break;default:var
-a=on}return d3(b,At(a,c))}function
-bR(c,i,b){function
+a=og;break;default:var
+a=op}return ea(b,fB(a,c))}function
+o5(b,c){switch(b){case
+1:var
+a=oE;break;case
+2:var
+a=oF;break;case
+4:var
+a=oH;break;case
+5:var
+a=oI;break;case
+6:var
+a=oJ;break;case
+7:var
+a=oK;break;case
+8:var
+a=oL;break;case
+9:var
+a=oM;break;case
+10:var
+a=oN;break;case
+11:var
+a=oO;break;case
+0:case
+13:var
+a=oD;break;case
+3:case
+14:var
+a=oG;break;default:var
+a=oP}return ea(b,fB(a,c))}function
+o6(b,c){switch(b){case
+1:var
+a=oR;break;case
+2:var
+a=oS;break;case
+4:var
+a=oU;break;case
+5:var
+a=oV;break;case
+6:var
+a=oW;break;case
+7:var
+a=oX;break;case
+8:var
+a=oY;break;case
+9:var
+a=oZ;break;case
+10:var
+a=o0;break;case
+11:var
+a=o1;break;case
+0:case
+13:var
+a=oQ;break;case
+3:case
+14:var
+a=oT;break;default:var
+a=o2}return ea(b,fB(a,c))}function
+o7(b,c){switch(b){case
+1:var
+a=or;break;case
+2:var
+a=os;break;case
+4:var
+a=ou;break;case
+5:var
+a=ov;break;case
+6:var
+a=ow;break;case
+7:var
+a=ox;break;case
+8:var
+a=oy;break;case
+9:var
+a=oz;break;case
+10:var
+a=oA;break;case
+11:var
+a=oB;break;case
+0:case
+13:var
+a=oq;break;case
+3:case
+14:var
+a=ot;break;default:var
+a=oC}return ea(b,AH(a,c))}function
+bS(c,i,b){function
 j(d){switch(c[1]){case
 0:var
 a=45;break;case
 1:var
 a=43;break;default:var
-a=32}return An(b,i,a)}function
+a=32}return AB(b,i,a)}function
 q(c){var
-a=Ag(b);return 3===a?b<0.?oU:oV:4<=a?oW:c}switch(c[2]){case
+a=Au(b);return 3===a?b<0.?o9:o_:4<=a?o$:c}switch(c[2]){case
 5:var
-e=mF(hK(c,i),b),d=0,u=ap(e);for(;;){if(d===u)var
+e=mV(hZ(c,i),b),d=0,u=ap(e);for(;;){if(d===u)var
 p=0;else{var
-k=a9(e,d)-46|0,l=0;if(23<k>>>0){if(55===k)l=1}else
+k=bb(e,d)-46|0,l=0;if(23<k>>>0){if(55===k)l=1}else
 if(21<k-1>>>0)l=1;if(!l){var
 d=d+1|0;continue}var
 p=1}var
-v=p?e:df(e,oT);return q(v)}case
+v=p?e:dl(e,o8);return q(v)}case
 6:return j(0);case
 7:var
-h=cH(j(0)),f=a4(h);if(0===f)var
+h=cI(j(0)),f=a7(h);if(0===f)var
 o=h;else{var
-m=aF(f),n=f-1|0,r=0;if(!(n<0)){var
+m=aI(f),n=f-1|0,r=0;if(!(n<0)){var
 a=r;for(;;){var
-g=b5(h,a),s=25<g+l9>>>0?g:g+mj|0;ar(m,a,s);var
+g=b6(h,a),s=25<g+mn>>>0?g:g+mz|0;at(m,a,s);var
 t=a+1|0;if(n!==a){var
 a=t;continue}break}}var
-o=m}return a5(o);case
-8:return q(j(0));default:return mF(hK(c,i),b)}}function
-dS(d,x,w,v){var
+o=m}return a8(o);case
+8:return q(j(0));default:return mV(hZ(c,i),b)}}function
+d1(d,x,w,v){var
 b=x,a=w,c=v;for(;;)if(typeof
-c==="number")return B(b,a);else
+c==="number")return A(b,a);else
 switch(c[0]){case
 0:var
-y=c[1];return function(c){return Z(b,[5,a,c],y)};case
+y=c[1];return function(c){return _(b,[5,a,c],y)};case
 1:var
 z=c[1];return function(c){var
 e=0;if(40<=c)if(92===c)var
-d=m6;else
-if(fj<=c)e=1;else
+d=nj;else
+if(fu<=c)e=1;else
 e=2;else
 if(32<=c)if(39<=c)var
-d=m7;else
+d=nk;else
 e=2;else
 if(14<=c)e=1;else
 switch(c){case
 8:var
-d=m8;break;case
+d=nl;break;case
 9:var
-d=m9;break;case
+d=nm;break;case
 10:var
-d=m_;break;case
+d=nn;break;case
 13:var
-d=m$;break;default:e=1}switch(e){case
+d=no;break;default:e=1}switch(e){case
 1:var
-f=aF(4);ar(f,0,92);ar(f,1,48+(c/o|0)|0);ar(f,2,48+((c/10|0)%10|0)|0);ar(f,3,48+(c%10|0)|0);var
-d=a5(f);break;case
+f=aI(4);at(f,0,92);at(f,1,48+(c/o|0)|0);at(f,2,48+((c/10|0)%10|0)|0);at(f,3,48+(c%10|0)|0);var
+d=a8(f);break;case
 2:var
-g=aF(1);ar(g,0,c);var
-d=a5(g);break}var
-h=ap(d),i=b9(h+2|0,39);bP(d,0,i,1,h);return Z(b,[4,a,a5(i)],z)};case
+g=aI(1);at(g,0,c);var
+d=a8(g);break}var
+h=ap(d),i=b_(h+2|0,39);bQ(d,0,i,1,h);return _(b,[4,a,a8(i)],z)};case
 2:var
-A=c[2],C=c[1];return fA(b,a,A,C,function(a){return a});case
-3:return fA(b,a,c[2],c[1],nZ);case
-4:return d4(b,a,c[4],c[2],c[3],oP,c[1]);case
-5:return d4(b,a,c[4],c[2],c[3],oQ,c[1]);case
-6:return d4(b,a,c[4],c[2],c[3],oR,c[1]);case
-7:return d4(b,a,c[4],c[2],c[3],oS,c[1]);case
+B=c[2],C=c[1];return fL(b,a,B,C,function(a){return a});case
+3:return fL(b,a,c[2],c[1],oc);case
+4:return eb(b,a,c[4],c[2],c[3],o4,c[1]);case
+5:return eb(b,a,c[4],c[2],c[3],o5,c[1]);case
+6:return eb(b,a,c[4],c[2],c[3],o6,c[1]);case
+7:return eb(b,a,c[4],c[2],c[3],o7,c[1]);case
 8:var
 g=c[4],h=c[3],i=c[2],f=c[1];if(typeof
 i==="number"){if(typeof
-h==="number")return h?function(d,c){return Z(b,[4,a,bR(f,d,c)],g)}:function(c){return Z(b,[4,a,bR(f,fy(f),c)],g)};var
-T=h[1];return function(c){return Z(b,[4,a,bR(f,T,c)],g)}}else{if(0===i[0]){var
+h==="number")return h?function(d,c){return _(b,[4,a,bS(f,d,c)],g)}:function(c){return _(b,[4,a,bS(f,fJ(f),c)],g)};var
+T=h[1];return function(c){return _(b,[4,a,bS(f,T,c)],g)}}else{if(0===i[0]){var
 l=i[2],m=i[1];if(typeof
-h==="number")return h?function(d,c){return Z(b,[4,a,a7(m,l,bR(f,d,c))],g)}:function(c){return Z(b,[4,a,a7(m,l,bR(f,fy(f),c))],g)};var
-U=h[1];return function(c){return Z(b,[4,a,a7(m,l,bR(f,U,c))],g)}}var
+h==="number")return h?function(d,c){return _(b,[4,a,a_(m,l,bS(f,d,c))],g)}:function(c){return _(b,[4,a,a_(m,l,bS(f,fJ(f),c))],g)};var
+U=h[1];return function(c){return _(b,[4,a,a_(m,l,bS(f,U,c))],g)}}var
 n=i[1];if(typeof
-h==="number")return h?function(e,d,c){return Z(b,[4,a,a7(n,e,bR(f,d,c))],g)}:function(d,c){return Z(b,[4,a,a7(n,d,bR(f,fy(f),c))],g)};var
-V=h[1];return function(d,c){return Z(b,[4,a,a7(n,d,bR(f,V,c))],g)}}case
-9:return fA(b,a,c[2],c[1],m1);case
+h==="number")return h?function(e,d,c){return _(b,[4,a,a_(n,e,bS(f,d,c))],g)}:function(d,c){return _(b,[4,a,a_(n,d,bS(f,fJ(f),c))],g)};var
+V=h[1];return function(d,c){return _(b,[4,a,a_(n,d,bS(f,V,c))],g)}}case
+9:return fL(b,a,c[2],c[1],ne);case
 10:var
 a=[7,a],c=c[1];continue;case
 11:var
@@ -1628,102 +1628,102 @@ a=[2,a,c[1]],c=c[2];continue;case
 12:var
 a=[3,a,c[1]],c=c[2];continue;case
 13:var
-D=c[3],E=c[2],p=hH(16);fz(p,E);var
-u=hJ(p);return function(c){return Z(b,[4,a,u],D)};case
+D=c[3],E=c[2],p=hW(16);fK(p,E);var
+u=hY(p);return function(c){return _(b,[4,a,u],D)};case
 14:var
 F=c[3],G=c[2];return function(d){var
-e=d[1],c=ae(e,aq(ay(G)));if(typeof
-c[2]==="number")return Z(b,a,al(c[1],F));throw aH};case
+e=d[1],c=af(e,ar(aB(G)));if(typeof
+c[2]==="number")return _(b,a,al(c[1],F));throw aK};case
 15:var
-H=c[1];return function(d,c){return Z(b,[6,a,function(a){return aK(d,a,c)}],H)};case
+H=c[1];return function(d,c){return _(b,[6,a,function(a){return aN(d,a,c)}],H)};case
 16:var
-I=c[1];return function(c){return Z(b,[6,a,c],I)};case
+I=c[1];return function(c){return _(b,[6,a,c],I)};case
 17:var
 a=[0,a,c[1]],c=c[2];continue;case
 18:var
 k=c[1];if(0===k[0]){var
-J=c[2],K=k[1][1],L=0,b=function(b,c,d){return function(a){return Z(c,[1,b,[0,a]],d)}}(a,b,J),a=L,c=K;continue}var
-M=c[2],N=k[1][1],O=0,b=function(b,c,d){return function(a){return Z(c,[1,b,[1,a]],d)}}(a,b,M),a=O,c=N;continue;case
-19:throw[0,at,oY];case
+J=c[2],K=k[1][1],L=0,b=function(b,c,d){return function(a){return _(c,[1,b,[0,a]],d)}}(a,b,J),a=L,c=K;continue}var
+M=c[2],N=k[1][1],O=0,b=function(b,c,d){return function(a){return _(c,[1,b,[1,a]],d)}}(a,b,M),a=O,c=N;continue;case
+19:throw[0,av,pb];case
 20:var
-P=c[3],Q=[8,a,oZ];return function(a){return Z(b,Q,P)};case
+P=c[3],Q=[8,a,pc];return function(a){return _(b,Q,P)};case
 21:var
-R=c[2];return function(c){return Z(b,[4,a,fq(o0,c)],R)};case
+R=c[2];return function(c){return _(b,[4,a,fB(pd,c)],R)};case
 22:var
-S=c[1];return function(c){return Z(b,[5,a,c],S)};case
+S=c[1];return function(c){return _(b,[5,a,c],S)};case
 23:var
 e=c[2],j=c[1];if(typeof
 j==="number")switch(j){case
-0:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e]);case
-1:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e]);case
-2:throw[0,at,o1];default:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e])}else
+0:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e]);case
+1:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e]);case
+2:throw[0,av,pe];default:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e])}else
 switch(j[0]){case
-0:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e]);case
-1:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e]);case
-2:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e]);case
-3:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e]);case
-4:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e]);case
-5:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e]);case
-6:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e]);case
-7:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e]);case
-8:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e]);case
+0:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e]);case
+1:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e]);case
+2:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e]);case
+3:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e]);case
+4:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e]);case
+5:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e]);case
+6:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e]);case
+7:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e]);case
+8:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e]);case
 9:var
-t=j[2];return d<50?g1(d+1|0,b,a,t,e):aO(g1,[0,b,a,t,e]);case
-10:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e]);default:return d<50?ad(d+1|0,b,a,e):aO(ad,[0,b,a,e])}default:var
-q=c[3],r=c[1],s=B(c[2],0);return d<50?g0(d+1|0,b,a,q,r,s):aO(g0,[0,b,a,q,r,s])}}function
-g1(e,d,c,a,b){if(typeof
-a==="number")return e<50?ad(e+1|0,d,c,b):aO(ad,[0,d,c,b]);else
+t=j[2];return d<50?hd(d+1|0,b,a,t,e):aR(hd,[0,b,a,t,e]);case
+10:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e]);default:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e])}default:var
+q=c[3],r=c[1],s=A(c[2],0);return d<50?hc(d+1|0,b,a,q,r,s):aR(hc,[0,b,a,q,r,s])}}function
+hd(e,d,c,a,b){if(typeof
+a==="number")return e<50?ae(e+1|0,d,c,b):aR(ae,[0,d,c,b]);else
 switch(a[0]){case
 0:var
-f=a[1];return function(a){return a_(d,c,f,b)};case
+f=a[1];return function(a){return bc(d,c,f,b)};case
 1:var
-g=a[1];return function(a){return a_(d,c,g,b)};case
+g=a[1];return function(a){return bc(d,c,g,b)};case
 2:var
-h=a[1];return function(a){return a_(d,c,h,b)};case
+h=a[1];return function(a){return bc(d,c,h,b)};case
 3:var
-i=a[1];return function(a){return a_(d,c,i,b)};case
+i=a[1];return function(a){return bc(d,c,i,b)};case
 4:var
-j=a[1];return function(a){return a_(d,c,j,b)};case
+j=a[1];return function(a){return bc(d,c,j,b)};case
 5:var
-k=a[1];return function(a){return a_(d,c,k,b)};case
+k=a[1];return function(a){return bc(d,c,k,b)};case
 6:var
-l=a[1];return function(a){return a_(d,c,l,b)};case
+l=a[1];return function(a){return bc(d,c,l,b)};case
 7:var
-m=a[1];return function(a){return a_(d,c,m,b)};case
+m=a[1];return function(a){return bc(d,c,m,b)};case
 8:var
-n=a[2];return function(a){return a_(d,c,n,b)};case
+n=a[2];return function(a){return bc(d,c,n,b)};case
 9:var
-o=a[3],p=a[2],q=aB(ay(a[1]),p);return function(a){return a_(d,c,aW(q,o),b)};case
+o=a[3],p=a[2],q=aE(aB(a[1]),p);return function(a){return bc(d,c,aZ(q,o),b)};case
 10:var
-r=a[1];return function(e,a){return a_(d,c,r,b)};case
+r=a[1];return function(e,a){return bc(d,c,r,b)};case
 11:var
-s=a[1];return function(a){return a_(d,c,s,b)};case
+s=a[1];return function(a){return bc(d,c,s,b)};case
 12:var
-t=a[1];return function(a){return a_(d,c,t,b)};case
-13:throw[0,at,o2];default:throw[0,at,o3]}}function
-ad(d,b,e,a){var
-c=[8,e,o4];return d<50?dS(d+1|0,b,c,a):aO(dS,[0,b,c,a])}function
-g0(g,b,e,a,d,c){if(d){var
-h=d[1];return function(d){return oX(b,e,a,h,B(c,d))}}var
-f=[4,e,c];return g<50?dS(g+1|0,b,f,a):aO(dS,[0,b,f,a])}function
-Z(a,b,c){return hs(dS(0,a,b,c))}function
-a_(a,b,c,d){return hs(g1(0,a,b,c,d))}function
-oX(a,b,c,d,e){return hs(g0(0,a,b,c,d,e))}function
-fA(e,d,c,a,b){if(typeof
-a==="number")return function(a){return Z(e,[4,d,B(b,a)],c)};else{if(0===a[0]){var
-f=a[2],g=a[1];return function(a){return Z(e,[4,d,a7(g,f,B(b,a))],c)}}var
-h=a[1];return function(f,a){return Z(e,[4,d,a7(h,f,B(b,a))],c)}}}function
-d4(f,e,d,g,c,b,a){if(typeof
+t=a[1];return function(a){return bc(d,c,t,b)};case
+13:throw[0,av,pf];default:throw[0,av,pg]}}function
+ae(d,b,e,a){var
+c=[8,e,ph];return d<50?d1(d+1|0,b,c,a):aR(d1,[0,b,c,a])}function
+hc(g,b,e,a,d,c){if(d){var
+h=d[1];return function(d){return pa(b,e,a,h,A(c,d))}}var
+f=[4,e,c];return g<50?d1(g+1|0,b,f,a):aR(d1,[0,b,f,a])}function
+_(a,b,c){return hG(d1(0,a,b,c))}function
+bc(a,b,c,d){return hG(hd(0,a,b,c,d))}function
+pa(a,b,c,d,e){return hG(hc(0,a,b,c,d,e))}function
+fL(e,d,c,a,b){if(typeof
+a==="number")return function(a){return _(e,[4,d,A(b,a)],c)};else{if(0===a[0]){var
+f=a[2],g=a[1];return function(a){return _(e,[4,d,a_(g,f,A(b,a))],c)}}var
+h=a[1];return function(f,a){return _(e,[4,d,a_(h,f,A(b,a))],c)}}}function
+eb(f,e,d,g,c,b,a){if(typeof
 g==="number"){if(typeof
-c==="number")return c?function(g,c){return Z(f,[4,e,cP(g,aK(b,a,c))],d)}:function(c){return Z(f,[4,e,aK(b,a,c)],d)};var
-k=c[1];return function(c){return Z(f,[4,e,cP(k,aK(b,a,c))],d)}}else{if(0===g[0]){var
+c==="number")return c?function(g,c){return _(f,[4,e,cQ(g,aN(b,a,c))],d)}:function(c){return _(f,[4,e,aN(b,a,c)],d)};var
+k=c[1];return function(c){return _(f,[4,e,cQ(k,aN(b,a,c))],d)}}else{if(0===g[0]){var
 h=g[2],i=g[1];if(typeof
-c==="number")return c?function(g,c){return Z(f,[4,e,a7(i,h,cP(g,aK(b,a,c)))],d)}:function(c){return Z(f,[4,e,a7(i,h,aK(b,a,c))],d)};var
-l=c[1];return function(c){return Z(f,[4,e,a7(i,h,cP(l,aK(b,a,c)))],d)}}var
+c==="number")return c?function(g,c){return _(f,[4,e,a_(i,h,cQ(g,aN(b,a,c)))],d)}:function(c){return _(f,[4,e,a_(i,h,aN(b,a,c))],d)};var
+l=c[1];return function(c){return _(f,[4,e,a_(i,h,cQ(l,aN(b,a,c)))],d)}}var
 j=g[1];if(typeof
-c==="number")return c?function(h,g,c){return Z(f,[4,e,a7(j,h,cP(g,aK(b,a,c)))],d)}:function(g,c){return Z(f,[4,e,a7(j,g,aK(b,a,c))],d)};var
-m=c[1];return function(g,c){return Z(f,[4,e,a7(j,g,cP(m,aK(b,a,c)))],d)}}}function
-b_(b,h){var
+c==="number")return c?function(h,g,c){return _(f,[4,e,a_(j,h,cQ(g,aN(b,a,c)))],d)}:function(g,c){return _(f,[4,e,a_(j,g,aN(b,a,c))],d)};var
+m=c[1];return function(g,c){return _(f,[4,e,a_(j,g,cQ(m,aN(b,a,c)))],d)}}}function
+b$(b,h){var
 a=h;for(;;)if(typeof
 a==="number")return 0;else
 switch(a[0]){case
@@ -1731,450 +1731,486 @@ switch(a[0]){case
 d=a[2],i=a[1];if(typeof
 d==="number")switch(d){case
 0:var
-c=nj;break;case
+c=ny;break;case
 1:var
-c=nk;break;case
+c=nz;break;case
 2:var
-c=nl;break;case
+c=nA;break;case
 3:var
-c=nm;break;case
+c=nB;break;case
 4:var
-c=nn;break;case
+c=nC;break;case
 5:var
-c=no;break;default:var
-c=np}else
+c=nD;break;default:var
+c=nE}else
 switch(d[0]){case
 0:var
 c=d[1];break;case
 1:var
 c=d[1];break;default:var
-c=df(nq,hF(1,d[1]))}b_(b,i);return dh(b,c);case
+c=dl(nF,hU(1,d[1]))}b$(b,i);return dn(b,c);case
 1:var
 f=a[2],g=a[1];if(0===f[0]){var
-j=f[1];b_(b,g);dh(b,o5);var
+j=f[1];b$(b,g);dn(b,pi);var
 a=j;continue}var
-k=f[1];b_(b,g);dh(b,o6);var
+k=f[1];b$(b,g);dn(b,pj);var
 a=k;continue;case
 6:var
-n=a[2];b_(b,a[1]);return dh(b,B(n,0));case
+n=a[2];b$(b,a[1]);return dn(b,A(n,0));case
 7:var
 a=a[1];continue;case
 8:var
-o=a[2];b_(b,a[1]);return ct(o);case
+o=a[2];b$(b,a[1]);return cu(o);case
 2:case
 4:var
-l=a[2];b_(b,a[1]);return dh(b,l);default:var
-m=a[2];b_(b,a[1]);var
-e=b[2];if(b[3]<=e)hG(b,1);ar(b[1],e,m);b[2]=e+1|0;return 0}}function
-hL(b){var
-a=b[1];return Z(function(d){var
-e=64,b=dg<64?dg:e,c=aF(b),a=[0,c,0,b,c];b_(a,d);return hD(a[1],0,a[2])},0,a)}var
-u=bf(0),t=bf(1);function
-aU(a){return mU(a,u)}function
-hM(a){return R(a,u)?aT(a):a}function
-d5(b,a){return R(b,a)?a:b}function
-cu(b,a){return K(bf(b),a)}function
-g(b,a){return z(bf(b),a)}function
-D(a){return K(a,t)}function
-bg(d,a){var
-b=mX(d,a),c=ak(d,z(b,a));return M(u,c)?[0,b,c]:R(u,a)?[0,ak(b,t),K(c,a)]:[0,D(b),ak(c,a)]}function
-hN(b,a){return bg(b,a)[1]}function
-hO(b,a){return bg(b,a)[2]}function
-fB(d,c){var
-b=d,a=c;for(;;){if(w(a,u))return hM(b);var
-e=ak(b,z(mX(b,a),a)),b=a,a=e;continue}}var
-o8=o7.slice();function
-bz(b,a){return b>>>a|0|b<<(32-a|0)}function
-o9(M){var
+l=a[2];b$(b,a[1]);return dn(b,l);default:var
+m=a[2];b$(b,a[1]);var
+e=b[2];if(b[3]<=e)hV(b,1);at(b[1],e,m);b[2]=e+1|0;return 0}}function
+h0(b){var
+a=b[1];return _(function(d){var
+e=64,b=dm<64?dm:e,c=aI(b),a=[0,c,0,b,c];b$(a,d);return hS(a[1],0,a[2])},0,a)}var
+t=aq(0),p=aq(1);function
+aU(a){return hI(a,t)}function
+h1(a){return P(a,t)?aX(a):a}function
+dq(b,a){return P(b,a)?a:b}function
+cv(b,a){return J(aq(b),a)}function
+e(b,a){return v(aq(b),a)}function
+C(a){return J(a,p)}function
+as(d,a){var
+b=na(d,a),c=Z(d,v(b,a));return G(t,c)?[0,b,c]:P(t,a)?[0,Z(b,p),J(c,a)]:[0,C(b),Z(c,a)]}function
+h2(b,a){return as(b,a)[1]}function
+h3(b,a){return as(b,a)[2]}function
+fM(d,c){var
+b=d,a=c;for(;;){if(x(a,t))return h1(b);var
+e=Z(b,v(na(b,a),a)),b=a,a=e;continue}}var
+pl=pk.slice();function
+bA(b,a){return b>>>a|0|b<<(32-a|0)}function
+pm(M){var
 h=0,p=M;for(;;){if(p){var
 h=h+1|0,p=p[2];continue}var
-g=b9(((h+72|0)/64|0)*64|0,0),q=0,m=M;for(;;){if(m){var
-Q=m[2];b4(g,q,m[1]);var
-q=q+1|0,m=Q;continue}b4(g,h,da);Af(g,a4(g)-8|0,Aq(Ay(o_,mI(h))));var
-f=o$.slice(),N=(a4(g)/64|0)-1|0,av=0;if(!(N<0)){var
+g=b_(((h+72|0)/64|0)*64|0,0),q=0,m=M;for(;;){if(m){var
+Q=m[2];b5(g,q,m[1]);var
+q=q+1|0,m=Q;continue}b5(g,h,dg);At(g,a7(g)-8|0,AE(AM(pn,mY(h))));var
+f=po.slice(),N=(a7(g)/64|0)-1|0,av=0;if(!(N<0)){var
 o=av;a:for(;;){var
-aw=64*o|0,C=function(b){return function(a){return 16<=a?0:Ao(Ac(g,b+(4*a|0)|0))}}(aw),c=mL(64,C(0)),i=1;for(;;){c[1+i]=C(i);var
+aw=64*o|0,C=function(b){return function(a){return 16<=a?0:AC(Aq(g,b+(4*a|0)|0))}}(aw),c=m1(64,C(0)),i=1;for(;;){c[1+i]=C(i);var
 T=i+1|0;if(63!==i){var
 i=T;continue}var
 b=16;for(;;){var
-E=b+g$|0,F=b+g$|0,am=aN(c,E)[1+E]>>>3|0,G=b+g$|0,an=bz(aN(c,F)[1+F],18)^am,H=b-2|0,ao=bz(aN(c,G)[1+G],7)^an,I=b-2|0,ap=aN(c,H)[1+H]>>>10|0,J=b-2|0,aq=bz(aN(c,I)[1+I],19)^ap,K=b-7|0,ar=bz(aN(c,J)[1+J],17)^aq,L=b-16|0,as=aN(c,K)[1+K],at=((aN(c,L)[1+L]+ao|0)+as|0)+ar|0;aN(c,b)[1+b]=at;var
+E=b+hn|0,F=b+hn|0,am=aQ(c,E)[1+E]>>>3|0,G=b+hn|0,an=bA(aQ(c,F)[1+F],18)^am,H=b-2|0,ao=bA(aQ(c,G)[1+G],7)^an,I=b-2|0,ap=aQ(c,H)[1+H]>>>10|0,J=b-2|0,aq=bA(aQ(c,I)[1+I],19)^ap,K=b-7|0,ar=bA(aQ(c,J)[1+J],17)^aq,L=b-16|0,as=aQ(c,K)[1+K],at=((aQ(c,L)[1+L]+ao|0)+as|0)+ar|0;aQ(c,b)[1+b]=at;var
 au=b+1|0;if(63!==b){var
 b=au;continue}var
-x=f.length-1,a=0===x?[0]:z$(f,0,x),e=0;for(;;){var
-k=aN(a,0)[1],l=aN(a,4)[5],_=bz(l,25),$=bz(l,11)^_,aa=bz(l,6)^$,ab=bz(k,22),ac=bz(k,13)^ab,ad=bz(k,2)^ac,ae=aN(c,e)[1+e],af=aN(o8,e)[1+e],ag=(l^-1)&aN(a,6)[7],ah=l&aN(a,5)[6]^ag,D=(((aN(a,7)[8]+aa|0)+ah|0)+af|0)+ae|0,ai=aN(a,2)[3],aj=aN(a,1)[2]&ai,P=0,ak=ad+(k&a[2]^k&a[3]^aj)|0;if(!((a.length-1-7|0)<0)&&!((a.length-1-7|0)<1)){z8(a,0,a,1,7);P=1}if(!P)ct(nf);a[5]=a[5]+D|0;a[1]=D+ak|0;var
+x=f.length-1,a=0===x?[0]:An(f,0,x),e=0;for(;;){var
+k=aQ(a,0)[1],l=aQ(a,4)[5],_=bA(l,25),$=bA(l,11)^_,aa=bA(l,6)^$,ab=bA(k,22),ac=bA(k,13)^ab,ad=bA(k,2)^ac,ae=aQ(c,e)[1+e],af=aQ(pl,e)[1+e],ag=(l^-1)&aQ(a,6)[7],ah=l&aQ(a,5)[6]^ag,D=(((aQ(a,7)[8]+aa|0)+ah|0)+af|0)+ae|0,ai=aQ(a,2)[3],aj=aQ(a,1)[2]&ai,P=0,ak=ad+(k&a[2]^k&a[3]^aj)|0;if(!((a.length-1-7|0)<0)&&!((a.length-1-7|0)<1)){Ak(a,0,a,1,7);P=1}if(!P)cu(nu);a[5]=a[5]+D|0;a[1]=D+ak|0;var
 al=e+1|0;if(63!==e){var
 e=al;continue}var
-A=a.length-1-1|0,W=0;if(!(A<0)){var
+B=a.length-1-1|0,W=0;if(!(B<0)){var
 d=W;for(;;){var
-X=a[1+d];f[1+d]=aN(f,d)[1+d]+X|0;var
-Y=d+1|0;if(A!==d){var
+X=a[1+d];f[1+d]=aQ(f,d)[1+d]+X|0;var
+Y=d+1|0;if(B!==d){var
 d=Y;continue}break}}var
 ax=o+1|0;if(N!==o){var
 o=ax;continue a}break}break}break}break}}var
-O=hL(pa),r=f.length-1;if(0===r)var
+O=h0(pp),r=f.length-1;if(0===r)var
 t=[0];else{var
-y=mL(r,B(O,f[1])),z=r-1|0,U=1;if(!(z<1)){var
-j=U;for(;;){y[1+j]=B(O,f[1+j]);var
+y=m1(r,A(O,f[1])),z=r-1|0,U=1;if(!(z<1)){var
+j=U;for(;;){y[1+j]=A(O,f[1+j]);var
 V=j+1|0;if(z!==j){var
 j=V;continue}break}}var
 t=y}var
 n=t.length-1-1|0,s=0;for(;;){if(0<=n){var
 Z=[0,t[1+n],s],n=n-1|0,s=Z;continue}var
-w=cH(fx(pb,s)),v=function(a,d){if(a===a4(w))return 0;var
-b=my(w,a),c=a+1|0;return[0,b,function(a){return v(c,a)}]},R=0,S=function(a){return v(R,a)},u=function(f,e){if(0===f){var
+w=cI(fI(pq,s)),v=function(a,d){if(a===a7(w))return 0;var
+b=mO(w,a),c=a+1|0;return[0,b,function(a){return v(c,a)}]},R=0,S=function(a){return v(R,a)},u=function(f,e){if(0===f){var
 a=0,d=e;for(;;){var
-b=B(d,0);if(b){var
-a=[0,b[1],a],d=b[2];continue}return fw(a)}}var
-c=B(e,0);if(c){var
+b=A(d,0);if(b){var
+a=[0,b[1],a],d=b[2];continue}return fH(a)}}var
+c=A(e,0);if(c){var
 g=c[1];return[0,g,u(f-1|0,c[2])]}return 0};return u(500,S)}}}}function
-cQ(b,a){return b?a?0:1:a}function
-G(a){return a?0:1}function
-aw(b,a){var
-c=a?[0,B(b,a[1])]:a;return c}function
-bS(a){return a[1]}function
-b$(a){return a[2]}function
-hP(b,a){return b?[0,hP(b[1],a)]:a}function
-d6(a,b){return a?hP(b,d6(a[1],b)):a}function
-bA(b,a){return b?a:a?0:1}function
-hQ(b,a){return b?[0,hQ(b[1],a)]:a}function
-hR(a,b){return a?hQ(b,hR(a[1],b)):a}function
-dj(d,c){var
+cR(b,a){return b?a?0:1:a}function
+H(a){return a?0:1}function
+ay(b,a){var
+c=a?[0,A(b,a[1])]:a;return c}function
+bT(a){return a[1]}function
+ca(a){return a[2]}function
+fN(b,a){return b?[0,fN(b[1],a)]:a}function
+ec(a,b){return a?fN(b,ec(a[1],b)):a}function
+bB(b,a){return b?a:a?0:1}function
+h4(b,a){return b?[0,h4(b[1],a)]:a}function
+h5(a,b){return a?h4(b,h5(a[1],b)):a}function
+dr(d,c){var
 b=d,a=c;for(;;){if(b){if(a){var
 b=b[1],a=a[1];continue}return a}return a?0:1}}function
-fC(d,c){var
+fO(d,c){var
 b=d,a=c;for(;;){if(b){if(a){var
 b=b[1],a=a[1];continue}return a}return 1}}function
-fD(b,a){return fC([0,b],a)}function
-d7(a,g,f){var
-b=g,d=f;for(;;){if(M(d,t))return B(a,b);var
-e=bg(d,bf(2)),c=e[1];if(w(e[2],u)){var
-b=d7(a,b,c),d=c;continue}return B(a,d7(a,d7(a,b,c),c))}}function
-fE(h,g){var
-b=h,a=g;for(;;){if(M(b,t))return M(a,t)?1:w(bg(a,bf(2))[2],u)?0:0;var
-e=bg(b,bf(2)),f=e[1];if(w(e[2],u)){if(M(a,t))return 0;var
-c=bg(a,bf(2)),i=c[1];if(w(c[2],u)){var
-b=f,a=i;continue}return 0}if(M(a,t))return 0;var
-d=bg(a,bf(2)),j=d[1];if(w(d[2],u))return 0;var
-b=f,a=j;continue}}var
-hS=K;function
-hT(c,b){var
-a=mU(c,b);return 0===a?0:0<=a?2:1}function
-bs(b,a){var
-c=aU(a);return 0===c?u:1===c?hN(b,a):cu(-1,hN(cu(-1,b),a))}function
-hU(b,a){var
-c=aU(a);return 0===c?b:1===c?hO(b,a):K(a,cu(1,hO(cu(-1,b),a)))}function
-hV(e){function
-f(a){return 0<aU(hu(e,a))?1:0}if(0<aU(e)){var
+fP(b,a){return fO([0,b],a)}function
+ed(a){if(G(a,p))return p;var
+b=as(a,aq(2)),c=b[1];return x(b[2],t)?C(e(2,ed(c))):C(e(2,e(2,c)))}function
+ee(a){return typeof
+a==="number"?a?1:[0,p]:[0,C(e(2,a[1]))]}function
+ef(a){return typeof
+a==="number"?a:[0,e(2,a[1])]}function
+eg(f,b){if(G(f,p))return 1;var
+k=as(f,aq(2)),a=k[1];if(x(k[2],t)){if(G(b,p)){if(G(a,p))return 0;var
+c=as(a,aq(2)),d=c[1];return x(c[2],t)?[0,e(2,ed(d))]:[0,e(2,e(2,d))]}var
+g=as(b,aq(2)),h=g[1];return x(g[2],t)?ee(eg(a,h)):ef(eg(a,h))}if(G(b,p))return[0,ed(a)];var
+i=as(b,aq(2)),j=i[1];return x(i[2],t)?ef(cS(a,j)):ee(eg(a,j))}function
+cS(c,a){if(G(c,p))return G(a,p)?0:x(as(a,aq(2))[2],t)?1:1;var
+i=as(c,aq(2)),b=i[1];if(x(i[2],t)){if(G(a,p))return[0,ed(b)];var
+d=as(a,aq(2)),f=d[1];return x(d[2],t)?ef(cS(b,f)):ee(eg(b,f))}if(G(a,p))return[0,e(2,b)];var
+g=as(a,aq(2)),h=g[1];return x(g[2],t)?ee(cS(b,h)):ef(cS(b,h))}function
+eh(a,g,f){var
+b=g,d=f;for(;;){if(G(d,p))return A(a,b);var
+e=as(d,aq(2)),c=e[1];if(x(e[2],t)){var
+b=eh(a,b,c),d=c;continue}return A(a,eh(a,eh(a,b,c),c))}}function
+fQ(h,g){var
+b=h,a=g;for(;;){if(G(b,p))return G(a,p)?1:x(as(a,aq(2))[2],t)?0:0;var
+e=as(b,aq(2)),f=e[1];if(x(e[2],t)){if(G(a,p))return 0;var
+c=as(a,aq(2)),i=c[1];if(x(c[2],t)){var
+b=f,a=i;continue}return 0}if(G(a,p))return 0;var
+d=as(a,aq(2)),j=d[1];if(x(d[2],t))return 0;var
+b=f,a=j;continue}}function
+ei(g,f,d){var
+h=d[2],a=d[1];if(typeof
+h==="number"){var
+k=e(2,e(2,p)),l=cS(A(f,A(g,p)),k);return[0,e(2,a),l]}var
+i=C(e(2,e(2,a))),b=A(f,A(g,h[1])),c=hI(i,b),j=0===c?0:0<=c?2:1,m=2<=j?0:1;if(m){var
+n=cS(b,i);return[0,C(e(2,a)),n]}return[0,e(2,a),[0,b]]}function
+ds(b){if(G(b,p))return[0,p,0];var
+h=as(b,aq(2)),a=h[1];if(x(h[2],t)){if(G(a,p))return[0,p,[0,p]];var
+c=as(a,aq(2)),d=c[1];if(x(c[2],t)){var
+i=ds(d),j=function(a){return e(2,a)};return ei(function(a){return e(2,a)},j,i)}var
+k=ds(d),l=function(a){return e(2,a)};return ei(function(a){return C(e(2,a))},l,k)}if(G(a,p))return[0,p,[0,e(2,p)]];var
+f=as(a,aq(2)),g=f[1];if(x(f[2],t)){var
+m=ds(g),n=function(a){return C(e(2,a))};return ei(function(a){return e(2,a)},n,m)}var
+o=ds(g);function
+q(a){return C(e(2,a))}return ei(function(a){return C(e(2,a))},q,o)}var
+h6=J;function
+h7(c,b){var
+a=hI(c,b);return 0===a?0:0<=a?2:1}function
+fR(a){var
+b=aU(a);return 0===b?p:0<b?a:p}function
+a$(b,a){var
+c=aU(a);return 0===c?t:1===c?h2(b,a):cv(-1,h2(cv(-1,b),a))}function
+h8(b,a){var
+c=aU(a);return 0===c?b:1===c?h3(b,a):J(a,cv(1,h3(cv(-1,b),a)))}function
+ej(e){function
+f(a){return 0<aU(hJ(e,a))?1:0}if(0<aU(e)){var
 a=1;for(;;){if(f(a)){var
 a=2*a|0;continue}var
 b=0,c=a;for(;;){if(1<(c-b|0)){var
 d=(b+c|0)/2|0;if(f(d)){var
 b=d;continue}var
-c=d;continue}return bf(b)}}}return u}function
-d8(b,c){var
-a=mW(c);return 0<=a?mV(b,a):hu(b,-a|0)}function
-fF(b,a){return hM(z(b,bs(a,fB(b,a))))}function
-ca(b,a){return a?a[1]:b}function
-bT(a){var
+c=d;continue}return aq(b)}}}return t}function
+cT(b,c){var
+a=m$(c);return 0<=a?m_(b,a):hJ(b,-a|0)}function
+fS(b,a){return h1(v(b,a$(a,fM(b,a))))}function
+cb(b,a){return a?a[1]:b}function
+bU(a){var
 b=a?a[2]:a;return b}function
-bB(e,d,c){var
+bC(e,d,c){var
 b=e,a=d;for(;;){if(b){if(a){var
 b=b[1],a=a[2];continue}return c}return a?a[1]:c}}function
-N(d,c){var
+M(d,c){var
 a=d,b=c;for(;;){if(a){var
 e=[0,a[1],b],a=a[2],b=e;continue}return b}}function
-bh(e,d,c){var
+bk(e,d,c){var
 a=d,b=c;for(;;){if(a){var
-f=aK(e,b,a[1]),a=a[2],b=f;continue}return b}}function
-aa(e,d){var
+f=aN(e,b,a[1]),a=a[2],b=f;continue}return b}}function
+ab(e,d){var
 a=d;for(;;){if(a){var
-b=B(e,a[1]);if(!b){var
+b=A(e,a[1]);if(!b){var
 a=a[2];continue}var
 c=b}else
 var
 c=a;return c}}function
 F(d,c){var
 a=c;for(;;){if(a){var
-b=B(d,a[1]);if(b){var
+b=A(d,a[1]);if(b){var
 a=a[2];continue}return b}return 1}}function
-cR(d,c){var
+cU(d,c){var
 a=c;for(;;){if(a){var
-b=a[1];if(B(d,b))return[0,b];var
+b=a[1];if(A(d,b))return[0,b];var
 a=a[2];continue}return a}}function
-hW(b,a){if(b)if(a)var
-d=hW(b[1],a[2]),c=[0,a[1],d];else
+h9(b,a){if(b)if(a)var
+d=h9(b[1],a[2]),c=[0,a[1],d];else
 var
 c=a;else
 var
 c=b;return c}function
-dk(b,a){var
-c=a?[0,b,dk(b,a[1])]:a;return c}var
-hX=0,pc=1;function
-hY(a,b){var
-c=a?1:a;return fv((b<<1&g4)+c|0)}function
-fG(b,a){if(b){var
-c=b[1];if(M(a,t))return pc;var
-d=bg(a,bf(2)),e=d[1];return w(d[2],u)?hY(0,fG(c,e)):hY(1,fG(c,e))}return hX}function
-hZ(a){if(a){var
-b=hZ(a[2]),c=z(g(2,t),b),d=a[1]?t:u;return K(d,c)}return u}function
-h0(c,b){var
+dt(b,a){var
+c=a?[0,b,dt(b,a[1])]:a;return c}var
+h_=0,pr=1;function
+h$(a,b){var
+c=a?1:a;return fG((b<<1&hg)+c|0)}function
+fT(b,a){if(b){var
+c=b[1];if(G(a,p))return pr;var
+d=as(a,aq(2)),e=d[1];return x(d[2],t)?h$(0,fT(c,e)):h$(1,fT(c,e))}return h_}function
+ia(a){if(a){var
+b=ia(a[2]),c=v(e(2,p),b),d=a[1]?p:t;return J(d,c)}return t}function
+ib(c,b){var
 a=c-b|0;return 0<=a?0===a?0:2:1}function
-d9(b,a){return 2<=h0(b,a)?0:1}function
+ek(b,a){return 2<=ib(b,a)?0:1}function
 k(a){if(a)var
 c=k(a[2]),b=[0,a[1],c];else
 var
 b=a;return b}function
-x(b,a){return N(N(b,0),a)}function
-au(c){var
+y(b,a){return M(M(b,0),a)}function
+aw(c){var
 b=0,a=c;for(;;){if(a){var
 b=[0,b],a=a[2];continue}return b}}function
-r(e,d){var
+s(e,d){var
 b=0,a=d,f=0;for(;;){if(a){var
-c=a[2],b=[0,B(e,a[1]),b],a=c;continue}return N(b,f)}}function
-ab(e,d){var
+c=a[2],b=[0,A(e,a[1]),b],a=c;continue}return M(b,f)}}function
+ac(e,d){var
 b=0,a=d,f=0;for(;;){if(a){var
-c=a[2],b=N(B(e,a[1]),b),a=c;continue}return N(b,f)}}function
-bi(d){var
+c=a[2],b=M(A(e,a[1]),b),a=c;continue}return M(b,f)}}function
+bl(d){var
 b=0,a=d,e=0;for(;;){if(a){var
-c=a[2],b=N(a[1],b),a=c;continue}return N(b,e)}}function
-ax(g,f){var
+c=a[2],b=M(a[1],b),a=c;continue}return M(b,e)}}function
+az(g,f){var
 b=0,a=f,h=0;for(;;){if(a){var
-c=a[1],d=a[2],e=B(g,c)?[0,c,b]:b,b=e,a=d;continue}return N(b,h)}}function
-az(e,d){var
+c=a[1],d=a[2],e=A(g,c)?[0,c,b]:b,b=e,a=d;continue}return M(b,h)}}function
+aA(e,d){var
 c=0,b=e,a=d,f=0;for(;;){if(b&&a){var
-c=[0,[0,b[1],a[1]],c],b=b[2],a=a[2];continue}return N(c,f)}}function
-dl(e,d){var
+c=[0,[0,b[1],a[1]],c],b=b[2],a=a[2];continue}return M(c,f)}}function
+du(e,d){var
 c=0,b=e,a=d,f=0;for(;;){if(a){var
-c=[0,[0,b,a[1]],c],b=K(b,t),a=a[2];continue}return N(c,f)}}function
-d_(c,a){var
-b=0,d=N(a,0);return bh(function(b,a){if(b){var
-d=b[1],e=d[1];return w(e,B(c,a))?[0,[0,e,[0,a,d[2]]],b[2]]:[0,[0,B(c,a),[0,a,0]],b]}return[0,[0,B(c,a),[0,a,0]],0]},d,b)}function
-av(c,b,a){var
-d=N(a,0);return bh(function(b,a){return aK(c,a,b)},d,b)}function
-aI(c){var
-b=u,a=c;for(;;){if(a){var
-b=K(b,t),a=a[1];continue}return b}}function
-bj(a){var
+c=[0,[0,b,a[1]],c],b=J(b,p),a=a[2];continue}return M(c,f)}}function
+el(c,a){var
+b=0,d=M(a,0);return bk(function(b,a){if(b){var
+d=b[1],e=d[1];return x(e,A(c,a))?[0,[0,e,[0,a,d[2]]],b[2]]:[0,[0,A(c,a),[0,a,0]],b]}return[0,[0,A(c,a),[0,a,0]],0]},d,b)}function
+cc(e,d){var
+b=0,a=d;for(;;){if(a){var
+c=A(e,a[1]);if(c){var
+b=[0,c[1],b],a=a[2];continue}return c}return[0,M(b,0)]}}function
+ax(c,b,a){var
+d=M(a,0);return bk(function(b,a){return aN(c,a,b)},d,b)}function
+aL(c){var
+b=t,a=c;for(;;){if(a){var
+b=J(b,p),a=a[1];continue}return b}}function
+bd(a){var
 b=aU(a);if(0===b)return 0;if(0<b){var
-c=0;return d7(function(a){return[0,a]},c,a)}return 0}function
-cb(e,d){var
+c=0;return eh(function(a){return[0,a]},c,a)}return 0}function
+cd(e,d){var
 c=0,b=e,a=d,f=0;for(;;){if(a){var
-c=[0,b,c],b=[0,b],a=a[1];continue}return N(c,f)}}function
-dm(d){var
-c=0,b=u,a=bj(d),e=0;for(;;){if(a){var
-c=[0,b,c],b=K(b,t),a=a[1];continue}return N(c,e)}}function
-d$(j,i,h){var
-d=N(i,h),a=0,c=i,b=h;for(;;){if(c){var
+c=[0,b,c],b=[0,b],a=a[1];continue}return M(c,f)}}function
+dv(d){var
+c=0,b=t,a=bd(d),e=0;for(;;){if(a){var
+c=[0,b,c],b=J(b,p),a=a[1];continue}return M(c,e)}}function
+em(j,i,h){var
+d=M(i,h),a=0,c=i,b=h;for(;;){if(c){var
 e=c[1];if(b){if(d){var
-f=d[2],g=b[1];if(aK(j,e,g)){var
+f=d[2],g=b[1];if(aN(j,e,g)){var
 d=f,a=[0,e,a],c=c[2];continue}var
-d=f,a=[0,g,a],b=b[2];continue}return d}return N(a,c)}return N(a,b)}}function
-h1(c,b,a){if(a){var
-d=a[2],e=a[1];return e?[0,0,h1(c,d$(c,e,b),d)]:[0,b,d]}return[0,b,0]}function
-h2(e,d,c){var
+d=f,a=[0,g,a],b=b[2];continue}return d}return M(a,c)}return M(a,b)}}function
+ic(c,b,a){if(a){var
+d=a[2],e=a[1];return e?[0,0,ic(c,em(c,e,b),d)]:[0,b,d]}return[0,b,0]}function
+id(e,d,c){var
 b=d,a=c;for(;;){if(a){var
-f=a[2],b=d$(e,a[1],b),a=f;continue}return b}}function
-h3(c,i){var
+f=a[2],b=em(e,a[1],b),a=f;continue}return b}}function
+ie(c,i){var
 b=0,a=i;for(;;){if(a){var
 d=a[2],e=a[1];if(d){var
-f=d[1],g=d[2],h=aK(c,e,f)?[0,e,[0,f,0]]:[0,f,[0,e,0]],b=h1(c,h,b),a=g;continue}return h2(c,a,b)}return h2(c,a,b)}}function
-h4(c,b,a){if(b){var
-d=b[2],e=b[1];return e?[0,0,h4(c,d,d$(c,e[1],a))]:[0,[0,a],d]}return[0,[0,a],0]}function
-h5(b,e){var
+f=d[1],g=d[2],h=aN(c,e,f)?[0,e,[0,f,0]]:[0,f,[0,e,0]],b=ic(c,h,b),a=g;continue}return id(c,a,b)}return id(c,a,b)}}function
+ig(c,b,a){if(b){var
+d=b[2],e=b[1];return e?[0,0,ig(c,d,em(c,e[1],a))]:[0,[0,a],d]}return[0,[0,a],0]}function
+ih(b,e){var
 a=e;for(;;){if(a){var
 c=a[2],d=a[1];if(d){var
-f=h5(b,c);return d$(b,d[1],f)}var
+f=ih(b,c);return em(b,d[1],f)}var
 a=c;continue}return a}}function
-fH(c,e){var
+fU(c,e){var
 b=0,a=e;for(;;){if(a){var
-d=a[2],b=h4(c,b,[0,a[1],0]),a=d;continue}return h5(c,b)}}function
-ea(a){var
+d=a[2],b=ig(c,b,[0,a[1],0]),a=d;continue}return ih(c,b)}}function
+en(a){var
 b=a?1:a;return b}function
-cS(a){var
-b=fB(a[1],a[2]),c=bs(a[2],b),d=aU(c);return 0===d?a:0<d?[0,bs(a[1],b),c]:a}function
-aj(b,a){return cS([0,K(z(b[1],a[2]),z(a[1],b[2])),z(b[2],a[2])])}function
-S(b,a){return cS([0,z(b[1],a[1]),z(b[2],a[2])])}function
-bC(a){return[0,aT(a[1]),a[2]]}function
-aR(a){var
-b=a[1],c=aU(b);return 0===c?[0,u,t]:0<c?[0,a[2],b]:[0,u,t]}var
-P=[0,u,t],U=[0,t,t];function
-a1(a){return M(u,a[1])}function
-ag(a){return R(u,a[1])}function
-I(b,a){return M(z(b[1],a[2]),z(a[1],b[2]))}function
-cT(b,a){var
-c=w(b[1],a[1]);return c?w(b[2],a[2]):c}function
-aC(a){return av(aj,P,a)}function
-h6(f,a){if(a){var
-g=a[1],b=g[2],c=g[1],d=h6(f,a[2]);if(d){var
-h=d[1],i=h[2],e=h[1],j=d[2];return aK(f,c,e)?[0,[0,e,K(b,i)],j]:[0,[0,c,b],[0,[0,e,i],j]]}var
+cV(a){var
+b=fM(a[1],a[2]),c=a$(a[2],b),d=aU(c);return 0===d?a:0<d?[0,a$(a[1],b),c]:a}function
+ak(b,a){return cV([0,J(v(b[1],a[2]),v(a[1],b[2])),v(b[2],a[2])])}function
+R(b,a){return cV([0,v(b[1],a[1]),v(b[2],a[2])])}function
+bD(a){return[0,aX(a[1]),a[2]]}function
+aM(a){var
+b=a[1],c=aU(b);return 0===c?[0,t,p]:0<c?[0,a[2],b]:[0,t,p]}var
+Q=[0,t,p],U=[0,p,p];function
+a4(a){return G(t,a[1])}function
+ag(a){return P(t,a[1])}function
+K(b,a){return G(v(b[1],a[2]),v(a[1],b[2]))}function
+cW(b,a){var
+c=x(b[1],a[1]);return c?x(b[2],a[2]):c}function
+aF(a){return ax(ak,Q,a)}function
+ii(f,a){if(a){var
+g=a[1],b=g[2],c=g[1],d=ii(f,a[2]);if(d){var
+h=d[1],i=h[2],e=h[1],j=d[2];return aN(f,c,e)?[0,[0,e,J(b,i)],j]:[0,[0,c,b],[0,[0,e,i],j]]}var
 k=[0,[0,c,b],0]}else
 var
 k=a;return k}function
-h7(a){if(a){var
-b=a[1],c=h7(a[2]),d=b[2][1],e=b[1];return x(r(function(a){return[0,a[1],z(e,a[2])]},d),c)}return a}function
-h8(a){if(a){var
-b=a[1],c=h8(a[2]);return K(z(b[1],b[2][2]),c)}return u}function
-h9(d,c,b){if(b){var
-f=h9(d,c,b[2]),a=b[1],e=R(u,a[2])?B(c,a[1]):B(d,a[1]);return K(z(a[2],e),f)}return u}function
-pe(b,a){var
-c=a[1],d=b[1],e=w(d[1],c[1]),f=e?w(d[2],c[2]):e;return f?w(b[2],a[2]):f}function
-bU(a){return[0,0,a]}function
-eb(b,a){var
-c=aj(b[2],a[2]);return[0,x(b[1],a[1]),c]}function
-cv(b,a){var
-c=S(b,a[2]),d=a[1];return[0,r(function(a){var
-c=S(b,a[2]);return[0,a[1],c]},d),c]}function
-cc(b,a){return eb(b,cv(bC(U),a))}function
-h_(a){return av(eb,bU(P),a)}function
-ec(e,d,c){var
-a=d,b=c;for(;;){if(a){if(w(b,u))return a[1];var
-a=a[2],b=ak(b,t);continue}return e}}function
-h$(a){var
-b=dl(u,a);return[0,r(function(a){return[0,[0,[0,a[1],u],u],a[2]]},b),P]}function
-dn(c,b,a){if(c[11])return h$(a[3]);var
-d=0,e=a[1],f=c[6]?aT(t):b[2];return[0,[0,[0,[0,[0,b[1],f],e],U],d],P]}function
-dp(a){var
-b=a[3];return aC(r(function(a){return a[2]},b))}function
-fI(b,a){switch(b[3]){case
-0:return dp(a);case
+ij(a){if(a){var
+b=a[1],c=ij(a[2]),d=b[2][1],e=b[1];return y(s(function(a){return[0,a[1],v(e,a[2])]},d),c)}return a}function
+ik(a){if(a){var
+b=a[1],c=ik(a[2]);return J(v(b[1],b[2][2]),c)}return t}function
+il(d,c,b){if(b){var
+f=il(d,c,b[2]),a=b[1],e=P(t,a[2])?A(c,a[1]):A(d,a[1]);return J(v(a[2],e),f)}return t}function
+pt(b,a){var
+c=a[1],d=b[1],e=x(d[1],c[1]),f=e?x(d[2],c[2]):e;return f?x(b[2],a[2]):f}function
+bV(a){return[0,0,a]}function
+eo(b,a){var
+c=ak(b[2],a[2]);return[0,y(b[1],a[1]),c]}function
+cw(b,a){var
+c=R(b,a[2]),d=a[1];return[0,s(function(a){var
+c=R(b,a[2]);return[0,a[1],c]},d),c]}function
+ce(b,a){return eo(b,cw(bD(U),a))}function
+im(a){return ax(eo,bV(Q),a)}function
+ep(e,d,c){var
+a=d,b=c;for(;;){if(a){if(x(b,t))return a[1];var
+a=a[2],b=Z(b,p);continue}return e}}function
+io(a){var
+b=du(t,a);return[0,s(function(a){return[0,[0,[0,a[1],t],t],a[2]]},b),Q]}function
+dw(c,b,a){if(c[11])return io(a[3]);var
+d=0,e=a[1],f=c[6]?aX(p):b[2];return[0,[0,[0,[0,[0,b[1],f],e],U],d],Q]}function
+dx(a){var
+b=a[3];return aF(s(function(a){return a[2]},b))}function
+fV(b,a){switch(b[3]){case
+0:return dx(a);case
 1:return a[4];default:return U}}function
-ia(c,a){var
-b=a[3],d=h_(r(function(b){var
-d=dn(c,a,b);return cv(b[2],d)},b));return cv(aR(dp(a)),d)}function
-fJ(b,a){var
-c=b[4];return ax(function(b){return w(b[2],a)},c)}function
-fK(a,b){var
-c=fJ(a,b);return aC(r(function(b){return fI(a,b)},c))}var
-ed=bU(P);function
-ee(e,a,d){var
-b=a[3],c=cR(function(a){return w(a[1],d)},b);return aw(function(b){return dn(e,a,b)},c)}function
-ib(f,e){var
+ip(c,a){var
+b=a[3],d=im(s(function(b){var
+d=dw(c,a,b);return cw(b[2],d)},b));return cw(aM(dx(a)),d)}function
+fW(b,a){var
+c=b[4];return az(function(b){return x(b[2],a)},c)}function
+fX(a,b){var
+c=fW(a,b);return aF(s(function(b){return fV(a,b)},c))}var
+eq=bV(Q);function
+er(e,a,d){var
+b=a[3],c=cU(function(a){return x(a[1],d)},b);return ay(function(b){return dw(e,a,b)},c)}function
+iq(f,e){var
 a=f;for(;;){if(a){var
-c=a[2],b=a[1],g=b[1];if(aa(function(b){return function(a){return w(b,a)}}(g),e)){var
+c=a[2],b=a[1],g=b[1];if(ab(function(b){return function(a){return x(b,a)}}(g),e)){var
 a=c;continue}var
-d=[0,b,ib(c,[0,b[1],0])]}else
+d=[0,b,iq(c,[0,b[1],0])]}else
 var
 d=a;return d}}function
-ic(b,a){if(a){var
-c=a[1],d=b[4];return ax(function(a){return w(a[1],c)},d)}return b[4]}function
-id(d,c,b){var
-a=ic(c,b);return d[6]?ib(a,0):a}function
-ie(e,g,d){if(d){var
-a=d[1],i=g[4],c=cR(function(b){var
-c=w(b[1],a[1]);if(c){var
-d=e[6];if(!d)return w(b[2],a[2]);var
+ir(b,a){if(a){var
+c=a[1],d=b[4];return az(function(a){return x(a[1],c)},d)}return b[4]}function
+is(d,c,b){var
+a=ir(c,b);return d[6]?iq(a,0):a}function
+it(e,g,d){if(d){var
+a=d[1],i=g[4],c=cU(function(b){var
+c=x(b[1],a[1]);if(c){var
+d=e[6];if(!d)return x(b[2],a[2]);var
 f=d}else
 var
 f=c;return f},i);if(c)var
-j=ee(e,c[1],a[3]),k=a[4],b=aw(function(a){return cv(k,a)},j);else
+j=er(e,c[1],a[3]),k=a[4],b=ay(function(a){return cw(k,a)},j);else
 var
 b=c;if(b)var
-f=ie(e,g,d[2]),l=f?[0,eb(b[1],f[1])]:f,h=l;else
+f=it(e,g,d[2]),l=f?[0,eo(b[1],f[1])]:f,h=l;else
 var
-h=b;return h}return[0,bU(P)]}function
-ig(a,b,f){var
+h=b;return h}return[0,bV(Q)]}function
+iu(a,b,f){var
 c=a[11];if(c)var
-j=c[1][3],k=r(function(a){var
-b=h$(a[1]);return cc(bU(a[2]),b)},j),i=id(a,b,0),g=x(ab(function(b){var
-c=b[3];return ab(function(c){var
-d=dn(a,b,c),e=[0,cc(bU(a[2]),d),0],f=bU(a[3]);return[0,cc(dn(a,b,c),f),e]},c)},i),k);else
+j=c[1][3],k=s(function(a){var
+b=io(a[1]);return ce(bV(a[2]),b)},j),i=is(a,b,0),g=y(ac(function(b){var
+c=b[3];return ac(function(c){var
+d=dw(a,b,c),e=[0,ce(bV(a[2]),d),0],f=bV(a[3]);return[0,ce(dw(a,b,c),f),e]},c)},i),k);else
 var
 g=c;var
-l=a[10],m=x(r(function(d){var
-c=ie(a,b,d[1]);if(c){var
-e=c[1];return cc(bU(d[2]),e)}return ed},l),g),d=a[7];if(d)var
-n=d[1],e=ic(b,f),h=ab(function(b){return ab(function(c){var
-d=w(b[1],c[1]),e=d?G(w(b[2],c[2])):d;if(e){var
-f=b[3];return r(function(e){var
-f=ee(a,c,e[1]);if(f){var
-g=dn(a,b,e),d=a[8],h=f[1],i=c[2],j=b[2],k=d?ec(P,ec(0,d[1],j),i):U;return cc(eb(bU(S(n,k)),h),g)}return ed},f)}return e},e)},e);else
+l=a[10],m=y(s(function(d){var
+c=it(a,b,d[1]);if(c){var
+e=c[1];return ce(bV(d[2]),e)}return eq},l),g),d=a[7];if(d)var
+n=d[1],e=ir(b,f),h=ac(function(b){return ac(function(c){var
+d=x(b[1],c[1]),e=d?H(x(b[2],c[2])):d;if(e){var
+f=b[3];return s(function(e){var
+f=er(a,c,e[1]);if(f){var
+g=dw(a,b,e),d=a[8],h=f[1],i=c[2],j=b[2],k=d?ep(Q,ep(0,d[1],j),i):U;return ce(eo(bV(R(n,k)),h),g)}return eq},f)}return e},e)},e);else
 var
 h=d;var
-o=x(h,m),p=id(a,b,f);return x(ab(function(d){var
-b=a[9];return r(function(e){var
-b=ee(a,d,e[1]);if(b){var
-c=ee(a,d,e[2]);return c?cc(c[1],b[1]):ed}return ed},b)},p),o)}function
-ih(a){if(a[10])return 1;var
+o=y(h,m),p=is(a,b,f);return y(ac(function(d){var
+b=a[9];return s(function(e){var
+b=er(a,d,e[1]);if(b){var
+c=er(a,d,e[2]);return c?ce(c[1],b[1]):eq}return eq},b)},p),o)}function
+iv(a){if(a[10])return 1;var
 b=a[11],c=b?1:b;return c}function
-ii(a){return av(function(b,a){return fF(b[2],a)},t,a)}function
-ij(b,a){return w(hU(b,a[2]),u)}function
-ef(b,a){var
-c=bs(b,a[2]);return z(a[1],c)}function
-ik(a){var
-b=r(b$,a[1]);return[0,a[2],b]}function
-cU(a){return ii(ik(a))}function
-il(a){var
-b=R(u,cU(a));if(b){var
-c=ik(a),d=cU(a);return F(function(a){return ij(d,a)},c)}return b}function
-im(a){var
-b=cU(a),c=ef(b,a[2]),d=a[1];return[0,r(function(a){var
-c=ef(b,a[2]);return[0,a[1],c]},d),c]}function
-io(a){var
+iw(a){return ax(function(b,a){return fS(b[2],a)},p,a)}function
+ix(b,a){return x(h8(b,a[2]),t)}function
+es(b,a){var
+c=a$(b,a[2]);return v(a[1],c)}function
+iy(a){var
+b=s(ca,a[1]);return[0,a[2],b]}function
+cX(a){return iw(iy(a))}function
+iz(a){var
+b=P(t,cX(a));if(b){var
+c=iy(a),d=cX(a);return F(function(a){return ix(d,a)},c)}return b}function
+iA(a){var
+b=cX(a),c=es(b,a[2]),d=a[1];return[0,s(function(a){var
+c=es(b,a[2]);return[0,a[1],c]},d),c]}function
+iB(a){var
 b=a[11];if(b){var
-c=b[1];return x(c[1],c[2])}return[0,a[3],[0,a[2],0]]}function
-fL(a){return ii(io(a))}function
-ip(g,a,f){var
+c=b[1];return y(c[1],c[2])}return[0,a[3],[0,a[2],0]]}function
+fY(a){return iw(iB(a))}function
+iC(g,a,f){var
 c=g,b=f;for(;;){if(b){if(a){var
-d=a[1],e=b[2],h=d[2],i=b[1];if(w(d[1],c)){var
-j=ip(K(c,t),a[2],e);return aw(function(a){return[0,[0,h,i],a]},j)}var
-c=K(c,t),b=e;continue}return pf}return a?0:pg}}function
-iq(a){var
+d=a[1],e=b[2],h=d[2],i=b[1];if(x(d[1],c)){var
+j=iC(J(c,p),a[2],e);return ay(function(a){return[0,[0,h,i],a]},j)}var
+c=J(c,p),b=e;continue}return pu}return a?0:pv}}function
+iD(a){var
 b=a[4];if(b){var
-c=b[1];return I(c,a[3])?a[3]:c}return a[3]}function
-ph(a){var
-b=a[3];return r(function(b){var
-c=b[2],d=S(aR(dp(a)),c);return[0,b[1],d]},b)}function
-ir(b,a){return ag(fK(b,a))}function
-is(a){if(2<=a[3]){var
-c=aI(au(a[2])),d=z(aI(au(a[1])),c),b=w(aI(au(a[4])),d);if(b){var
-e=a[2];return ax(function(b){return ir(a,b)},e)}return b}var
-f=a[2];return ax(function(b){return ir(a,b)},f)}function
-pi(a){var
-e=a[3],b=F(function(a){return a1(a[2])},e);if(b){var
-c=ag(dp(a));if(c)return a1(a[4]);var
+c=b[1];return K(c,a[3])?a[3]:c}return a[3]}function
+pw(a){var
+b=a[3];return s(function(b){var
+c=b[2],d=R(aM(dx(a)),c);return[0,b[1],d]},b)}function
+iE(b,a){return ag(fX(b,a))}function
+iF(a){if(2<=a[3]){var
+c=aL(aw(a[2])),d=v(aL(aw(a[1])),c),b=x(aL(aw(a[4])),d);if(b){var
+e=a[2];return az(function(b){return iE(a,b)},e)}return b}var
+f=a[2];return az(function(b){return iE(a,b)},f)}function
+px(a){var
+e=a[3],b=F(function(a){return a4(a[2])},e);if(b){var
+c=ag(dx(a));if(c)return a4(a[4]);var
 d=c}else
 var
 d=b;return d}function
-it(a){var
-b=a[3],c=aC(r(function(a){return S(a[2],a[4])},b));return S(aR(dp(a)),c)}function
-iu(b,a){if(b[1]){var
-c=a[1];return r(function(b){var
-c=a[4];return r(it,ax(function(a){return w(a[1],b)},c))},c)}var
-d=0,e=is(a);return[0,r(function(b){var
-c=fJ(a,b),d=aC(r(function(b){var
-c=it(b);return S(fI(a,b),c)},c));return S(aR(fK(a,b)),d)},e),d]}function
-H(f,e){var
+iG(a){var
+b=a[3],c=aF(s(function(a){return R(a[2],a[4])},b));return R(aM(dx(a)),c)}function
+iH(b,a){if(b[1]){var
+c=a[1];return s(function(b){var
+c=a[4];return s(iG,az(function(a){return x(a[1],b)},c))},c)}var
+d=0,e=iF(a);return[0,s(function(b){var
+c=fW(a,b),d=aF(s(function(b){var
+c=iG(b);return R(fV(a,b),c)},c));return R(aM(fX(a,b)),d)},e),d]}function
+I(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=dX(b[1],a[1]);if(c){var
+c=d6(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return a?0:1}}var
-dq=34;function
-dr(a){var
+dy=34;function
+dz(a){var
 b=32===a?1:0,c=b||(9===a?1:0),d=c||(10===a?1:0),e=d||(13===a?1:0);return e}function
-fM(a){if(48===a)return[0,u];if(49===a)return[0,t];if(50===a)return[0,g(2,t)];if(51===a)return[0,D(g(2,t))];if(52===a)return[0,g(2,g(2,t))];if(53===a)return[0,D(g(2,g(2,t)))];if(54===a)return[0,g(2,D(g(2,t)))];if(55===a)return[0,D(g(2,D(g(2,t))))];if(56===a)return[0,g(2,g(2,g(2,t)))];var
-b=57===a?1:0,c=b?[0,D(g(2,g(2,g(2,t))))]:b;return c}function
-eg(b){var
-a=fM(b),c=a?1:a;return c}function
-iv(e,d){var
-b=e,a=d;for(;;){if(a){var
-c=fM(a[1]);if(c){var
-f=a[2],h=c[1],b=K(z(g(2,D(g(2,g(2,t)))),b),h),a=f;continue}return c}return[0,b]}}function
-iw(d,c){var
+fZ(a){if(48===a)return[0,t];if(49===a)return[0,p];if(50===a)return[0,e(2,p)];if(51===a)return[0,C(e(2,p))];if(52===a)return[0,e(2,e(2,p))];if(53===a)return[0,C(e(2,e(2,p)))];if(54===a)return[0,e(2,C(e(2,p)))];if(55===a)return[0,C(e(2,C(e(2,p))))];if(56===a)return[0,e(2,e(2,e(2,p)))];var
+b=57===a?1:0,c=b?[0,C(e(2,e(2,e(2,p))))]:b;return c}function
+et(b){var
+a=fZ(b),c=a?1:a;return c}function
+iI(f,d){var
+b=f,a=d;for(;;){if(a){var
+c=fZ(a[1]);if(c){var
+g=a[2],h=c[1],b=J(v(e(2,C(e(2,e(2,p)))),b),h),a=g;continue}return c}return[0,b]}}function
+iJ(d,c){var
 a=d,b=c;for(;;){if(b){if(a){var
 a=a[1],b=b[2];continue}return a}return 1}}function
-ix(a){var
-b=iw(pj,a);return b?a?a[2]?48===a[1]?0:iv(u,a):iv(u,a):a:b}function
-cV(d,c){var
+iK(a){var
+b=iJ(py,a);return b?a?a[2]?48===a[1]?0:iI(t,a):iI(t,a):a:b}function
+cY(d,c){var
 a=c;for(;;){if(a){var
-b=a[1];if(dX(d,b[1]))return[0,b[2]];var
+b=a[1];if(d6(d,b[1]))return[0,b[2]];var
 a=a[2];continue}return a}}function
-fN(k,j,i,h){var
-a=cV(k,ds);if(a){var
-b=cV(j,ds);if(b){var
-c=cV(i,ds);if(c)var
-d=cV(h,ds),l=d?[0,[0,[0,[0,a[1],b[1]],c[1]],d[1]]]:d,e=l;else
+f0(k,j,i,h){var
+a=cY(k,dA);if(a){var
+b=cY(j,dA);if(b){var
+c=cY(i,dA);if(c)var
+d=cY(h,dA),l=d?[0,[0,[0,[0,a[1],b[1]],c[1]],d[1]]]:d,e=l;else
 var
 e=c;var
 f=e}else
@@ -2183,28 +2219,28 @@ f=b;var
 g=f}else
 var
 g=a;return g}function
-bD(i,h,g,f,e,d,c,b){function
+bE(i,h,g,f,e,d,c,b){function
 a(a,b){var
 c=a?1<<b:a;return c}var
-j=a(i,7),k=a(h,6),l=a(g,5),m=a(f,4),n=a(e,3),o=a(d,2),p=a(c,1);return fv(((((((a(b,0)+p|0)+o|0)+n|0)+m|0)+l|0)+k|0)+j|0)}function
-cW(b){function
+j=a(i,7),k=a(h,6),l=a(g,5),m=a(f,4),n=a(e,3),o=a(d,2),p=a(c,1);return fG(((((((a(b,0)+p|0)+o|0)+n|0)+m|0)+l|0)+k|0)+j|0)}function
+cZ(b){function
 a(a){return 0!==(b&1<<a)?1:0}var
 c=a(7);return a(6)?0:c}function
-iy(a){function
+iL(a){function
 b(b){return 0!==(a&1<<b)?1:0}var
 f=b(7),g=b(6);if(b(5)){if(f)return 0;var
-c=G(a===34?1:0);return c?G(92===a?1:0):c}if(g){if(f)return 0;var
-d=G(a===34?1:0);if(d)return G(92===a?1:0);var
+c=H(a===34?1:0);return c?H(92===a?1:0):c}if(g){if(f)return 0;var
+d=H(a===34?1:0);if(d)return H(92===a?1:0);var
 e=d}else
 var
 e=g;return e}var
-pl=[0,[0,dq,dq],pk];function
-pm(cJ,cI){var
+pA=[0,[0,dy,dy],pz];function
+pB(cJ,cI){var
 d=cJ,h=cI;for(;;){if(h){var
-w=h[2],j=h[1];if(iy(j)){var
+w=h[2],j=h[1];if(iL(j)){var
 d=[0,j,d],h=w;continue}if(w){var
-i=w[2],e=w[1];if(G(92===j?1:0)){var
-bx=cW(e);if(bx){var
+i=w[2],e=w[1];if(H(92===j?1:0)){var
+bx=cZ(e);if(bx){var
 s=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),by=s(7),bz=s(6),co=s(5),cp=s(4),cq=s(3),cr=s(2),cs=s(1);if(co)var
 ao=0;else{if(bz)if(by)var
 cm=cs||cr,cn=cm||cq,ah=cn||cp;else
@@ -2216,15 +2252,15 @@ ao=ah}}else
 var
 ao=bx;if(ao){var
 d=[0,e,[0,j,d]],h=i;continue}if(i){var
-x=i[2],M=i[1],bA=cW(e),bB=bA?cW(M):bA;if(bB){var
-k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),g=k(7),b=k(6),c=k(5),m=k(4),bC=k(3),bE=k(2),bF=k(1);if(k(0))if(bF)if(m)var
+x=i[2],N=i[1],bA=cZ(e),bB=bA?cZ(N):bA;if(bB){var
+k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),g=k(7),b=k(6),c=k(5),m=k(4),bC=k(3),bD=k(2),bF=k(1);if(k(0))if(bF)if(m)var
 a=0;else
 var
 ct=c?b?g:b:c,a=ct;else
-if(bE)if(bC)if(m)var
+if(bD)if(bC)if(m)var
 a=0;else{var
 V=0;if(c)if(b)if(g)var
-a=G(0!==(e&32)?1:0);else{var
+a=H(0!==(e&32)?1:0);else{var
 ai=g;V=1}else{var
 ai=b;V=1}else{var
 ai=c;V=1}if(V)var
@@ -2241,7 +2277,7 @@ if(bF)if(m)var
 a=0;else
 var
 cw=c?b?g:b:c,a=cw;else
-if(bE)if(m)var
+if(bD)if(m)var
 a=0;else
 var
 cx=c?b?g:b:c,a=cx;else
@@ -2259,26 +2295,26 @@ aj=c;W=1}if(W)var
 a=aj}}else
 var
 a=bB;if(a){var
-d=[0,M,[0,e,[0,j,d]]],h=x;continue}if(x){var
-bS=x[1],bG=cW(e),bH=bG?cW(M):bG,bI=bH?cW(bS):bH;if(bI){var
-n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),t=n(7),o=n(6),p=n(5),q=n(4),H=n(3),ak=n(2),cH=n(1);if(n(0))if(ak||H)var
+d=[0,N,[0,e,[0,j,d]]],h=x;continue}if(x){var
+bS=x[1],bG=cZ(e),bH=bG?cZ(N):bG,bI=bH?cZ(bS):bH;if(bI){var
+n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),t=n(7),o=n(6),p=n(5),q=n(4),G=n(3),ak=n(2),cH=n(1);if(n(0))if(ak||G)var
 f=0;else
 var
 cz=q?p?o?t:o:p:q,f=cz;else
-if(cH)if(ak||H)var
+if(cH)if(ak||G)var
 f=0;else
 var
 cA=q?p?o?t:o:p:q,f=cA;else
-if(ak)if(H)var
+if(ak)if(G)var
 f=0;else{var
 z=0;if(q)if(p)if(o)if(t)var
-bJ=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(e),cC=bJ(5),cD=bJ(4),cB=cD||cC,f=G(cB);else{var
+bJ=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(e),cC=bJ(5),cD=bJ(4),cB=cD||cC,f=H(cB);else{var
 E=t;z=1}else{var
 E=o;z=1}else{var
 E=p;z=1}else{var
 E=q;z=1}if(z)var
 f=E}else
-if(H)var
+if(G)var
 f=0;else{var
 A=0;if(q)if(p)if(o)if(t)var
 bK=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(e),cF=bK(5),cG=bK(4),cE=cG||cF,f=cE;else{var
@@ -2289,7 +2325,7 @@ F=q;A=1}if(A)var
 f=F}}else
 var
 f=bI;if(f){var
-d=[0,bS,[0,M,[0,e,[0,j,d]]]],h=x[2];continue}var
+d=[0,bS,[0,N,[0,e,[0,j,d]]]],h=x[2];continue}var
 bT=f}else
 var
 bT=x;var
@@ -2299,7 +2335,7 @@ bU=i;return bU}if(l===e){if(i){var
 O=i[2];if(O){var
 P=O[2];if(P){var
 Q=P[2];if(Q){var
-r=Q[2],ap=fN(i[1],O[1],P[1],Q[1]);if(ap){var
+r=Q[2],ap=f0(i[1],O[1],P[1],Q[1]);if(ap){var
 y=ap[1],aE=y[1][1],aF=aE[1],aG=aF[1],aH=aG[1],aI=aH[1],aw=0;if(aI){var
 aJ=aH[2];if(aJ)if(aG[2]){var
 aq=0;aw=1}else{var
@@ -2325,7 +2361,7 @@ K=J[2],aA=0;if(K){var
 L=K[2],aB=0;if(L){var
 al=L[2],aC=0;if(al){var
 bL=92===r[1]?1:0,bM=bL?l===I[1]?1:0:bL;if(bM){var
-am=fN(J[1],K[1],L[1],al[1]);if(am){var
+am=f0(J[1],K[1],L[1],al[1]);if(am){var
 aO=am[1][1][1],aP=aO[1],aQ=aP[1],aR=aQ[1],aS=aR[1],b8=0;if(aS){var
 aT=aR[2];if(aT)if(aQ[2]){var
 ar=0;ay=1;az=1;aA=1;aB=1;aC=1;b8=1}else{var
@@ -2364,8 +2400,8 @@ R=as[2];if(R){var
 S=R[2];if(S){var
 T=S[2];if(T){var
 U=T[2];if(U){var
-at=fN(R[1],S[1],T[1],U[1]);if(at){var
-bV=at[1],be=bV[2],bf=be[1],bg=bf[1],bh=bV[1],bi=bh[2],bj=bi[1],bk=bj[1],bl=bh[1][2],bm=y[2],bn=bm[1],bo=bn[1],bp=y[1],bq=bp[2],br=bq[1],bs=br[1],u=bs[2],v=bs[1],bt=bp[1][2],ag=bt[1][2],D=bt[2],cK=U[2],cc=G(u),cd=cQ(v,u),ce=v?u:v,cf=cQ(D,ce),bu=D?v:D,cg=bu?u:bu,ch=cQ(ag,cg),bv=ag?D:ag,bw=bv?v:bv,ci=bw?u:bw,cj=[0,bD(1,0,bj[2],bi[2],bg[1],bg[2],bf[2],be[2]),0],ck=[0,bD(1,0,bn[2],bm[2],bl[1][2],bl[2],bk[1],bk[2]),cj],cl=[0,bD(1,0,cd,cc,br[2],bq[2],bo[1],bo[2]),ck],d=N([0,bD(1,1,1,1,0,ci,ch,cf),cl],d),h=cK;continue}var
+at=f0(R[1],S[1],T[1],U[1]);if(at){var
+bV=at[1],be=bV[2],bf=be[1],bg=bf[1],bh=bV[1],bi=bh[2],bj=bi[1],bk=bj[1],bl=bh[1][2],bm=y[2],bn=bm[1],bo=bn[1],bp=y[1],bq=bp[2],br=bq[1],bs=br[1],u=bs[2],v=bs[1],bt=bp[1][2],ag=bt[1][2],D=bt[2],cK=U[2],cc=H(u),cd=cR(v,u),ce=v?u:v,cf=cR(D,ce),bu=D?v:D,cg=bu?u:bu,ch=cR(ag,cg),bv=ag?D:ag,bw=bv?v:bv,ci=bw?u:bw,cj=[0,bE(1,0,bj[2],bi[2],bg[1],bg[2],bf[2],be[2]),0],ck=[0,bE(1,0,bn[2],bm[2],bl[1][2],bl[2],bk[1],bk[2]),cj],cl=[0,bE(1,0,cd,cc,br[2],bq[2],bo[1],bo[2]),ck],d=M([0,bE(1,1,1,1,0,ci,ch,cf),cl],d),h=cK;continue}var
 bW=at}else
 var
 bW=U;var
@@ -2386,10 +2422,10 @@ var
 b1=r;return b1}}var
 aX=y[2],aY=aX[1],aZ=aY[1],X=aZ[2],Y=aZ[1],Z=aY[2],_=aX[2],a0=y[1],a1=a0[2],a2=a1[1],a3=a2[1],$=a3[2],aa=a3[1],ab=a2[2],ac=a1[2],a4=a0[1],a5=a4[2],a6=a5[1],a7=a6[1],ad=a7[2],a8=a7[1],ae=a6[2],af=a5[2],a9=a4[1],a_=a9[1],a$=a_[1],ba=a$[2],bb=a$[1],bc=a_[2],bd=a9[2],aD=0;if(!bb&&!ba&&!bc&&!bd&&!a8){var
 b9=0;if(!ad&&!ae&&!af&&!aa){var
-au=[0,bD(0,$,ab,ac,Y,X,Z,_),0];aD=1;b9=1}if(!b9){var
-cb=[0,bD(1,0,ab,ac,Y,X,Z,_),0],au=[0,bD(1,1,0,ad,ae,af,aa,$),cb];aD=1}}if(!aD)var
-b$=[0,bD(1,0,ab,ac,Y,X,Z,_),0],ca=[0,bD(1,0,a8,ad,ae,af,aa,$),b$],au=[0,bD(1,1,1,0,bb,ba,bc,bd),ca];var
-d=N(au,d),h=r;continue}var
+au=[0,bE(0,$,ab,ac,Y,X,Z,_),0];aD=1;b9=1}if(!b9){var
+cb=[0,bE(1,0,ab,ac,Y,X,Z,_),0],au=[0,bE(1,1,0,ad,ae,af,aa,$),cb];aD=1}}if(!aD)var
+b$=[0,bE(1,0,ab,ac,Y,X,Z,_),0],ca=[0,bE(1,0,a8,ad,ae,af,aa,$),b$],au=[0,bE(1,1,1,0,bb,ba,bc,bd),ca];var
+d=M(au,d),h=r;continue}var
 b2=ap}else
 var
 b2=Q;var
@@ -2402,213 +2438,213 @@ b4=O;var
 b5=b4}else
 var
 b5=i;return b5}var
-av=cV(e,pl);if(av){var
+av=cY(e,pA);if(av){var
 d=[0,av[1],d],h=i;continue}var
 b6=av}else
 var
-b6=w;return b6}return[0,N(d,0)]}}function
-fO(d,c){var
-b=d,a=c;for(;;){if(b){if(a)switch(h0(b[1],a[1])){case
+b6=w;return b6}return[0,M(d,0)]}}function
+f1(d,c){var
+b=d,a=c;for(;;){if(b){if(a)switch(ib(b[1],a[1])){case
 0:var
 b=b[2],a=a[2];continue;case
 1:return 1;default:return 0}return a}return 1}}function
-cw(d){var
-a=fH(fO,d);for(;;){if(a){var
+cx(d){var
+a=fU(f1,d);for(;;){if(a){var
 b=a[2];if(b){var
-c=G(H(a[1],b[1]));if(c){var
+c=H(I(a[1],b[1]));if(c){var
 a=b;continue}return c}return 1}return 1}}function
-iz(c,b,a){if(dr(c))return[0,[0,[6,b],a]];if(a){var
+iM(c,b,a){if(dz(c))return[0,[0,[6,b],a]];if(a){var
 d=a[2],e=a[1];if(0===e[0]){var
-f=e[1];if(44===c)return[0,[0,pn,[0,[0,[0,b,f]],d]]];var
-g=93===c?1:0,n=g?[0,[0,[6,[3,N(f,[0,b,0])]],d]]:g;return n}var
+f=e[1];if(44===c)return[0,[0,pC,[0,[0,[0,b,f]],d]]];var
+g=93===c?1:0,n=g?[0,[0,[6,[3,M(f,[0,b,0])]],d]]:g;return n}var
 h=e[2],i=e[1];if(44===c)return[0,[0,[1,[0,[0,h,b],i],0],d]];var
-j=dU===c?1:0;if(j)var
-k=N(i,[0,[0,h,b],0]),l=cw(r(bS,k)),o=l?[0,[0,[6,[4,k]],d]]:l,m=o;else
+j=d3===c?1:0;if(j)var
+k=M(i,[0,[0,h,b],0]),l=cx(s(bT,k)),o=l?[0,[0,[6,[4,k]],d]]:l,m=o;else
 var
 m=j;return m}return a}function
-pA(R,Q,P){var
+pP(R,Q,P){var
 e=R,a=Q,i=P;for(;;){if(i){var
 d=i[1];switch(e[0]){case
 0:var
-u=e[1];if(dr(d))var
+u=e[1];if(dz(d))var
 c=[0,[0,[0,u],a]];else
 if(d===34)var
-c=[0,[0,po,a]];else
-if(eg(d))var
+c=[0,[0,pD,a]];else
+if(et(d))var
 c=[0,[0,[4,[0,d,0]],a]];else
 if(91===d)var
-c=[0,[0,pq,[0,pp,a]]];else
-if(hf===d)var
-c=[0,[0,pr,a]];else
-if(f===d)var
-c=[0,[0,[5,k(ps),0],a]];else
+c=[0,[0,pF,[0,pE,a]]];else
+if(ht===d)var
+c=[0,[0,pG,a]];else
+if(g===d)var
+c=[0,[0,[5,k(pH),0],a]];else
 if(b===d)var
-c=[0,[0,[5,k(pu),pt],a]];else
-if(y===d)var
-c=[0,[0,[5,k(pw),pv],a]];else{var
+c=[0,[0,[5,k(pJ),pI],a]];else
+if(z===d)var
+c=[0,[0,[5,k(pL),pK],a]];else{var
 q=93===d?1:0,r=q?u:q,o=0;if(r)if(a)var
-s=a[1],c=0===s[0]?s[1]?0:[0,[0,px,a[2]]]:0;else{var
+s=a[1],c=0===s[0]?s[1]?0:[0,[0,pM,a[2]]]:0;else{var
 t=a;o=1}else{var
 t=r;o=1}if(o)var
 c=t}break;case
 1:var
-v=e[2],w=e[1];if(dr(d))var
+v=e[2],w=e[1];if(dz(d))var
 c=[0,[0,[1,w,v],a]];else
 if(d===34)var
 c=[0,[0,[3,[0,w],0,0],a]];else
 var
-x=dU===d?1:0,z=x?v:x,K=z?[0,[0,py,a]]:z,c=K;break;case
+x=d3===d?1:0,y=x?v:x,K=y?[0,[0,pN,a]]:y,c=K;break;case
 2:var
-A=e[2],B=e[1];if(dr(d))var
+A=e[2],B=e[1];if(dz(d))var
 c=[0,[0,[2,B,A],a]];else
 var
-C=58===d?1:0,L=C?[0,[0,pz,[0,[1,B,A],a]]]:C,c=L;break;case
+C=58===d?1:0,L=C?[0,[0,pO,[0,[1,B,A],a]]]:C,c=L;break;case
 3:var
-j=e[3],g=e[1];if(e[2])var
-c=[0,[0,[3,g,0,[0,d,j]],a]];else
+j=e[3],f=e[1];if(e[2])var
+c=[0,[0,[3,f,0,[0,d,j]],a]];else
 if(d===34){var
-l=pm(0,N(j,0)),p=0;if(l){var
-D=l[1];if(g)var
-c=[0,[0,[2,g[1],D],a]];else{var
+l=pB(0,M(j,0)),p=0;if(l){var
+D=l[1];if(f)var
+c=[0,[0,[2,f[1],D],a]];else{var
 E=[0,[0,[6,[2,D]],a]];p=1}}else{var
 E=l;p=1}if(p)var
 c=E}else
 var
-c=[0,[0,[3,g,92===d?1:0,[0,d,j]],a]];break;case
+c=[0,[0,[3,f,92===d?1:0,[0,d,j]],a]];break;case
 4:var
-F=e[1];if(eg(d))var
+F=e[1];if(et(d))var
 c=[0,[0,[4,[0,d,F]],a]];else
 var
-m=ix(N(F,0)),c=m?iz(d,[1,m[1]],a):m;break;case
+m=iK(M(F,0)),c=m?iM(d,[1,m[1]],a):m;break;case
 5:var
 h=e[1];if(h){var
 G=d===h[1]?1:0;if(G)var
-H=h[2],I=e[2],M=H?[5,H,I]:[6,I],n=[0,[0,M,a]];else
+H=h[2],I=e[2],N=H?[5,H,I]:[6,I],n=[0,[0,N,a]];else
 var
 n=G}else
 var
 n=h;var
 c=n;break;default:var
-c=iz(d,e[1],a)}if(c){var
+c=iM(d,e[1],a)}if(c){var
 J=c[1],e=J[1],a=J[2],i=i[2];continue}return c}switch(e[0]){case
 4:if(a)return 0;var
-O=ix(N(e[1],0));return aw(function(a){return[1,a]},O);case
+O=iK(M(e[1],0));return ay(function(a){return[1,a]},O);case
 6:return a?0:[0,e[1]];default:return 0}}}function
-eh(d){var
-e=d[1],f=e[1],g=f[2],c=e[2],b=d[2],h=g?c?b?55:54:b?53:52:c?b?51:50:b?49:48;return f[1]?g?c?b?y:a:b?o:99:c?b?98:97:b?57:56:h}function
-dt(a){var
-b=a[1],c=b[1],d=[0,eh(a[2]),0],e=[0,eh(b[2]),d],f=[0,eh(c[2]),e];return[0,92,[0,l,[0,eh(c[1]),f]]]}function
-pN(aY,aX){var
+eu(d){var
+e=d[1],f=e[1],g=f[2],c=e[2],b=d[2],h=g?c?b?55:54:b?53:52:c?b?51:50:b?49:48;return f[1]?g?c?b?z:a:b?o:99:c?b?98:97:b?57:56:h}function
+dB(a){var
+b=a[1],c=b[1],d=[0,eu(a[2]),0],e=[0,eu(b[2]),d],f=[0,eu(c[2]),e];return[0,92,[0,l,[0,eu(c[1]),f]]]}function
+p2(aY,aX){var
 b=aY,f=aX;for(;;){if(f){var
 c=f[2],a=f[1],u=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aS=u(7),D=u(6);if(u(5))var
 K=0;else
 var
 aR=D?aS:D,K=aR;if(K){if(c){var
-aZ=c[2],a0=c[1],n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),$=n(4),aa=n(3),ab=n(2),ac=n(1),ad=n(0),g=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a0),W=g(5),X=g(4),Y=g(3),Z=g(2),_=g(1),b=N(dt([0,[0,[0,fP,[0,[0,[0,0,$],aa],ab]],[0,[0,[0,ac,ad],W],X]],[0,[0,[0,Y,Z],_],g(0)]]),b),f=aZ;continue}return b}var
+aZ=c[2],a0=c[1],n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),$=n(4),aa=n(3),ab=n(2),ac=n(1),ad=n(0),g=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a0),W=g(5),X=g(4),Y=g(3),Z=g(2),_=g(1),b=M(dB([0,[0,[0,f2,[0,[0,[0,0,$],aa],ab]],[0,[0,[0,ac,ad],W],X]],[0,[0,[0,Y,Z],_],g(0)]]),b),f=aZ;continue}return b}var
 q=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aU=q(7),E=q(6),F=q(5);if(q(4))var
 L=0;else
 var
 aT=F?E?aU:E:F,L=aT;if(L){if(c){var
 v=c[2];if(v){var
-a1=v[2],a2=v[1],a3=c[1],p=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),ap=p(3),aq=p(2),ar=p(1),as=p(0),i=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a3),aj=i(5),ak=i(4),al=i(3),am=i(2),an=i(1),ao=i(0),h=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a2),ae=h(5),af=h(4),ag=h(3),ah=h(2),ai=h(1),b=N(dt([0,[0,[0,[0,[0,[0,ap,aq],ar],as],[0,[0,[0,aj,ak],al],am]],[0,[0,[0,an,ao],ae],af]],[0,[0,[0,ag,ah],ai],h(0)]]),b),f=a1;continue}return b}return b}var
-o=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aW=o(7),H=o(6),I=o(5),J=o(4);if(o(3))var
-M=0;else
+a1=v[2],a2=v[1],a3=c[1],p=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),ap=p(3),aq=p(2),ar=p(1),as=p(0),i=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a3),aj=i(5),ak=i(4),al=i(3),am=i(2),an=i(1),ao=i(0),h=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a2),ae=h(5),af=h(4),ag=h(3),ah=h(2),ai=h(1),b=M(dB([0,[0,[0,[0,[0,[0,ap,aq],ar],as],[0,[0,[0,aj,ak],al],am]],[0,[0,[0,an,ao],ae],af]],[0,[0,[0,ag,ah],ai],h(0)]]),b),f=a1;continue}return b}return b}var
+o=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aW=o(7),G=o(6),I=o(5),J=o(4);if(o(3))var
+N=0;else
 var
-aV=J?I?H?aW:H:I:J,M=aV;if(M){if(c){var
+aV=J?I?G?aW:G:I:J,N=aV;if(N){if(c){var
 w=c[2];if(w){var
-y=w[2];if(y){var
-a4=y[2],a5=y[1],a6=w[1],a7=c[1],t=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aP=t(2),aQ=t(1),C=t(0),m=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a7),s=m(5),aK=m(4),aL=m(3),aM=m(2),aN=m(1),aO=m(0),l=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a6),aE=l(5),aF=l(4),aG=l(3),aH=l(2),aI=l(1),aJ=l(0),k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a5),ay=k(5),az=k(4),aA=k(3),aB=k(2),aC=k(1),aD=k(0);if(aP)var
-z=1,r=pI;else
+x=w[2];if(x){var
+a4=x[2],a5=x[1],a6=w[1],a7=c[1],t=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aP=t(2),aQ=t(1),C=t(0),m=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a7),s=m(5),aK=m(4),aL=m(3),aM=m(2),aN=m(1),aO=m(0),l=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a6),aE=l(5),aF=l(4),aG=l(3),aH=l(2),aI=l(1),aJ=l(0),k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a5),ay=k(5),az=k(4),aA=k(3),aB=k(2),aC=k(1),aD=k(0);if(aP)var
+z=1,r=pX;else
 var
-j=G(aK),au=cQ(s,j),av=j?G(s):j,aw=cQ(C,av),B=j?G(s):j,ax=B?G(C):B,z=j,r=[0,[0,cQ(aQ,ax),aw],au];var
-A=r[1],at=dt([0,[0,[0,pK,[0,[0,pJ,aG],aH]],[0,[0,[0,aI,aJ],ay],az]],[0,[0,[0,aA,aB],aC],aD]]),b=N(x(dt([0,[0,[0,pM,[0,[0,pL,A[1]],A[2]]],[0,[0,[0,r[2],z],aL],aM]],[0,[0,[0,aN,aO],aE],aF]]),at),b),f=a4;continue}return b}return b}return b}if(a===34)var
-d=[0,92,[0,dq,0]];else
+j=H(aK),au=cR(s,j),av=j?H(s):j,aw=cR(C,av),B=j?H(s):j,ax=B?H(C):B,z=j,r=[0,[0,cR(aQ,ax),aw],au];var
+A=r[1],at=dB([0,[0,[0,pZ,[0,[0,pY,aG],aH]],[0,[0,[0,aI,aJ],ay],az]],[0,[0,[0,aA,aB],aC],aD]]),b=M(y(dB([0,[0,[0,p1,[0,[0,p0,A[1]],A[2]]],[0,[0,[0,r[2],z],aL],aM]],[0,[0,[0,aN,aO],aE],aF]]),at),b),f=a4;continue}return b}return b}return b}if(a===34)var
+d=[0,92,[0,dy,0]];else
 if(92===a)var
-d=pC;else
+d=pR;else
 if(8===a)var
-d=pD;else
+d=pS;else
 if(12===a)var
-d=pE;else
+d=pT;else
 if(10===a)var
-d=pF;else
+d=pU;else
 if(13===a)var
-d=pG;else
+d=pV;else
 if(9===a)var
-d=pH;else{var
-O=0;if(iy(a)&&G(fj===a?1:0))var
+d=pW;else{var
+O=0;if(iL(a)&&H(fu===a?1:0))var
 d=[0,a,0];else
 O=1;if(O)var
-e=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),P=e(7),Q=e(6),R=e(5),S=e(4),T=e(3),U=e(2),V=e(1),d=dt([0,[0,[0,fP,fP],[0,[0,[0,P,Q],R],S]],[0,[0,[0,T,U],V],e(0)]])}var
-b=N(d,b),f=c;continue}return b}}function
-iA(b,a){return[0,dq,pN([0,dq,b],a)]}function
-iB(p){var
-e=pO,b=p,a=0;for(;;){if(e){var
-c=g(2,D(g(2,g(2,t)))),f=aU(c);if(0===f)var
-d=[0,u,b];else
-if(1===f)var
-d=bg(b,c);else
+e=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),P=e(7),Q=e(6),R=e(5),S=e(4),T=e(3),U=e(2),V=e(1),d=dB([0,[0,[0,f2,f2],[0,[0,[0,P,Q],R],S]],[0,[0,[0,T,U],V],e(0)]])}var
+b=M(d,b),f=c;continue}return b}}function
+iN(b,a){return[0,dy,p2([0,dy,b],a)]}function
+iO(q){var
+f=p3,b=q,a=0;for(;;){if(f){var
+c=e(2,C(e(2,e(2,p)))),g=aU(c);if(0===g)var
+d=[0,t,b];else
+if(1===g)var
+d=as(b,c);else
 var
-h=bg(cu(-1,b),c),m=h[2],n=K(cu(1,c),m),d=[0,cu(-1,h[1]),n];var
-i=d[1],j=d[2],o=0<=aU(j)?j:u,k=K(g(2,g(2,g(2,g(2,D(g(2,t)))))),o),l=0<aU(k)?fG(pd,k):hX;if(w(i,u))return[0,l,a];var
-e=e[1],b=i,a=[0,l,a];continue}return a}}function
-pP(b,a){return fO(b[1],a[1])}function
-ei(a,b){if(typeof
-b==="number")return N(k(pQ),a);else
+h=as(cv(-1,b),c),m=h[2],n=J(cv(1,c),m),d=[0,cv(-1,h[1]),n];var
+i=d[1],j=d[2],o=0<=aU(j)?j:t,k=J(e(2,e(2,e(2,e(2,C(e(2,p)))))),o),l=0<aU(k)?fT(ps,k):h_;if(x(i,t))return[0,l,a];var
+f=f[1],b=i,a=[0,l,a];continue}return a}}function
+p4(b,a){return f1(b[1],a[1])}function
+ev(a,b){if(typeof
+b==="number")return M(k(p5),a);else
 switch(b[0]){case
-0:return b[1]?N(k(pR),a):N(k(pS),a);case
-1:return N(iB(b[1]),a);case
-2:return iA(a,b[1]);case
+0:return b[1]?M(k(p6),a):M(k(p7),a);case
+1:return M(iO(b[1]),a);case
+2:return iN(a,b[1]);case
 3:var
 i=b[1];if(i){var
 f=a,j=91,c=i;for(;;){if(c){var
-n=c[2],f=ei([0,j,f],c[1]),j=44,c=n;continue}return[0,93,f]}}return[0,93,[0,91,a]];default:var
+n=c[2],f=ev([0,j,f],c[1]),j=44,c=n;continue}return[0,93,f]}}return[0,93,[0,91,a]];default:var
 l=function(a){if(a)var
-b=a[1],c=b[1],e=l(a[2]),f=b[2],d=[0,[0,c,[2,ei([0,58,iA(0,c)],f)]],e];else
+b=a[1],c=b[1],e=l(a[2]),f=b[2],d=[0,[0,c,[2,ev([0,58,iN(0,c)],f)]],e];else
 var
-d=a;return d},h=fH(pP,l(b[1]));if(h){var
-e=a,m=hf,d=[0,h[1],h[2]];for(;;){if(d){var
+d=a;return d},h=fU(p4,l(b[1]));if(h){var
+e=a,m=ht,d=[0,h[1],h[2]];for(;;){if(d){var
 g=d[1][2];if(typeof
 g!=="number"&&2===g[0]){var
-o=d[2],e=N(N(g[1],0),[0,m,e]),m=44,d=o;continue}return[0,dU,e]}return[0,dU,e]}}return[0,dU,[0,hf,a]]}}function
-fQ(a){return N(ei(0,a),0)}function
-ej(d){var
+o=d[2],e=M(M(g[1],0),[0,m,e]),m=44,d=o;continue}return[0,d3,e]}return[0,d3,e]}}return[0,d3,[0,ht,a]]}}function
+f3(a){return M(ev(0,a),0)}function
+ew(d){var
 b=0,a=d,e=0;for(;;){if(a){var
-c=a[2],b=[0,10,ei(b,a[1])],a=c;continue}return N(b,e)}}function
-h(a,b){return 0===a[0]?B(b,a[1]):[1,a[1]]}function
+c=a[2],b=[0,10,ev(b,a[1])],a=c;continue}return M(b,e)}}function
+h(a,b){return 0===a[0]?A(b,a[1]):[1,a[1]]}function
 O(a){return[1,k(a)]}function
-J(c,b,a){return c?a:O(b)}function
-aV(b,a){return 0===a[0]?[0,a[1]]:[1,x(b,[0,32,a[1]])]}function
-aX(e,d){var
+L(c,b,a){return c?a:O(b)}function
+aY(b,a){return 0===a[0]?[0,a[1]]:[1,y(b,[0,32,a[1]])]}function
+a0(e,d){var
 b=0,a=d;for(;;){if(a){var
-c=B(e,a[1]);if(0===c[0]){var
-b=[0,c[1],b],a=a[2];continue}return[1,c[1]]}return[0,N(b,0)]}}function
-bt(b,a){if(typeof
-a==="number")return pT;function
-c(a){return[0,[0,a]]}return h(B(b,a),c)}function
-a2(a){if(typeof
-a!=="number"&&4===a[0])return[0,a[1]];return O(pU)}function
-a$(a){if(typeof
-a!=="number"&&3===a[0])return[0,a[1]];return O(pV)}function
-ah(d,c){var
+c=A(e,a[1]);if(0===c[0]){var
+b=[0,c[1],b],a=a[2];continue}return[1,c[1]]}return[0,M(b,0)]}}function
+bu(b,a){if(typeof
+a==="number")return p8;function
+c(a){return[0,[0,a]]}return h(A(b,a),c)}function
+a5(a){if(typeof
+a!=="number"&&4===a[0])return[0,a[1]];return O(p9)}function
+be(a){if(typeof
+a!=="number"&&3===a[0])return[0,a[1]];return O(p_)}function
+aj(d,c){var
 a=c;for(;;){if(a){var
-b=a[1];if(H(d,b[1]))return[0,b[2]];var
+b=a[1];if(I(d,b[1]))return[0,b[2]];var
 a=a[2];continue}return a}}function
 X(c,b){var
-a=ah(c,b),d=a?1:a;return d}function
-cd(b,a){return aa(function(b){return H(a,b)},b)}function
-T(b,d,a){function
+a=aj(c,b),d=a?1:a;return d}function
+cf(b,a){return ab(function(b){return I(a,b)},b)}function
+S(b,d,a){function
 c(a){var
-c=[0,a],e=J(F(function(a){var
-c=cd(b,a[1]);return c?c:cd(d,a[1])},a),pW,c);return J(F(function(b){return X(b,a)},b),pX,e)}return h(a2(a),c)}function
-q(d,a,c){var
-b=ah(a,c);return b?aV(a,B(d,b[1])):O(pY)}function
-ai(b,a){function
-c(a){return aX(b,a)}return h(a$(a),c)}function
-iC(b,a){return w(aI(au(a)),b)}function
+c=[0,a],e=L(F(function(a){var
+c=cf(b,a[1]);return c?c:cf(d,a[1])},a),p$,c);return L(F(function(b){return X(b,a)},b),qa,e)}return h(a5(a),c)}function
+r(d,a,c){var
+b=aj(a,c);return b?aY(a,A(d,b[1])):O(qb)}function
+ah(b,a){function
+c(a){return a0(b,a)}return h(be(a),c)}function
+iP(b,a){return x(aL(aw(a)),b)}function
 am(c,b,a){function
 d(a){var
-d=aX(b,a);return J(iC(c,a),pZ,d)}return h(a$(a),d)}function
-_(c){if(typeof
+d=a0(b,a);return L(iP(c,a),qc,d)}return h(be(a),d)}function
+$(c){if(typeof
 c!=="number"&&2===c[0]){var
 h=c[1],a=h,j=[0,h];for(;;){if(a){var
 b=a[2];if(b){var
@@ -2619,153 +2655,153 @@ var
 f=b;var
 g=f}else
 var
-g=a;return J(G(g),p1,j)}}return O(p0)}function
-aJ(a){if(typeof
-a!=="number"&&1===a[0])return[0,a[1]];return O(p2)}function
-ek(b,a){function
-c(a){return J(R(a,b),p3,[0,a])}return h(aJ(a),c)}function
-fR(a){if(typeof
-a!=="number"&&0===a[0])return[0,a[1]];return O(p4)}function
-du(d,c){var
+g=a;return L(H(g),qe,j)}}return O(qd)}function
+aG(a){if(typeof
+a!=="number"&&1===a[0])return[0,a[1]];return O(qf)}function
+ex(b,a){function
+c(a){return L(P(a,b),qg,[0,a])}return h(aG(a),c)}function
+f4(a){if(typeof
+a!=="number"&&0===a[0])return[0,a[1]];return O(qh)}function
+dC(d,c){var
 a=d;for(;;){if(a){var
-b=a[1];if(H(b[1],c))return[0,b[2]];var
-a=a[2];continue}return O(p5)}}function
-ba(b,a){function
-c(a){return du(b,a)}return h(_(a),c)}function
-iD(a){return ab(function(a){return x(ab(function(a){return 44===a?p7:[0,a,0]},a),p6)},a)}function
-el(a){function
+b=a[1];if(I(b[1],c))return[0,b[2]];var
+a=a[2];continue}return O(qi)}}function
+bf(b,a){function
+c(a){return dC(b,a)}return h($(a),c)}function
+iQ(a){return ac(function(a){return y(ac(function(a){return 44===a?qk:[0,a,0]},a),qj)},a)}function
+ey(a){function
 b(a){var
-b=J(cw(a),p8,[0,a]),c=a?1:a;return J(c,p9,b)}return h(ai(_,a),b)}function
-em(b,a){function
+b=L(cx(a),ql,[0,a]),c=a?1:a;return L(c,qm,b)}return h(ah($,a),b)}function
+ez(b,a){function
 c(a){var
-b=J(cw(r(iD,a)),p_,[0,a]),c=a?1:a;return J(c,p$,b)}return h(ai(function(a){return am(b,_,a)},a),c)}function
-iE(c,b,a){function
+b=L(cx(s(iQ,a)),qn,[0,a]),c=a?1:a;return L(c,qo,b)}return h(ah(function(a){return am(b,$,a)},a),c)}function
+iR(c,b,a){function
 d(a){function
 f(a){var
-c=cV(a,ds);if(c){if(!b)return 0!==(a&32)?1:0;var
+c=cY(a,dA);if(c){if(!b)return 0!==(a&32)?1:0;var
 d=b}else
 var
 d=c;return d}var
-d=iw(c,a),g=[0,a],e=d?iC(aI(c),a):d,h=e?F(f,a):e;return J(h,qa,g)}return h(_(a),d)}var
-qb=0;function
-en(a){return iE(qc,qb,a)}function
-iF(b,a){return[0,K(z(b[1],a[2]),a[1]),z(b[2],a[2])]}function
-fS(b,a){if(a){var
-c=a[2],d=a[1];return d?[0,0,fS(iF(d[1],b),c)]:[0,[0,b],c]}return[0,[0,b],0]}function
-iG(d){var
+d=iJ(c,a),g=[0,a],e=d?iP(aL(c),a):d,h=e?F(f,a):e;return L(h,qp,g)}return h($(a),d)}var
+qq=0;function
+eA(a){return iR(qr,qq,a)}function
+iS(b,a){return[0,J(v(b[1],a[2]),a[1]),v(b[2],a[2])]}function
+f5(b,a){if(a){var
+c=a[2],d=a[1];return d?[0,0,f5(iS(d[1],b),c)]:[0,[0,b],c]}return[0,[0,b],0]}function
+iT(d){var
 a=d;for(;;){if(a){var
 b=a[2],c=a[1];if(c){var
-e=c[1];return iF(iG(b),e)}var
-a=b;continue}return[0,u,t]}}function
-iH(l,k,j,i){var
+e=c[1];return iS(iT(b),e)}var
+a=b;continue}return[0,t,p]}}function
+iU(l,k,j,i){var
 d=l,a=k,c=j,b=i;for(;;){if(b){var
-f=b[2],e=fM(b[1]);if(e){var
-h=e[1];if(c){var
-m=c[1],n=a[2],o=z(g(2,D(g(2,g(2,t)))),n),p=a[1],a=[0,K(z(g(2,D(g(2,g(2,t)))),p),h),o],c=m,b=f;continue}var
-q=[0,h,g(2,D(g(2,g(2,t))))],d=fS(a,d),a=q,c=qd,b=f;continue}return e}return[0,iG(fS(a,d))[1]]}}function
-fT(a){return a?a[2]?48===a[1]?0:iH(0,[0,u,t],qe,a):iH(0,[0,u,t],qf,a):a}function
-fU(d){var
-b=g(2,g(2,g(2,g(2,g(2,D(g(2,g(2,D(g(2,g(2,D(g(2,D(g(2,g(2,g(2,g(2,g(2,D(g(2,t))))))))))))))))))))),a=d;for(;;){if(a){if(!M(b,u)){var
-b=ak(b,t),a=a[2];continue}var
+g=b[2],f=fZ(b[1]);if(f){var
+h=f[1];if(c){var
+m=c[1],n=a[2],o=v(e(2,C(e(2,e(2,p)))),n),q=a[1],a=[0,J(v(e(2,C(e(2,e(2,p)))),q),h),o],c=m,b=g;continue}var
+r=[0,h,e(2,C(e(2,e(2,p))))],d=f5(a,d),a=r,c=qs,b=g;continue}return f}return[0,iT(f5(a,d))[1]]}}function
+f6(a){return a?a[2]?48===a[1]?0:iU(0,[0,t,p],qt,a):iU(0,[0,t,p],qu,a):a}function
+f7(d){var
+b=e(2,e(2,e(2,e(2,e(2,C(e(2,e(2,C(e(2,e(2,C(e(2,C(e(2,e(2,e(2,e(2,e(2,C(e(2,p))))))))))))))))))))),a=d;for(;;){if(a){if(!G(b,t)){var
+b=Z(b,p),a=a[2];continue}var
 c=0}else
 var
-c=1;return c?fT(d):c}}function
-iI(g,f,e){var
+c=1;return c?f6(d):c}}function
+iV(g,f,e){var
 b=f,a=e;for(;;){if(a){var
-c=a[2],d=a[1];if(dX(d,g))return[0,N(b,0),[0,c]];var
-b=[0,d,b],a=c;continue}return[0,N(b,0),0]}}function
-iJ(m){var
-e=iI(47,0,m),f=e[2],g=e[1];if(f){var
-b=fU(g);if(b){var
-h=b[1],c=fU(f[1]);if(c){var
+c=a[2],d=a[1];if(d6(d,g))return[0,M(b,0),[0,c]];var
+b=[0,d,b],a=c;continue}return[0,M(b,0),0]}}function
+iW(m){var
+e=iV(47,0,m),f=e[2],g=e[1];if(f){var
+b=f7(g);if(b){var
+h=b[1],c=f7(f[1]);if(c){var
 a=c[1],k=aU(a);if(0===k)return 0;if(0<k){var
-i=G(fE(a,t)),j=i?w(fB(h,a),t):i,n=j?[0,[0,h,a]]:j;return n}return 0}var
+i=H(fQ(a,p)),j=i?x(fM(h,a),p):i,n=j?[0,[0,h,a]]:j;return n}return 0}var
 l=c}else
 var
 l=b;return l}var
-d=fU(g),o=d?[0,[0,d[1],t]]:d;return o}function
+d=f7(g),o=d?[0,[0,d[1],p]]:d;return o}function
 an(e){if(typeof
 e!=="number"&&2===e[0]){var
 a=e[1];if(a)if(45===a[1]){var
-c=iJ(a[2]),f=0;if(c){var
-d=c[1];if(w(d[1],u))var
+c=iW(a[2]),f=0;if(c){var
+d=c[1];if(x(d[1],t))var
 b=0;else{var
-g=[0,[0,aT(d[1]),d[2]]];f=1}}else{var
+g=[0,[0,aX(d[1]),d[2]]];f=1}}else{var
 g=c;f=1}if(f)var
 b=g}else
 var
-b=iJ(a);else
+b=iW(a);else
 var
-b=a;return b?[0,b[1]]:O(qh)}return O(qg)}function
-aD(a){function
-b(a){return J(M(u,a[1]),qi,[0,a])}return h(an(a),b)}var
-iK=k(qj);function
-bu(a){if(typeof
-a!=="number"&&2===a[0]){if(H(a[1],iK))return ql;var
-b=function(a){return[0,[0,a]]};return h(an(a),b)}return O(qk)}function
-eo(f,e){var
+b=a;return b?[0,b[1]]:O(qw)}return O(qv)}function
+aC(a){function
+b(a){return L(G(t,a[1]),qx,[0,a])}return h(an(a),b)}var
+iX=k(qy);function
+bv(a){if(typeof
+a!=="number"&&2===a[0]){if(I(a[1],iX))return qA;var
+b=function(a){return[0,[0,a]]};return h(an(a),b)}return O(qz)}function
+eB(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=H(b[1],a[1]);if(c){var
+c=I(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return a?0:1}}var
-fV=aT(g(2,t));function
-dv(c){return function(d){var
-b=u,a=d;for(;;){if(a){if(B(c,a[1]))return b;var
-b=K(b,t),a=a[2];continue}return fV}}}function
-fW(a){var
+f8=aX(e(2,p));function
+dD(c){return function(d){var
+b=t,a=d;for(;;){if(a){if(A(c,a[1]))return b;var
+b=J(b,p),a=a[2];continue}return f8}}}function
+f9(a){var
 b=a[5];if(b)return b[1];var
-c=a[7];return ab(function(a){var
-b=a[4];return ab(function(a){var
+c=a[7];return ac(function(a){var
+b=a[4];return ac(function(a){var
 b=a?[0,a[1],0]:a;return b},b)},c)}function
-fX(a){var
-b=fW(a);return aa(function(a){return R(a[1],u)},b)}function
-bv(b,a){return w(aI(au(a)),b)}function
-ep(c,a){var
-b=M(u,a);return b?R(a,c):b}function
-iL(a){return w(a[1],a[2])}function
-iM(a){var
-p=R(u,a[1]);if(p){var
-q=R(u,a[2]);if(q){var
-s=R(u,a[3]);if(s){var
-t=a[5];if(t)var
-h=bv(a[3],t[1]);else
+f_(a){var
+b=f9(a);return ab(function(a){return P(a[1],t)},b)}function
+bw(b,a){return x(aL(aw(a)),b)}function
+eC(c,a){var
+b=G(t,a);return b?P(a,c):b}function
+iY(a){return x(a[1],a[2])}function
+iZ(a){var
+p=P(t,a[1]);if(p){var
+q=P(t,a[2]);if(q){var
+r=P(t,a[3]);if(r){var
+u=a[5];if(u)var
+h=bw(a[3],u[1]);else
 var
 A=a[7],H=A?1:A,h=H;if(h){if(1===a[4])var
-C=a[7],i=iL(aC(r(function(a){return a[5]},C)));else
+C=a[7],i=iY(aF(s(function(a){return a[5]},C)));else
 var
 i=1;if(i){var
 v=a[6];if(v){var
-j=v[1],x=a[4]?0:1;if(x){var
-y=ep(j[3],j[2]);if(y)var
-D=j[1],E=a[3],k=F(function(a){return ep(E,a)},D);else
+j=v[1],w=a[4]?0:1;if(w){var
+y=eC(j[3],j[2]);if(y)var
+D=j[1],E=a[3],k=F(function(a){return eC(E,a)},D);else
 var
 k=y}else
 var
-k=x;var
+k=w;var
 l=k}else
 var
 l=1;if(l){var
 G=a[7],z=F(function(b){var
-k=ep(a[1],b[1]);if(k){var
-l=ep(a[2],b[2]);if(l){var
-m=bv(a[3],b[3]);if(m){var
-n=F(a1,b[3]);if(n){var
-o=a[4]?iL(aC(b[3])):ag(aC(b[3]));if(o){var
-p=1===a[4]?a1(b[5]):1;if(p){if(a[5])var
+k=eC(a[1],b[1]);if(k){var
+l=eC(a[2],b[2]);if(l){var
+m=bw(a[3],b[3]);if(m){var
+n=F(a4,b[3]);if(n){var
+o=a[4]?iY(aF(b[3])):ag(aF(b[3]));if(o){var
+p=1===a[4]?a4(b[5]):1;if(p){if(a[5])var
 d=1;else{var
-f=bv(a[3],b[4]);if(f)var
-q=az(b[3],b[4]),d=F(function(a){var
-b=a[1];return a[2]?1:w(b[1],u)},q);else
+f=bw(a[3],b[4]);if(f)var
+q=aA(b[3],b[4]),d=F(function(a){var
+b=a[1];return a[2]?1:x(b[1],t)},q);else
 var
 d=f}if(d){var
 g=a[6];if(g){var
-h=bv(g[1][3],b[6]);if(h){var
-s=b[6],t=a[3],i=F(function(a){return bv(t,a)},s);if(i){var
-v=b[6],j=F(function(a){return F(a1,a)},v);if(j){var
-x=b[3],y=az(cb(0,au(b[3])),x);return F(function(a){var
-c=cS(a[2]),d=a[1],e=b[6];return cT(aC(r(function(a){return bB(d,a,P)},e)),c)},y)}var
+h=bw(g[1][3],b[6]);if(h){var
+r=b[6],u=a[3],i=F(function(a){return bw(u,a)},r);if(i){var
+v=b[6],j=F(function(a){return F(a4,a)},v);if(j){var
+w=b[3],y=aA(cd(0,aw(b[3])),w);return F(function(a){var
+c=cV(a[2]),d=a[1],e=b[6];return cW(aF(s(function(a){return bC(d,a,Q)},e)),c)},y)}var
 e=j}else
 var
 e=i}else
@@ -2786,10 +2822,10 @@ var
 c=k;return c},G);if(z){var
 c=a[7];for(;;){if(c){var
 d=c[2];if(d){var
-e=d[1],f=c[1],m=R(f[1],e[1]),B=0;if(m)var
+e=d[1],f=c[1],m=P(f[1],e[1]),B=0;if(m)var
 n=m;else{var
-o=w(f[1],e[1]);if(o){var
-g=R(f[2],e[2]);B=1}else
+o=x(f[1],e[1]);if(o){var
+g=P(f[2],e[2]);B=1}else
 var
 n=o}if(!B)var
 g=n;if(g){var
@@ -2802,153 +2838,153 @@ b=i}else
 var
 b=h}else
 var
-b=s}else
+b=r}else
 var
 b=q}else
 var
 b=p;return b}var
-a3=aT(t);function
-cx(h){var
-e=qm,b=h;b:for(;;){if(e&&b&&b[2]){var
+a6=aX(p);function
+cy(h){var
+e=qB,b=h;b:for(;;){if(e&&b&&b[2]){var
 c=0,a=b;for(;;){if(a){var
 d=a[2];if(d){var
-g=d[2],c=[0,aj(a[1],d[1]),c],a=g;continue}var
-f=N(c,a)}else
+g=d[2],c=[0,ak(a[1],d[1]),c],a=g;continue}var
+f=M(c,a)}else
 var
-f=N(c,a);var
-e=e[1],b=f;continue b}}return aC(b)}}function
-iN(a,b){return d_(a,h3(function(c,d){var
-b=B(a,d);return M(B(a,c),b)},b))}function
-iO(a,b){if(a)var
-d=r(bT,b),e=iO(a[1],d),c=[0,cx(r(function(a){return ca(P,a)},b)),e];else
+f=M(c,a);var
+e=e[1],b=f;continue b}}return aF(b)}}function
+i0(a,b){return el(a,ie(function(c,d){var
+b=A(a,d);return G(A(a,c),b)},b))}function
+i1(a,b){if(a)var
+d=s(bU,b),e=i1(a[1],d),c=[0,cy(s(function(a){return cb(Q,a)},b)),e];else
 var
 c=a;return c}function
-iP(a){var
-b=z(a[1],a[2]);return w(aI(au(a[7])),b)}function
-iQ(a){return 2<=a[4]?iP(a):1}function
-iR(b,f,a){var
-c=a[6],e=az(r(aI,cb(0,au(c))),c),d=r(b$,ax(function(a){return bA(w(a[1],b[2]),w(f,u))},e)),g=aC(r(function(a){var
-c=b[1];return aC(r(function(b){return bB(bj(b),a,P)},c))},d)),h=[0,aC(r(aC,d)),g];return[0,a[2],h]}function
-qn(a){var
-b=aR(a[2][1]),c=S(a[2][2],b);return[0,a[1],c]}function
-qo(a){return ag(a[2][1])}function
-fY(b,a){return[0,[0,[0,a3,b],a3],r(function(a){return[0,a[1],a[3]]},a)]}function
-fZ(a,d,c,b){if(a)var
-f=r(function(a){var
-b=bT(a[2]);return[0,a[1],b]},b),g=fZ(a[1],d,K(c,t),f),e=[0,[0,[0,[0,a3,d],c],r(function(a){var
-b=ca(P,a[2]);return[0,a[1],b]},b)],g];else
+i2(a){var
+b=v(a[1],a[2]);return x(aL(aw(a[7])),b)}function
+i3(a){return 2<=a[4]?i2(a):1}function
+i4(b,f,a){var
+c=a[6],e=aA(s(aL,cd(0,aw(c))),c),d=s(ca,az(function(a){return bB(x(a[1],b[2]),x(f,t))},e)),g=aF(s(function(a){var
+c=b[1];return aF(s(function(b){return bC(bd(b),a,Q)},c))},d)),h=[0,aF(s(aF,d)),g];return[0,a[2],h]}function
+qC(a){var
+b=aM(a[2][1]),c=R(a[2][2],b);return[0,a[1],c]}function
+qD(a){return ag(a[2][1])}function
+f$(b,a){return[0,[0,[0,a6,b],a6],s(function(a){return[0,a[1],a[3]]},a)]}function
+ga(a,d,c,b){if(a)var
+f=s(function(a){var
+b=bU(a[2]);return[0,a[1],b]},b),g=ga(a[1],d,J(c,p),f),e=[0,[0,[0,[0,a6,d],c],s(function(a){var
+b=cb(Q,a[2]);return[0,a[1],b]},b)],g];else
 var
 e=a;return e}function
-iS(a){return r(function(a){return[0,a[1],a[2]]},a)}function
-qp(a,b,d){if(w(b[2][1],u)){var
-c=cR(function(a){return ag(a[2])},d),e=c?c[1]:a;return[0,0,e]}var
-f=aR(b[2]);return[0,[0,S(a[2],f)],a]}function
-qq(a,b,d){var
-c=bC(b[2]);return[0,[0,aj(a[2],c)],a]}function
-iT(q,p,e){var
+i5(a){return s(function(a){return[0,a[1],a[2]]},a)}function
+qE(a,b,d){if(x(b[2][1],t)){var
+c=cU(function(a){return ag(a[2])},d),e=c?c[1]:a;return[0,0,e]}var
+f=aM(b[2]);return[0,[0,R(a[2],f)],a]}function
+qF(a,b,d){var
+c=bD(b[2]);return[0,[0,ak(a[2],c)],a]}function
+i6(q,p,e){var
 f=e[2];if(f){var
 g=f[2];if(g){var
 i=g[1],h=f[1],b=h,a=h,c=[0,i,g[2]];for(;;){if(c){var
-d=c[1],m=c[2],n=I(a[2],d[2])?a:d,o=I(d[2],b[2])?b:d,b=o,a=n,c=m;continue}if(I(b[2],a[2]))return[0,[0,[0,q],e[1],h,i]];var
-j=z7(p,b,a,e[2]),k=[0,[0,j[1],e[1],j[2],a]];break}}else
+d=c[1],m=c[2],n=K(a[2],d[2])?a:d,o=K(d[2],b[2])?b:d,b=o,a=n,c=m;continue}if(K(b[2],a[2]))return[0,[0,[0,q],e[1],h,i]];var
+j=Aj(p,b,a,e[2]),k=[0,[0,j[1],e[1],j[2],a]];break}}else
 var
 k=g;var
 l=k}else
 var
 l=f;return l}function
-qr(a){return iT(U,qp,a)}function
-iU(a){return iT(P,qq,a)}function
-f0(b,a){return b?a?I(b[1],a[1]):1:a?0:1}function
-f1(c,a){var
-b=0;return bh(function(a,d){var
-b=B(c,d);return a?b?f0(b[1][1],a[1][1])?a:b:a:b},a,b)}function
-eq(a){var
+qG(a){return i6(U,qE,a)}function
+i7(a){return i6(Q,qF,a)}function
+gb(b,a){return b?a?K(b[1],a[1]):1:a?0:1}function
+gc(c,a){var
+b=0;return bk(function(a,d){var
+b=A(c,d);return a?b?gb(b[1][1],a[1][1])?a:b:a:b},a,b)}function
+eD(a){var
 c=a[2],b=c[1];return[0,a[1],[0,b[1],b[2],c[2],a[3][1],a[4][1]],[0,[0,a[3][2],a[4][2]]],0]}var
-iV=g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t))))))))))))))))))))))))))));function
-qs(a){return bs(z(a[1],iV),a[2])}function
-iW(a){var
-b=r(qs,a[2]);return[0,a[1],a[2],b]}function
-iX(h,g){var
+i8=e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,p))))))))))))))))))))))))))));function
+qH(a){return a$(v(a[1],i8),a[2])}function
+i9(a){var
+b=s(qH,a[2]);return[0,a[1],a[2],b]}function
+i_(h,g){var
 b=h,a=g;for(;;){if(b){if(a){var
-c=a[2],d=a[1],e=b[2],f=b[1];if(I(f,d)){var
+c=a[2],d=a[1],e=b[2],f=b[1];if(K(f,d)){var
 b=e,a=c;continue}var
-i=iX(e,c);return aj(aj(f,bC(d)),i)}return P}return P}}function
-iY(b,a){if(b){if(a){var
-c=a[1],d=b[1],e=iY(b[2],a[2]),f=R(d,c)?u:K(ak(d,c),t);return K(f,e)}return u}return u}function
-iZ(e,d,c,a){var
-b=[0,iX(d[2],c[2]),e,d,c];return a?I(b[1],a[1][1])?a:[0,b]:[0,b]}function
-i0(a){var
-b=0;return bh(function(g,d){var
+i=i_(e,c);return ak(ak(f,bD(d)),i)}return Q}return Q}}function
+i$(b,a){if(b){if(a){var
+c=a[1],d=b[1],e=i$(b[2],a[2]),f=P(d,c)?t:J(Z(d,c),p);return J(f,e)}return t}return t}function
+ja(e,d,c,a){var
+b=[0,i_(d[2],c[2]),e,d,c];return a?K(b[1],a[1][1])?a:[0,b]:[0,b]}function
+jb(a){var
+b=0;return bk(function(g,d){var
 e=d[1],a=d[2],b=g;for(;;){if(a){var
-c=a[2],f=a[1],a=c,b=bh(function(c){return function(a,b){if(a){var
-d=a[1],f=z(d[1][1],iV),g=d[1][2];return M(z(iY(c[3],b[3]),g),f)?a:iZ(e,c,b,a)}return iZ(e,c,b,0)}}(f),c,b);continue}return b}},a,b)}function
-i1(i,h,g){var
+c=a[2],f=a[1],a=c,b=bk(function(c){return function(a,b){if(a){var
+d=a[1],f=v(d[1][1],i8),g=d[1][2];return G(v(i$(c[3],b[3]),g),f)?a:ja(e,c,b,a)}return ja(e,c,b,0)}}(f),c,b);continue}return b}},a,b)}function
+jc(i,h,g){var
 c=i,b=h,a=g;for(;;){if(b)if(a){var
-e=a[2],f=b[2];if(I(b[1],a[1])){var
-c=K(c,t),b=f,a=e;continue}var
-d=[0,c,i1(K(c,t),f,e)]}else
+e=a[2],f=b[2];if(K(b[1],a[1])){var
+c=J(c,p),b=f,a=e;continue}var
+d=[0,c,jc(J(c,p),f,e)]}else
 var
 d=a;else
 var
 d=b;return d}}function
-i2(a){var
-b=i1(u,a[3][2],a[4][2]);return[0,[0,a[1]],[0,a3,a[2],a3,a[3][1],a[4][1]],0,b]}function
-qt(a){if(typeof
+jd(a){var
+b=jc(t,a[3][2],a[4][2]);return[0,[0,a[1]],[0,a6,a[2],a6,a[3][1],a[4][1]],0,b]}function
+qI(a){if(typeof
 a!=="number"&&0===a[0])return a[2]?0:1;return 0}function
-f2(a,b){var
+gd(a,b){var
 c=a?[0,b,0]:a;return c}function
-i3(a){if(a)var
+je(a){if(a)var
 b=a[2],c=b?1:b;else
 var
 c=a;return c}function
-qv(A,am,S,R){var
-an=dm(A[1]),f=0,g=an,j=am;function
+qK(A,am,S,R){var
+an=dv(A[1]),f=0,g=an,j=am;function
 ao(a){return a[1]}var
 ad=0;for(;;){if(g){var
 t=g[2],l=g[1];if(j){var
-B=j[1];if(w(B[1],l)){var
-ac=j[2],f=[0,[0,l,r(ao,B[2])],f],g=t,j=ac;continue}var
+B=j[1];if(x(B[1],l)){var
+aa=j[2],f=[0,[0,l,s(ao,B[2])],f],g=t,j=aa;continue}var
 f=[0,[0,l,0],f],g=t;continue}var
 f=[0,[0,l,0],f],g=t,j=0;continue}var
-C=N(f,ad);if(aa(qt,R))return 0;var
-n=C,e=R,ap=dm(A[2]);c:for(;;){if(n){var
+C=M(f,ad);if(ab(qI,R))return 0;var
+n=C,e=R,ap=dv(A[2]);c:for(;;){if(n){var
 I=n[1],ae=I[1];if(e){var
 m=e[1],T=0;if(typeof
 m==="number"||!(0===m[0]))T=1;else
 var
-o=w(m[1],ae)?[0,m[2],e[2]]:[0,0,e];if(T)var
+o=x(m[1],ae)?[0,m[2],e[2]]:[0,0,e];if(T)var
 o=[0,0,e]}else
 var
 o=[0,0,e];var
 h=ap,k=I[2],d=o[1];for(;;){if(h){var
-u=h[2],v=h[1];if(k){if(w(k[1],v)){var
+u=h[2],v=h[1];if(k){if(x(k[1],v)){var
 h=u,k=k[2];continue}if(d){var
-D=w(d[1],v);if(D){var
+D=x(d[1],v);if(D){var
 h=u,d=d[2];continue}var
 E=D}else
 var
 E=d;var
 p=E}else{if(d){var
-F=w(d[1],v);if(F){var
+F=x(d[1],v);if(F){var
 h=u,k=0,d=d[2];continue}var
-H=F}else
+G=F}else
 var
-H=d;var
-p=H}}else
+G=d;var
+p=G}}else
 var
 p=d?0:1;if(p){var
 n=n[2],e=o[2];continue c}var
-s=p;break}}else
+r=p;break}}else
 var
-s=[0,e];if(s){if(iQ(A))var
-ah=1,J=f2(G(i3(ax(function(a){return ag(a[4])},S))),ah);else
+r=[0,e];if(r){if(i3(A))var
+ah=1,J=gd(H(je(az(function(a){return ag(a[4])},S))),ah);else
 var
-J=qu;var
-ai=ax(function(a){return G(ag(a[4]))},S),y=r(function(a){return a[1]},ai),aj=[2,y],af=y?1:y,ak=x(f2(af,aj),J),al=x(ab(function(a){var
-b=[1,a[1]];return f2(G(i3(a[2])),b)},C),ak),q=s[1],i=al;for(;;){if(q){if(i){var
+J=qJ;var
+ai=az(function(a){return H(ag(a[4]))},S),w=s(function(a){return a[1]},ai),aj=[2,w],af=w?1:w,ak=y(gd(af,aj),J),al=y(ac(function(a){var
+b=[1,a[1]];return gd(H(je(a[2])),b)},C),ak),q=r[1],i=al;for(;;){if(q){if(i){var
 a=i[1],c=q[1],z=function(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=w(b[1],a[1]);if(c){var
+c=x(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
@@ -2969,13 +3005,13 @@ switch(c[0]){case
 W=0;if(typeof
 a==="number"||!(0===a[0]))W=1;else
 var
-K=w(c[1],a[1]),b=K?z(c[2],a[2]):K;if(W)var
+K=x(c[1],a[1]),b=K?z(c[2],a[2]):K;if(W)var
 b=0;break;case
 1:var
 X=0;if(typeof
 a==="number"||!(1===a[0]))X=1;else
 var
-b=w(c[1],a[1]);if(X)var
+b=x(c[1],a[1]);if(X)var
 b=0;break;case
 2:var
 Y=0;if(typeof
@@ -2986,11 +3022,11 @@ b=0;break;case
 3:var
 Z=0;if(typeof
 a==="number"||!(3===a[0]))Z=1;else{var
-L=w(c[1],a[1]),_=0;if(L){var
-M=w(c[2],a[2]);if(M){var
+L=x(c[1],a[1]),_=0;if(L){var
+N=x(c[2],a[2]);if(N){var
 b=z(c[3],a[3]);_=1}else
 var
-O=M}else
+O=N}else
 var
 O=L;if(!_)var
 b=O}if(Z)var
@@ -2998,49 +3034,49 @@ b=0;break;default:var
 $=0;if(typeof
 a==="number"||!(4===a[0]))$=1;else
 var
-P=w(c[1],a[1]),b=P?w(c[2],a[2]):P;if($)var
+P=x(c[1],a[1]),b=P?x(c[2],a[2]):P;if($)var
 b=0}if(b){var
 q=q[2],i=i[2];continue}var
 Q=b}else
 var
-Q=i;return Q}return i?0:1}}return s}}}function
-er(b,a){var
-c=I(b,a);return c?I(a,b):c}function
-i4(b,a){return S(b,aR(a))}var
-dw=g(2,g(2,g(2,g(2,g(2,g(2,D(g(2,g(2,g(2,D(g(2,g(2,g(2,g(2,g(2,D(g(2,g(2,D(g(2,D(g(2,D(g(2,t)))))))))))))))))))))))));function
-i5(H,j,a){if(a){var
-e=a[1],k=er(e[1],U);if(k){if(j)var
-f=e[2],m=f?er(j[1],f[1]):f,g=m;else
+Q=i;return Q}return i?0:1}}return r}}}function
+eE(b,a){var
+c=K(b,a);return c?K(a,b):c}function
+jf(b,a){return R(b,aM(a))}var
+dE=e(2,e(2,e(2,e(2,e(2,e(2,C(e(2,e(2,e(2,C(e(2,e(2,e(2,e(2,e(2,C(e(2,e(2,C(e(2,C(e(2,C(e(2,p)))))))))))))))))))))))));function
+jg(I,j,a){if(a){var
+e=a[1],k=eE(e[1],U);if(k){if(j)var
+f=e[2],m=f?eE(j[1],f[1]):f,g=m;else
 var
 n=e[2]?0:1,g=n;if(g){var
 b=a;for(;;){if(b){var
 d=b[2];if(d){var
-i=G(I(d[1][1],b[1][1]));if(i){var
+i=H(K(d[1][1],b[1][1]));if(i){var
 b=d;continue}var
 c=i}else
 var
 c=1}else
 var
-c=1;if(c)return F(function(a){if(H){var
-A=H[1],j=a[2];if(j){var
-d=i4(A,a[1]),B=ag(a[1]);if(B){var
-C=G(I(A,a[1]));if(C){var
-g=j[1],q=bs(z(g[1],dw),g[2]),r=w(z(q,g[2]),z(g[1],dw));if(r){var
-c=d[2],i=d[1],b=ak(z(c,q),z(i,dw)),m=z(ak(z(i,i),z(c,c)),z(dw,dw)),J=M(b,u),n=J||M(z(b,b),m),l=0;if(n){var
-o=R(u,K(b,c));if(o)var
-h=R(m,z(K(b,c),K(b,c)));else{var
+c=1;if(c)return F(function(a){if(I){var
+A=I[1],j=a[2];if(j){var
+d=jf(A,a[1]),B=ag(a[1]);if(B){var
+C=H(K(A,a[1]));if(C){var
+g=j[1],q=a$(v(g[1],dE),g[2]),r=x(v(q,g[2]),v(g[1],dE));if(r){var
+c=d[2],i=d[1],b=Z(v(c,q),v(i,dE)),m=v(Z(v(i,i),v(c,c)),v(dE,dE)),L=G(b,t),n=L||G(v(b,b),m),l=0;if(n){var
+o=P(t,J(b,c));if(o)var
+h=P(m,v(J(b,c),J(b,c)));else{var
 p=o;l=1}}else{var
 p=n;l=1}if(l)var
 h=p}else
 var
 h=r;if(h){var
 s=d,e=a[3];for(;;){if(e){var
-t=e[1],f=t[1],v=G(I(f,s));if(v){var
-L=aj(f,bC(d)),N=bC(U),O=i4(aj(S(d,f),N),L),x=er(t[2],O);if(x){var
+u=e[1],f=u[1],w=H(K(f,s));if(w){var
+M=ak(f,bD(d)),N=bD(U),O=jf(ak(R(d,f),N),M),y=eE(u[2],O);if(y){var
 s=f,e=e[2];continue}var
-y=x}else
+z=y}else
 var
-y=v;return y}return 1}}var
+z=w;return z}return 1}}var
 k=h}else
 var
 k=C}else
@@ -3049,7 +3085,7 @@ k=B;var
 D=k}else
 var
 D=j;return D}if(a[2])return 0;var
-E=er(a[1],U);if(E){if(a[3])return 0;var
+E=eE(a[1],U);if(E){if(a[3])return 0;var
 F=1}else
 var
 F=E;return F},a);var
@@ -3061,15 +3097,15 @@ h=k;var
 l=h}else
 var
 l=a;return l}function
-bw(b,a){return w(z(b[1],a[2]),z(a[1],b[2]))}function
-ce(c,b,a){return b?a?aK(c,b[1],a[1]):a:a?0:1}function
-qw(g,f){var
-p=ce(bw,g[1],f[1]);if(p){var
-b=f[2],c=g[2],l=w(c[1],b[1]),r=0;if(l){var
-m=w(c[2],b[2]);if(m){var
-n=w(c[3],b[3]);if(n){var
-o=w(c[4],b[4]);if(o){var
-h=w(c[5],b[5]);r=1}else
+bx(b,a){return x(v(b[1],a[2]),v(a[1],b[2]))}function
+cg(c,b,a){return b?a?aN(c,b[1],a[1]):a:a?0:1}function
+qL(g,f){var
+p=cg(bx,g[1],f[1]);if(p){var
+b=f[2],c=g[2],l=x(c[1],b[1]),r=0;if(l){var
+m=x(c[2],b[2]);if(m){var
+n=x(c[3],b[3]);if(n){var
+o=x(c[4],b[4]);if(o){var
+h=x(c[5],b[5]);r=1}else
 var
 e=o}else
 var
@@ -3079,10 +3115,10 @@ e=m}else
 var
 e=l;if(!r)var
 h=e;if(h){var
-s=f[3],t=g[3],q=ce(function(b,a){var
-c=bw(b[1],a[1]);return c?bw(b[2],a[2]):c},t,s);if(q){var
+s=f[3],t=g[3],q=cg(function(b,a){var
+c=bx(b[1],a[1]);return c?bx(b[2],a[2]):c},t,s);if(q){var
 d=g[4],a=f[4];for(;;){if(d){if(a){var
-j=w(d[1],a[1]);if(j){var
+j=x(d[1],a[1]);if(j){var
 d=d[2],a=a[2];continue}var
 k=j}else
 var
@@ -3092,7 +3128,7 @@ var
 i=h}else
 var
 i=p;return i}function
-i6(b,a){if(typeof
+jh(b,a){if(typeof
 b==="number")switch(b){case
 0:if(typeof
 a==="number"&&!a)return 1;return 0;case
@@ -3109,36 +3145,36 @@ a==="number"&&5===a)return 1;return 0;case
 6:if(typeof
 a==="number"&&6===a)return 1;return 0;default:if(typeof
 a==="number"&&7<=a)return 1;return 0}else{if(0===b[0]){if(typeof
-a!=="number"&&0===a[0])return bA(b[1],a[1]);return 0}if(typeof
-a!=="number"&&1===a[0])return bA(b[1],a[1]);return 0}}function
-dx(c,a){switch(c){case
+a!=="number"&&0===a[0])return bB(b[1],a[1]);return 0}if(typeof
+a!=="number"&&1===a[0])return bB(b[1],a[1]);return 0}}function
+dF(c,a){switch(c){case
 0:return a?0:1;case
 1:return 1===a?1:0;case
 2:return 2===a?1:0;default:var
 b=3<=a?1:0,d=b?1:b;return d}}function
-i7(e,a,c,b){var
-d=bj(e[3]);if(typeof
+ji(e,a,c,b){var
+d=bd(e[3]);if(typeof
 b==="number")switch(b){case
-0:return r(function(a){return fY(a[1],a[2])},a);case
-4:return ab(function(a){var
-b=iS(a[2]);return fZ(d,a[1],u,b)},a);case
-5:return fZ(d,a3,u,iS(c));case
-6:return r(function(a){return fY(a[1],a[2])},a);case
+0:return s(function(a){return f$(a[1],a[2])},a);case
+4:return ac(function(a){var
+b=i5(a[2]);return ga(d,a[1],t,b)},a);case
+5:return ga(d,a6,t,i5(c));case
+6:return s(function(a){return f$(a[1],a[2])},a);case
 1:case
-7:return[0,fY(a3,c),0]}return 0}function
-es(a,d,j){var
+7:return[0,f$(a6,c),0]}return 0}function
+eF(a,d,j){var
 b=a[6];if(b){var
-c=b[1];return f1(iU,ab(function(b){if(j)var
-g=0,h=a[7],i=iN(bS,r(function(a){return iR(c,b,a)},h)),d=[0,[0,a3,r(function(a){var
-b=r(b$,a[2]),d=a[1],c=cx(r(b$,b));return[0,d,[0,cx(r(bS,b)),c]]},i)],g];else
+c=b[1];return gc(i7,ac(function(b){if(j)var
+g=0,h=a[7],i=i0(bT,s(function(a){return i4(c,b,a)},h)),d=[0,[0,a6,s(function(a){var
+b=s(ca,a[2]),d=a[1],c=cy(s(ca,b));return[0,d,[0,cy(s(bT,b)),c]]},i)],g];else
 var
-e=a[7],f=d_(function(a){return a[1]},e),d=r(function(a){var
-d=a[2],e=r(function(a){return iR(c,b,a)},d);return[0,a[1],e]},f);return r(function(a){var
-c=a[1];return[0,[0,[0,b,c],a3],r(qn,ax(qo,a[2]))]},d)},d))}return b}function
-i8(a){var
-g=a[7],h=d_(function(a){return a[1]},g),d=r(function(b){var
-c=b[2],d=r(function(b){var
-e=aC(b[3]),i=b[3],j=aR(e),f=r(function(a){return S(j,a)},i);switch(a[4]){case
+e=a[7],f=el(function(a){return a[1]},e),d=s(function(a){var
+d=a[2],e=s(function(a){return i4(c,b,a)},d);return[0,a[1],e]},f);return s(function(a){var
+c=a[1];return[0,[0,[0,b,c],a6],s(qC,az(qD,a[2]))]},d)},d))}return b}function
+jj(a){var
+g=a[7],h=el(function(a){return a[1]},g),d=s(function(b){var
+c=b[2],d=s(function(b){var
+e=aF(b[3]),i=b[3],j=aM(e),f=s(function(a){return R(j,a)},i);switch(a[4]){case
 0:var
 c=e;break;case
 1:var
@@ -3147,56 +3183,56 @@ c=U}var
 d=a[5];if(d)var
 g=d[1];else
 var
-h=b[4],g=r(function(a){return a?a[1]:P},h);var
-k=az(f,g),l=aC(r(function(a){return S(a[1],a[2])},k));return[0,b[2],f,l,c]},c);return[0,b[1],d]},h),i=ab(b$,d),j=iN(function(a){return a[1]},i),b=r(function(e){var
-b=e[2],h=e[1],i=bj(a[3]),c=cx(r(function(a){return a[4]},b)),d=aR(c),f=S(d,cx(r(function(a){return S(a[4],a[3])},b))),g=iO(i,r(function(a){var
-b=a[2],c=a[4];return r(function(a){return S(c,a)},b)},b));return[0,h,r(function(a){return S(d,a)},g),f,c]},j),e=iQ(a),f=e?ax(function(a){return ag(a[4])},b):e,c=a[6],k=c?qx:c,l=x(qy,k);return[0,a,d,b,r(function(b){if(typeof
+h=b[4],g=s(function(a){return a?a[1]:Q},h);var
+k=aA(f,g),l=aF(s(function(a){return R(a[1],a[2])},k));return[0,b[2],f,l,c]},c);return[0,b[1],d]},h),i=ac(ca,d),j=i0(function(a){return a[1]},i),b=s(function(e){var
+b=e[2],h=e[1],i=bd(a[3]),c=cy(s(function(a){return a[4]},b)),d=aM(c),f=R(d,cy(s(function(a){return R(a[4],a[3])},b))),g=i1(i,s(function(a){var
+b=a[2],c=a[4];return s(function(a){return R(c,a)},b)},b));return[0,h,s(function(a){return R(d,a)},g),f,c]},j),e=i3(a),f=e?az(function(a){return ag(a[4])},b):e,c=a[6],k=c?qM:c,l=y(qN,k);return[0,a,d,b,s(function(b){if(typeof
 b==="number")switch(b){case
 2:var
-c=aw(i2,i0(r(function(a){var
-b=r(iW,a[2]);return[0,a[1],b]},d)));break;case
+c=ay(jd,jb(s(function(a){var
+b=s(i9,a[2]);return[0,a[1],b]},d)));break;case
 3:var
-c=aw(i2,i0([0,[0,a3,r(iW,f)],0]));break;case
+c=ay(jd,jb([0,[0,a6,s(i9,f)],0]));break;case
 6:case
 7:var
-c=aw(eq,f1(iU,i7(a,d,f,b)));break;default:var
-c=fX(a)?0:aw(eq,f1(qr,i7(a,d,f,b)))}else
+c=ay(eD,gc(i7,ji(a,d,f,b)));break;default:var
+c=f_(a)?0:ay(eD,gc(qG,ji(a,d,f,b)))}else
 if(0===b[0])var
-c=aw(eq,es(a,[0,u,0],b[1]));else{var
-e=b[1],h=es(a,[0,u,0],e),g=0;if(h){var
-i=es(a,[0,t,0],e);if(i)var
-c=aw(eq,es(a,[0,u,[0,t,0]],e));else{var
+c=ay(eD,eF(a,[0,t,0],b[1]));else{var
+e=b[1],h=eF(a,[0,t,0],e),g=0;if(h){var
+i=eF(a,[0,p,0],e);if(i)var
+c=ay(eD,eF(a,[0,t,[0,p,0]],e));else{var
 j=i;g=1}}else{var
 j=h;g=1}if(g)var
 c=j}return[0,b,c]},l)]}function
-bE(c,b){var
-d=c[4],a=cR(function(a){return i6(a[1],b)},d);return a?a[1][2]:a}function
-i9(b,a){return I(b,a)?a:b}function
-qz(b,a){return I(b,a)?b:a}function
-i_(a){var
-b=a?[0,bh(i9,a[2],a[1])]:a;return b}function
-f3(a){var
-b=a?[0,bh(qz,a[2],a[1])]:a;return b}function
-i$(a,f){if(a){var
-i=r(bT,f),j=i$(a[1],i),k=0,l=r(function(a){return ca(k,a)},f),c=ab(function(a){var
-b=a?[0,a[1],0]:a;return b},l),d=i_(c);if(d){var
-e=f3(c);if(e)var
-h=bC(e[1]),b=aj(d[1],h);else
+bF(c,b){var
+d=c[4],a=cU(function(a){return jh(a[1],b)},d);return a?a[1][2]:a}function
+jk(b,a){return K(b,a)?a:b}function
+qO(b,a){return K(b,a)?b:a}function
+jl(a){var
+b=a?[0,bk(jk,a[2],a[1])]:a;return b}function
+ge(a){var
+b=a?[0,bk(qO,a[2],a[1])]:a;return b}function
+jm(a,f){if(a){var
+i=s(bU,f),j=jm(a[1],i),k=0,l=s(function(a){return cb(k,a)},f),c=ac(function(a){var
+b=a?[0,a[1],0]:a;return b},l),d=jl(c);if(d){var
+e=ge(c);if(e)var
+h=bD(e[1]),b=ak(d[1],h);else
 var
-b=P}else
+b=Q}else
 var
-b=P;var
+b=Q;var
 g=[0,b,j]}else
 var
 g=a;return g}function
-ja(a){if(a[5])return P;var
-b=a[7],c=d_(function(a){return a[1]},b);return bh(i9,ab(function(b){var
-c=b[2],d=r(function(a){return a[4]},c);return i$(bj(a[3]),d)},c),P)}function
-jb(a){if(a){var
-b=a[1],c=aR(aj(b,U));return S(aj(b,bC(U)),c)}return U}function
-jc(a,b){return a?f0(a[1][1],b):a}function
-f4(a,b){return a?ce(bw,a[1][1],b):a}function
-jd(b,a){var
+jn(a){if(a[5])return Q;var
+b=a[7],c=el(function(a){return a[1]},b);return bk(jk,ac(function(b){var
+c=b[2],d=s(function(a){return a[4]},c);return jm(bd(a[3]),d)},c),Q)}function
+jo(a){if(a){var
+b=a[1],c=aM(ak(b,U));return R(ak(b,bD(U)),c)}return U}function
+jp(a,b){return a?gb(a[1][1],b):a}function
+gf(a,b){return a?cg(bx,a[1][1],b):a}function
+jq(b,a){var
 _=b[1];switch(a[0]){case
 2:var
 i=0;break;case
@@ -3208,102 +3244,102 @@ B=typeof
 a[1]==="number"?1:0,Z=B?1:B,i=Z;break;default:var
 i=1}if(i){switch(a[0]){case
 0:var
-L=b[1][3],M=z(aI(au(b[1][7])),L),c=w(a[1],M);break;case
+L=b[1][3],M=v(aL(aw(b[1][7])),L),c=x(a[1],M);break;case
 1:var
-N=bE(b,a[1]),c=ce(qw,a[2],N);break;case
+N=bF(b,a[1]),c=cg(qL,a[2],N);break;case
 2:var
 c=0;break;case
 3:var
-m=i_(fW(b[1])),c=m?bw(a[1],m[1]):m;break;case
+m=jl(f9(b[1])),c=m?bx(a[1],m[1]):m;break;case
 4:var
-n=f3(fW(b[1])),c=n?bw(a[1],n[1]):n;break;case
+n=ge(f9(b[1])),c=n?bx(a[1],n[1]):n;break;case
 5:var
-C=b[2],O=f3(ab(function(b){var
+C=b[2],O=ge(ac(function(b){var
 a=b[2];if(a){var
 c=a[2];if(c){var
-e=b[2];return r(function(a){return a[3]},e)}var
+e=b[2];return s(function(a){return a[3]},e)}var
 d=c}else
 var
-d=a;return d},C)),c=ce(bw,a[1],O);break;case
+d=a;return d},C)),c=cg(bx,a[1],O);break;case
 6:var
-P=ja(b[1]),c=bw(a[1],P);break;case
+P=jn(b[1]),c=bx(a[1],P);break;case
 7:var
-Q=ag(ja(b[1])),c=bA(a[1],Q);break;case
+Q=ag(jn(b[1])),c=bB(a[1],Q);break;case
 8:var
-c=qv(b[1],b[2],b[3],a[1]);break;case
+c=qK(b[1],b[2],b[3],a[1]);break;case
 9:var
-R=a[2],c=f4(bE(b,a[1]),R);break;case
+S=a[2],c=gf(bF(b,a[1]),S);break;case
 10:var
-T=a[2],U=a[1]?4:5,c=f4(bE(b,U),T);break;case
+T=a[2],U=a[1]?4:5,c=gf(bF(b,U),T);break;case
 11:var
 d=a[3],e=a[2];if(a[1]){var
-s=0;if(typeof
+r=0;if(typeof
 e==="number")if(2===e)var
-k=bE(b,4),g=k?ce(bw,[0,jb(k[1][1])],d):k;else
+k=bF(b,4),g=k?cg(bx,[0,jo(k[1][1])],d):k;else
 if(3===e)var
-l=bE(b,5),g=l?ce(bw,[0,jb(l[1][1])],d):l;else
-s=1;else
-s=1;if(s)var
+l=bF(b,5),g=l?cg(bx,[0,jo(l[1][1])],d):l;else
+r=1;else
+r=1;if(r)var
 g=0;var
-c=g?jc(bE(b,e),d):g}else{var
-v=i6(e,1),j=0;if(v){var
-D=b[3],t=r(function(a){return a[4]},D),E=cx(t),u=iP(b[1]);if(u)var
+c=g?jp(bF(b,e),d):g}else{var
+w=jh(e,1),j=0;if(w){var
+D=b[3],t=s(function(a){return a[4]},D),E=cy(t),u=i2(b[1]);if(u)var
 G=b[2],o=F(function(a){var
-b=a[2],c=cx(r(function(a){return a[4]},b)),d=az(a[2],t);return F(function(a){var
-b=S(c,a[2]);return bw(S(a[1][4],E),b)},d)},G);else
+b=a[2],c=cy(s(function(a){return a[4]},b)),d=aA(a[2],t);return F(function(a){var
+b=R(c,a[2]);return bx(R(a[1][4],E),b)},d)},G);else
 var
 o=u;if(o){var
-x=f4(bE(b,0),d);if(x)var
-c=jc(bE(b,1),d);else{var
-p=x;j=1}}else{var
+y=gf(bF(b,0),d);if(y)var
+c=jp(bF(b,1),d);else{var
+p=y;j=1}}else{var
 p=o;j=1}}else{var
-p=v;j=1}if(j)var
+p=w;j=1}if(j)var
 c=p}break;case
 12:var
-V=a[1]?0:1,q=bE(b,V),c=q?i5(q[1][1],a[2],a[3]):q;break;case
+V=a[1]?0:1,q=bF(b,V),c=q?jg(q[1][1],a[2],a[3]):q;break;case
 13:var
-y=a[2],W=a[3],X=a[1]?y?6:7:y?0:1,A=bE(b,X),Y=A?f0(A[1][1],[0,W])?0:1:2,c=dx(a[4],Y);break;default:var
-f=a[1],H=1;if(aa(function(a){return dx(H,a)},f))var
-h=qA;else{var
-I=3;if(aa(function(a){return dx(I,a)},f))var
-h=qB;else{var
-J=2;if(aa(function(a){return dx(J,a)},f))var
-h=qC;else
+z=a[2],W=a[3],X=a[1]?z?6:7:z?0:1,A=bF(b,X),Y=A?gb(A[1][1],[0,W])?0:1:2,c=dF(a[4],Y);break;default:var
+f=a[1],H=1;if(ab(function(a){return dF(H,a)},f))var
+h=qP;else{var
+I=3;if(ab(function(a){return dF(I,a)},f))var
+h=qQ;else{var
+J=2;if(ab(function(a){return dF(J,a)},f))var
+h=qR;else
 var
-K=f?qD:f,h=K}}var
-c=ce(dx,a[2],h)}return c?0:1}return 2}function
-je(f,l){var
-r=g(2,g(2,g(2,g(2,g(2,g(2,t)))))),h=K(z(g(2,t),f),r),k=d8(l[2],f),q=[0,d5(u,bs(d8(K(k,l[1]),h),k)),aT(h)],e=bj(f),a=q;for(;;){if(e){var
-o=a[2],p=z(g(2,t),o),b=[0,z(a[1],a[1]),p],d=ak(hV(b[1]),h);if(R(u,d))var
-i=b[1],c=mW(d),m=K(b[2],d),n=0<=c?hu(i,c):mV(i,-c|0),j=[0,n,m];else
+K=f?qS:f,h=K}}var
+c=cg(dF,a[2],h)}return c?0:1}return 2}function
+jr(g,l){var
+s=e(2,e(2,e(2,e(2,e(2,e(2,p)))))),h=J(v(e(2,p),g),s),k=cT(l[2],g),r=[0,dq(t,a$(cT(J(k,l[1]),h),k)),aX(h)],f=bd(g),a=r;for(;;){if(f){var
+o=a[2],q=v(e(2,p),o),b=[0,v(a[1],a[1]),q],d=Z(ej(b[1]),h);if(P(t,d))var
+i=b[1],c=m$(d),m=J(b[2],d),n=0<=c?hJ(i,c):m_(i,-c|0),j=[0,n,m];else
 var
 j=b;var
-e=e[1],a=j;continue}return a}}function
-jf(c,b,a){if(M(u,a[2]))return R(c,d8(z(a[1],b),a[2]));var
-d=z(a[1],b);return R(d8(c,aT(a[2])),d)}var
-qE=[0,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t)))))))))))))),0],qF=[0,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t))))))))))),qE],qG=[0,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t))))))))),qF],qH=[0,g(2,g(2,g(2,g(2,g(2,D(g(2,g(2,t)))))))),qG],qI=[0,g(2,g(2,g(2,g(2,g(2,g(2,t)))))),qH];function
-et(b,a){var
-c=b[1],e=b[2];if(R(c,e))return 0;if(R(a[1],u))return 0;if(w(c,e))return[0,hT(u,a[1])];var
-i=a[1],j=a[2];if(M(z(K(hV(c),t),j),i))return qL;if(M(z(ak(c,e),a[2]),z(a[1],e)))return qM;if(M(z(a[1],c),z(ak(c,e),a[2])))return qN;var
-d=qI;for(;;){if(d){var
-f=d[1],g=je(f,a);if(jf(b[1],b[2],g))return qJ;var
-h=je(f,[0,aT(a[1]),a[2]]);if(jf(b[2],b[1],h))return qK;var
+f=f[1],a=j;continue}return a}}function
+js(c,b,a){if(G(t,a[2]))return P(c,cT(v(a[1],b),a[2]));var
+d=v(a[1],b);return P(cT(c,aX(a[2])),d)}var
+qT=[0,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,p)))))))))))))),0],qU=[0,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,p))))))))))),qT],qV=[0,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,p))))))))),qU],qW=[0,e(2,e(2,e(2,e(2,e(2,C(e(2,e(2,p)))))))),qV],qX=[0,e(2,e(2,e(2,e(2,e(2,e(2,p)))))),qW];function
+dG(b,a){var
+c=b[1],e=b[2];if(P(c,e))return 0;if(P(a[1],t))return 0;if(x(c,e))return[0,h7(t,a[1])];var
+i=a[1],j=a[2];if(G(v(J(ej(c),p),j),i))return q0;if(G(v(Z(c,e),a[2]),v(a[1],e)))return q1;if(G(v(a[1],c),v(Z(c,e),a[2])))return q2;var
+d=qX;for(;;){if(d){var
+f=d[1],g=jr(f,a);if(js(b[1],b[2],g))return qY;var
+h=jr(f,[0,aX(a[1]),a[2]]);if(js(b[2],b[1],h))return qZ;var
 d=d[2];continue}return d}}var
-f5=g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,D(g(2,g(2,g(2,g(2,D(g(2,g(2,D(g(2,g(2,g(2,D(g(2,g(2,D(g(2,g(2,g(2,D(g(2,g(2,D(g(2,g(2,D(g(2,D(g(2,g(2,g(2,g(2,D(g(2,g(2,D(g(2,D(g(2,t)))))))))))))))))))))))))))))))))))))))))))))))))));function
-jg(a){if(a){var
+gg=e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,C(e(2,e(2,e(2,e(2,C(e(2,e(2,C(e(2,e(2,e(2,C(e(2,e(2,C(e(2,e(2,e(2,C(e(2,e(2,C(e(2,e(2,C(e(2,C(e(2,e(2,e(2,e(2,C(e(2,e(2,C(e(2,C(e(2,p)))))))))))))))))))))))))))))))))))))))))))))))))));function
+jt(a){if(a){var
 b=a[2],c=a[1];if(46===c)return[0,0,b];var
-d=jg(b);return[0,[0,c,d[1]],d[2]]}return qT}function
-jh(C){var
-j=jg(C),b=j[1];if(b){var
+d=jt(b);return[0,[0,c,d[1]],d[2]]}return q8}function
+ju(D){var
+j=jt(D),b=j[1];if(b){var
 k=j[2],m=0;if(48===b[1]){var
-l=b[2],E=l?1:l;if(E)m=1}if(!m&&!G(dj(au(k),qU))){var
-f=u,c=x(b,k);for(;;){if(c){var
-y=c[1],w=g(2,g(2,g(2,g(2,D(g(2,t)))))),a=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(y),n=a(7),o=a(6),p=a(5),q=a(4),r=a(3),s=a(2),v=a(1),d=ak(hZ([0,a(0),[0,v,[0,s,[0,r,[0,q,[0,p,[0,o,[0,n,0]]]]]]]]),w),h=M(u,d),i=h?M(d,D(g(2,g(2,g(2,t))))):h,e=i?[0,d]:i;if(e){var
-A=c[2],B=e[1],f=K(z(g(2,D(g(2,g(2,t)))),f),B),c=A;continue}return e}return[0,f]}}return 0}return b}var
-ji=k(qV),jj=k(qW);function
-eu(h,g){var
+l=b[2],E=l?1:l;if(E)m=1}if(!m&&!H(dr(aw(k),q9))){var
+g=t,c=y(b,k);for(;;){if(c){var
+z=c[1],x=e(2,e(2,e(2,e(2,C(e(2,p)))))),a=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(z),n=a(7),o=a(6),q=a(5),r=a(4),s=a(3),u=a(2),w=a(1),d=Z(ia([0,a(0),[0,w,[0,u,[0,s,[0,r,[0,q,[0,o,[0,n,0]]]]]]]]),x),h=G(t,d),i=h?G(d,C(e(2,e(2,e(2,p))))):h,f=i?[0,d]:i;if(f){var
+A=c[2],B=f[1],g=J(v(e(2,C(e(2,e(2,p)))),g),B),c=A;continue}return f}return[0,g]}}return 0}return b}var
+jv=k(q_),jw=k(q$);function
+eG(h,g){var
 b=h,a=g;for(;;){if(b){if(a){var
-d=dX(b[1],a[1]);if(d){var
+d=d6(b[1],a[1]);if(d){var
 b=b[2],a=a[2];continue}var
 e=d}else
 var
@@ -3312,43 +3348,43 @@ c=e}else
 var
 c=a?0:1;var
 f=c?1:c;return f}}var
-cX=k(q0),ev=k(q1),f6=k(q2),cY=k(q3),bb=k(q4),ac=k(q5),cy=k(q6),ew=k(q7),ex=k(q8),bx=k(q9),jk=k(q_),bk=k(q$),f7=k(ra),f8=k(rb),f9=k(rc),f_=k(rd),ey=k(re),ez=k(rf),bl=k(rg),bc=k(rh);function
-jl(d){var
-a=ah(ev,d);if(a){var
+c0=k(rd),eH=k(re),gh=k(rf),c1=k(rg),bg=k(rh),ad=k(ri),cz=k(rj),eI=k(rk),eJ=k(rl),by=k(rm),jx=k(rn),bm=k(ro),gi=k(rp),gj=k(rq),gk=k(rr),gl=k(rs),eK=k(rt),eL=k(ru),bn=k(rv),bh=k(rw);function
+jy(d){var
+a=aj(eH,d);if(a){var
 b=a[1];if(typeof
-b!=="number"&&4===b[0])return X(cy,b[1]);var
+b!=="number"&&4===b[0])return X(cz,b[1]);var
 c=0}else
 var
 c=a;return c}function
-ri(a){function
+rx(a){function
 b(a){function
 b(c){function
 b(b){function
 d(d){function
 g(a){var
-e=a?[0,a[1],0]:a,f=J(cw([0,c,x(b,x(d,e))]),rj,[0,[0,c,b,d,a]]),g=b?1:b;return J(g,rk,f)}var
-e=ah(cy,a);if(e)var
-i=function(a){return[0,[0,a]]},f=h(_(e[1]),i);else
+e=a?[0,a[1],0]:a,f=L(cx([0,c,y(b,y(d,e))]),ry,[0,[0,c,b,d,a]]),g=b?1:b;return L(g,rz,f)}var
+e=aj(cz,a);if(e)var
+i=function(a){return[0,[0,a]]},f=h($(e[1]),i);else
 var
-f=rl;return h(f,g)}return h(q(function(a){return ai(_,a)},ac,a),d)}return h(q(function(a){return ai(_,a)},bb,a),b)}return h(q(_,cY,a),b)}return h(T([0,cY,[0,bb,[0,ac,0]]],[0,cy,0],a),b)}function
-f$(a){function
+f=rA;return h(f,g)}return h(r(function(a){return ah($,a)},ad,a),d)}return h(r(function(a){return ah($,a)},bg,a),b)}return h(r($,c1,a),b)}return h(S([0,c1,[0,bg,[0,ad,0]]],[0,cz,0],a),b)}function
+gm(a){function
 b(b){function
 d(d){function
 c(a){var
 e=[0,[0,b,d,a]];if(b)var
 f=a[4]?0:1,c=f;else
 var
-c=1;return J(c,rm,e)}return h(q(ri,ev,a),c)}if(b)var
-e=[0,[0,k(rn),2],0],c=[0,[0,k(ro),1],e];else
+c=1;return L(c,rB,e)}return h(r(rx,eH,a),c)}if(b)var
+e=[0,[0,k(rC),2],0],c=[0,[0,k(rD),1],e];else
 var
-c=[0,[0,k(rp),0],0];return h(q(function(a){return ba(c,a)},f6,a),d)}var
-c=[0,[0,k(rq),1],0],d=[0,[0,k(rr),0],c];return h(q(function(a){return ba(d,a)},cX,a),b)}function
-jm(e,a){var
-c=e[3],b=a[3],h=H(c[1],b[1]);if(h){var
-i=eo(c[2],b[2]);if(i){var
-j=eo(c[3],b[3]);if(j){var
+c=[0,[0,k(rE),0],0];return h(r(function(a){return bf(c,a)},gh,a),d)}var
+c=[0,[0,k(rF),1],0],d=[0,[0,k(rG),0],c];return h(r(function(a){return bf(d,a)},c0,a),b)}function
+jz(e,a){var
+c=e[3],b=a[3],h=I(c[1],b[1]);if(h){var
+i=eB(c[2],b[2]);if(i){var
+j=eB(c[3],b[3]);if(j){var
 k=c[4];if(k)var
-f=b[4],p=f?H(k[1],f[1]):f,l=p;else
+f=b[4],p=f?I(k[1],f[1]):f,l=p;else
 var
 v=b[4]?0:1,l=v;var
 d=l}else
@@ -3366,10 +3402,10 @@ o=2<=a[2]?1:0,u=o?1:o,g=u}if(e[1])var
 m=a[1],r=m?1:m,n=r;else
 var
 s=a[1]?0:1,n=s;return[0,[0,n,g],d]}function
-V(a){return aI(au(a))}function
-jn(a){function
+V(a){return aL(aw(a))}function
+jA(a){function
 b(c){var
-b=jl(c),d=b?[0,f_,0]:b;function
+b=jy(c),d=b?[0,gl,0]:b;function
 e(a){function
 b(e){function
 c(c){function
@@ -3381,90 +3417,90 @@ c(m){function
 f(f){function
 n(g){function
 i(a){return[0,[0,b,e,k,l,m,f,g]]}var
-c=ah(f8,a);if(c)var
-j=function(a){return aX(en,r(b$,a))},d=h(T(0,[0,bl,[0,bc,0]],c[1]),j);else
+c=aj(gj,a);if(c)var
+j=function(a){return a0(eA,s(ca,a))},d=h(S(0,[0,bn,[0,bh,0]],c[1]),j);else
 var
-d=rs;return h(d,i)}var
-g=ah(f9,a);if(g){var
+d=rH;return h(d,i)}var
+g=aj(gk,a);if(g){var
 c=g[1],j=0;if(typeof
 c==="number"||!(0===c[0]))j=1;else
 if(c[1])var
-o=b[1]?0:f?0:1,d=J(o,rv,ru);else
+o=b[1]?0:f?0:1,d=L(o,rK,rJ);else
 var
-d=O(rw);if(j)var
-d=O(rt);var
+d=O(rL);if(j)var
+d=O(rI);var
 i=d}else
 var
-i=rx;return h(i,n)}var
-c=ah(f_,a);if(c)var
-g=function(a){return[0,[0,a]]},d=h(aV(f_,el(c[1])),g);else
+i=rM;return h(i,n)}var
+c=aj(gl,a);if(c)var
+g=function(a){return[0,[0,a]]},d=h(aY(gl,ey(c[1])),g);else
 var
-d=ry;return h(d,f)}var
+d=rN;return h(d,f)}var
 d=V(e);function
-f(a){return am(d,an,a)}return h(q(function(a){return bt(f,a)},bk,a),c)}var
-d=V(b[3][3]);return h(q(function(a){return em(d,a)},jk,a),c)}var
-d=V(b[3][2]);return h(q(function(a){return em(d,a)},bx,a),c)}return h(q(el,ex,a),c)}return h(f$(a),b)}var
-b=ah(f7,a),d=b?aV(f7,iE(rz,1,b[1])):rA;return h(d,c)}var
-c=[0,[0,k(rB),0],0];return h(q(function(a){return ba(c,a)},ew,a),b)}return h(T(x([0,ew,[0,cX,[0,ev,[0,f6,[0,ex,[0,bx,[0,jk,[0,bk,0]]]]]]]],d),[0,f7,[0,f8,[0,f9,0]]],a),e)}return h(a2(a),b)}function
-jo(a){if(typeof
-a!=="number"&&4===a[0])return X(f9,a[1]);return 0}var
-rJ=k(rI);function
-rK(j){var
-b=0,a=fH(fO,j);for(;;){if(a){var
+f(a){return am(d,an,a)}return h(r(function(a){return bu(f,a)},bm,a),c)}var
+d=V(b[3][3]);return h(r(function(a){return ez(d,a)},jx,a),c)}var
+d=V(b[3][2]);return h(r(function(a){return ez(d,a)},by,a),c)}return h(r(ey,eJ,a),c)}return h(gm(a),b)}var
+b=aj(gi,a),d=b?aY(gi,iR(rO,1,b[1])):rP;return h(d,c)}var
+c=[0,[0,k(rQ),0],0];return h(r(function(a){return bf(c,a)},eI,a),b)}return h(S(y([0,eI,[0,c0,[0,eH,[0,gh,[0,eJ,[0,by,[0,jx,[0,bm,0]]]]]]]],d),[0,gi,[0,gj,[0,gk,0]]],a),e)}return h(a5(a),b)}function
+jB(a){if(typeof
+a!=="number"&&4===a[0])return X(gk,a[1]);return 0}var
+rY=k(rX);function
+rZ(j){var
+b=0,a=fU(f1,j);for(;;){if(a){var
 d=a[2],f=a[1];if(d){var
-i=H(f,d[1])?b:[0,f,b],b=i,a=d;continue}var
-c=N(a,b)}else
+i=I(f,d[1])?b:[0,f,b],b=i,a=d;continue}var
+c=M(a,b)}else
 var
-c=N(a,b);if(c){var
+c=M(a,b);if(c){var
 e=c[2];if(e){var
-k=[0,c[1],[0,e[1],e[2]]],I=0,g=r(function(F){var
-e=I,d=F;for(;;){if(d){var
-g=d[2],a=d[1],k=dr(a),l=k||(11===a?1:0),m=l||(12===a?1:0);if(m){var
+k=[0,c[1],[0,e[1],e[2]]],G=0,g=s(function(F){var
+e=G,d=F;for(;;){if(d){var
+g=d[2],a=d[1],k=dz(a),l=k||(11===a?1:0),m=l||(12===a?1:0);if(m){var
 d=g;continue}var
-h=d9(33,a),i=h?d9(a,ml):h;if(i){var
+h=ek(33,a),i=h?ek(a,mB):h;if(i){var
 c=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),x=c(7),y=c(6),z=c(5),A=c(4),B=c(3),C=c(2),D=c(1),E=c(0);if(z||!(y&&!x))var
 f=a;else{var
-j=0;if(d9(65,a)&&d9(a,90))var
+j=0;if(ek(65,a)&&ek(a,90))var
 n=0,o=1,p=1,b=function(a,b){var
-c=a?1<<b:a;return c},q=b(n,7),r=b(o,6),s=b(p,5),t=b(A,4),u=b(B,3),v=b(C,2),w=b(D,1),f=fv(((((((b(E,0)+w|0)+v|0)+u|0)+t|0)+s|0)+r|0)+q|0);else
+c=a?1<<b:a;return c},q=b(n,7),r=b(o,6),s=b(p,5),t=b(A,4),u=b(B,3),v=b(C,2),w=b(D,1),f=fG(((((((b(E,0)+w|0)+v|0)+u|0)+t|0)+s|0)+r|0)+q|0);else
 j=1;if(j)var
 f=a}var
-e=[0,f,e],d=g;continue}return i}return[0,N(e,0)]}},k),h=F(function(a){if(a){var
-b=a[1],f=aa(function(a){return G(aa(function(b){return a===b?1:0},rJ))},b),c=f||G(aa(eg,b));if(c)var
+e=[0,f,e],d=g;continue}return i}return[0,M(e,0)]}},k),h=F(function(a){if(a){var
+b=a[1],f=ab(function(a){return H(ab(function(b){return a===b?1:0},rY))},b),c=f||H(ab(et,b));if(c)var
 d=c;else
 var
-e=fT(b),g=e?1:e,d=g;return d}return a},g);return h?cw(ab(function(a){var
+e=f6(b),g=e?1:e,d=g;return d}return a},g);return h?cx(ac(function(a){var
 b=a?[0,a[1],0]:a;return b},g)):h}return 1}return 1}}function
-ga(a,b){if(a)var
-d=r(bT,b),e=ga(a[2],d),f=0,c=[0,r(function(a){return ca(f,a)},b),e];else
+gn(a,b){if(a)var
+d=s(bU,b),e=gn(a[2],d),f=0,c=[0,s(function(a){return cb(f,a)},b),e];else
 var
 c=a;return c}function
-gb(a){var
-c=a[1][3],b=a[6],d=b?[0,b[1],0]:b,e=x(ga(c[3],a[4]),d),f=x(ga(c[2],a[3]),e);return F(rK,[0,a[2],f])}var
-bm=k(rL),bd=k(rM),bn=k(rN),bo=k(rO),jp=k(rP),jq=k(rQ),bp=k(rR),jr=k(rS),js=k(rT),be=k(rU),jt=k(rV),ju=k(rW),eA=k(rX),jv=k(rY),cf=k(rZ),jw=k(r0),jx=k(r1),jy=k(r2),eB=k(r3),jz=k(r4),cZ=k(r5),jA=k(r6);function
-gc(a){return w(a[1],u)}function
-jB(a,b){if(a)var
-d=r(bT,b),e=jB(a[1],d),c=[0,r(function(a){return ca(P,a)},b),e];else
+go(a){var
+c=a[1][3],b=a[6],d=b?[0,b[1],0]:b,e=y(gn(c[3],a[4]),d),f=y(gn(c[2],a[3]),e);return F(rZ,[0,a[2],f])}var
+bo=k(r0),bi=k(r1),bp=k(r2),bq=k(r3),jC=k(r4),jD=k(r5),br=k(r6),jE=k(r7),jF=k(r8),bj=k(r9),jG=k(r_),jH=k(r$),eM=k(sa),jI=k(sb),ch=k(sc),jJ=k(sd),jK=k(se),jL=k(sf),eN=k(sg),jM=k(sh),c2=k(si),jN=k(sj);function
+gp(a){return x(a[1],t)}function
+jO(a,b){if(a)var
+d=s(bU,b),e=jO(a[1],d),c=[0,s(function(a){return cb(Q,a)},b),e];else
 var
 c=a;return c}function
-jC(e,d){var
+jP(e,d){var
 b=e,a=d;for(;;){if(b){if(a){var
-f=az(b[1],a[1]),c=F(function(a){return cT(a[1],a[2])},f);if(c){var
+f=aA(b[1],a[1]),c=F(function(a){return cW(a[1],a[2])},f);if(c){var
 b=b[2],a=a[2];continue}return c}return 1}return 1}}function
-r7(a){function
+sk(a){function
 b(a){function
 b(a){var
-c=jC(a,jB(au(a),a)),f=[0,a];if(c)var
-e=dl(u,a),b=F(function(a){var
-b=dl(u,a[2]);return F(function(b){var
-c=w(a[1],b[1]);return bA(gc(b[2]),c)},b)},e),g=b?F(function(b){var
-c=az(b,a);return F(function(a){var
-c=az(b,a[2]);return F(function(b){var
-c=aj(b[1],b[2]);return I(a[1],c)},c)},c)},a):b,d=g;else
+c=jP(a,jO(aw(a),a)),f=[0,a];if(c)var
+e=du(t,a),b=F(function(a){var
+b=du(t,a[2]);return F(function(b){var
+c=x(a[1],b[1]);return bB(gp(b[2]),c)},b)},e),g=b?F(function(b){var
+c=aA(b,a);return F(function(a){var
+c=aA(b,a[2]);return F(function(b){var
+c=ak(b[1],b[2]);return K(a[1],c)},c)},c)},a):b,d=g;else
 var
-d=c;return J(d,r8,f)}var
-c=V(a);return h(aX(function(a){return am(c,aD,a)},a),b)}return h(a$(a),b)}function
-sd(a){function
+d=c;return L(d,sl,f)}var
+c=V(a);return h(a0(function(a){return am(c,aC,a)},a),b)}return h(be(a),b)}function
+ss(a){function
 b(a){function
 b(c){var
 b=V(c);function
@@ -3472,203 +3508,204 @@ d(c){function
 d(d){function
 e(e){function
 f(a){var
-b=[0,[0,[0,c,d,a],e]],f=az(c,d);return J(F(function(a){return I(a[1],a[2])},f),se,b)}function
+b=[0,[0,[0,c,d,a],e]],f=aA(c,d);return L(F(function(a){return K(a[1],a[2])},f),st,b)}function
 g(c){function
 a(a){function
 c(b){function
-c(a){return[0,[0,b,a]]}return h(q(an,eA,a),c)}return h(q(function(a){return am(b,an,a)},jy,a),c)}return h(T([0,jy,[0,eA,0]],0,c),a)}return h(q(function(a){return ai(g,a)},be,a),f)}function
+c(a){return[0,[0,b,a]]}return h(r(an,eM,a),c)}return h(r(function(a){return am(b,an,a)},jL,a),c)}return h(S([0,jL,[0,eM,0]],0,c),a)}return h(r(function(a){return ah(g,a)},bj,a),f)}function
 f(a){return am(b,an,a)}function
-g(a){return ai(f,a)}return h(q(function(a){return ai(g,a)},jx,a),e)}return h(q(function(a){return am(b,an,a)},jw,a),d)}return h(q(function(a){return am(b,an,a)},cf,a),d)}return h(q(el,jv,a),b)}return h(T([0,jv,[0,cf,[0,jw,[0,jx,[0,be,0]]]]],0,a),b)}function
-jD(d,a,c,b){if(a)var
-f=bT(b),g=bT(c),h=jD(K(d,t),a[2],g,f),i=ca(P,c),j=ca(0,b),e=[0,[0,d,a[1],j,i],h];else
+g(a){return ah(f,a)}return h(r(function(a){return ah(g,a)},jK,a),e)}return h(r(function(a){return am(b,an,a)},jJ,a),d)}return h(r(function(a){return am(b,an,a)},ch,a),d)}return h(r(ey,jI,a),b)}return h(S([0,jI,[0,ch,[0,jJ,[0,jK,[0,bj,0]]]]],0,a),b)}function
+jQ(d,a,c,b){if(a)var
+f=bU(b),g=bU(c),h=jQ(J(d,p),a[2],g,f),i=cb(Q,c),j=cb(0,b),e=[0,[0,d,a[1],j,i],h];else
 var
 e=a;return e}function
-jE(f,b,e){if(b){var
-k=bT(e),l=jE(f,b[2],k),m=ca(0,e),a=b[1],c=f[5];if(c)var
+jR(f,b,e){if(b){var
+k=bU(e),l=jR(f,b[2],k),m=cb(0,e),a=b[1],c=f[5];if(c)var
 d=c[1];else
 var
-j=a[4],d=r(function(a){return a?a[1]:P},j);var
-h=a[5],i=jD(u,a[3],d,m),g=[0,[0,a[1],a[2],i,h],l]}else
+j=a[4],d=s(function(a){return a?a[1]:Q},j);var
+h=a[5],i=jQ(t,a[3],d,m),g=[0,[0,a[1],a[2],i,h],l]}else
 var
 g=b;return g}function
-jF(e,d){var
+jS(e,d){var
 a=d;for(;;){if(a){var
 b=a[2];if(b){var
-c=aK(e,a[1],b[1]);if(c){var
+c=aN(e,a[1],b[1]);if(c){var
 a=b;continue}return c}return 1}return 1}}function
-su(a){function
+sJ(a){function
 b(a){if(a){var
 b=a[2];if(b){var
-c=b[1];if(b[2])return O(sv);var
+c=b[1];if(b[2])return O(sK);var
 d=function(b){function
-a(a){return J(G(gc(a)),sw,[0,[0,b,a]])}return h(aD(c),a)};return h(aJ(a[1]),d)}return O(sx)}return O(sy)}return h(a$(a),b)}function
-sz(a){function
+a(a){return L(H(gp(a)),sL,[0,[0,b,a]])}return h(aC(c),a)};return h(aG(a[1]),d)}return O(sM)}return O(sN)}return h(be(a),b)}function
+sO(a){function
 b(a){var
-b=[0,a];return J(jF(function(b,a){return R(b[1],a[1])},a),sA,b)}return h(ai(su,a),b)}function
-sB(b,a){var
-d=R(b[1],a[1]);if(d)var
+b=[0,a];return L(jS(function(b,a){return P(b[1],a[1])},a),sP,b)}return h(ah(sJ,a),b)}function
+sQ(b,a){var
+d=P(b[1],a[1]);if(d)var
 c=d;else{var
-e=w(b[1],a[1]);if(e){var
-f=R(b[2],a[2]);if(f)var
+e=x(b[1],a[1]);if(e){var
+f=P(b[2],a[2]);if(f)var
 c=f;else{var
-g=w(b[2],a[2]);if(g)return R(b[3],a[3]);var
+g=x(b[2],a[2]);if(g)return P(b[3],a[3]);var
 c=g}}else
 var
 c=e}return c}function
-jG(c,b,d){var
+jT(c,b,d){var
 a=b?b[1][11]:b;function
 e(b){function
 d(c){function
-e(a){return J(jF(sB,c),sC,[0,c])}if(a)var
-f=V(a[1][1]),d=q(function(a){return am(f,an,a)},jz,b);else
+e(a){return L(jS(sQ,c),sR,[0,c])}if(a)var
+f=V(a[1][1]),d=r(function(a){return am(f,an,a)},jM,b);else
 var
-d=sD;return h(d,e)}function
+d=sS;return h(d,e)}function
 e(f){function
 a(a){function
 b(b){function
 c(c){function
 d(d){function
-e(a){return[0,[0,b,c,d,a]]}return h(q(sz,jA,a),e)}return h(q(aJ,cf,a),d)}return h(q(aJ,cZ,a),c)}var
-d=c?q(aJ,ac,a):[0,aT(t)];return h(d,b)}var
-b=0,d=[0,cZ,[0,cf,[0,jA,0]]],e=c?[0,ac,0]:c;return h(T(x(e,d),b,f),a)}return h(q(function(a){return ai(e,a)},eB,b),d)}var
-f=0,g=a?[0,jz,0]:a;return h(T([0,eB,g],f,d),e)}function
-dy(a){return a?au(a[1]):a}function
-jH(a){return av(hR,sE,a)}function
-gd(a){return jH(r(au,a))}function
-ge(a){return jH(r(dy,a))}function
-bF(a){return gd(a[1])}function
-jI(a){return ge(a[1])}function
-cg(b){var
-a=b[2];return 0===a[0]?gd(a[1]):a[1]}function
-jJ(b){var
-a=b[2];return 0===a[0]?ge(a[1]):a[1]}function
-cz(b,a){return dj(au(a),b)}function
-eC(e,a){var
-b=cz(e,a);if(b){var
-c=F(a1,a);if(c)return cT(aC(a),U);var
+e(a){return[0,[0,b,c,d,a]]}return h(r(sO,jN,a),e)}return h(r(aG,ch,a),d)}return h(r(aG,c2,a),c)}var
+d=c?r(aG,ad,a):[0,aX(p)];return h(d,b)}var
+b=0,d=[0,c2,[0,ch,[0,jN,0]]],e=c?[0,ad,0]:c;return h(S(y(e,d),b,f),a)}return h(r(function(a){return ah(e,a)},eN,b),d)}var
+f=0,g=a?[0,jM,0]:a;return h(S([0,eN,g],f,d),e)}function
+dH(a){return a?aw(a[1]):a}function
+jU(a){return ax(h5,sT,a)}function
+gq(a){return jU(s(aw,a))}function
+gr(a){return jU(s(dH,a))}function
+bG(a){return gq(a[1])}function
+jV(a){return gr(a[1])}function
+ci(b){var
+a=b[2];return 0===a[0]?gq(a[1]):a[1]}function
+jW(b){var
+a=b[2];return 0===a[0]?gr(a[1]):a[1]}function
+cA(b,a){return dr(aw(a),b)}function
+eO(e,a){var
+b=cA(e,a);if(b){var
+c=F(a4,a);if(c)return cW(aF(a),U);var
 d=c}else
 var
 d=b;return d}function
-jK(a){return aa(ag,a)}function
-cA(b,a){if(a){var
-c=cA(b,a[2]),d=az(a[1],c);return r(function(a){return[0,a[1],a[2]]},d)}return dk(0,b)}function
-sF(a){var
-e=dy(a),b=F(function(a){return eC(e,a)},a);if(b){var
-c=G(cz(0,a));if(c)return F(jK,cA(dy(a),a));var
+jX(a){return ab(ag,a)}function
+cB(b,a){if(a){var
+c=cB(b,a[2]),d=aA(a[1],c);return s(function(a){return[0,a[1],a[2]]},d)}return dt(0,b)}function
+sU(a){var
+e=dH(a),b=F(function(a){return eO(e,a)},a);if(b){var
+c=H(cA(0,a));if(c)return F(jX,cB(dH(a),a));var
 d=c}else
 var
 d=b;return d}function
-jL(a){var
-b=G(cz(0,a));return b?F(sF,a):b}function
-gf(d,c,a){var
-b=cz(d,a);return b?F(function(a){return cz(c,a)},a):b}function
-gg(a){if(a){var
-b=a[2],c=a[1];return ab(function(a){var
-c=gg(b);return r(function(b){return ab(function(a){return r(function(b){return S(a,b)},b)},a)},c)},c)}return[0,[0,U,0],0]}function
-jM(a){if(a)var
-b=a[1],d=jM(b),e=r(function(a){return[0,P,a]},d),c=[0,[0,U,dk(P,b)],e];else
+jY(a){var
+b=H(cA(0,a));return b?F(sU,a):b}function
+gs(d,c,a){var
+b=cA(d,a);return b?F(function(a){return cA(c,a)},a):b}function
+gt(a){if(a){var
+b=a[2],c=a[1];return ac(function(a){var
+c=gt(b);return s(function(b){return ac(function(a){return s(function(b){return R(a,b)},b)},a)},c)},c)}return[0,[0,U,0],0]}function
+jZ(a){if(a)var
+b=a[1],d=jZ(b),e=s(function(a){return[0,Q,a]},d),c=[0,[0,U,dt(Q,b)],e];else
 var
 c=a;return c}function
-jN(a){return gg(a[1])}function
-gh(b){var
-a=b[2];return 0===a[0]?gg(a[1]):jM(a[1])}function
-gi(a){return av(function(b,a){return fF(b[2],a)},t,a)}function
-jO(b,a){var
-c=bs(b,a[2]);return z(a[1],c)}function
-eD(a){return gi(bi(a))}function
-eE(a){var
-b=eD(a);function
-c(a){return jO(b,a)}return r(function(a){return r(c,a)},a)}function
-gj(a){return av(function(b,a){return z(eD(b),a)},t,a)}function
-c0(d,c,e){if(d){var
+j0(a){return gt(a[1])}function
+gu(b){var
+a=b[2];return 0===a[0]?gt(a[1]):jZ(a[1])}function
+gv(a){return ax(function(b,a){return fS(b[2],a)},p,a)}function
+j1(b,a){var
+c=a$(b,a[2]);return v(a[1],c)}function
+eP(a){return gv(bl(a))}function
+eQ(a){var
+b=eP(a);function
+c(a){return j1(b,a)}return s(function(a){return s(c,a)},a)}function
+gw(a){return ax(function(b,a){return v(eP(b),a)},p,a)}function
+c3(d,c,e){if(d){var
 b=c,a=e;for(;;){if(b&&a){var
 b=b[1],a=a[2];continue}var
-g=c0(d[1],c,a),f=[0,hW(c,e),g];break}}else
+g=c3(d[1],c,a),f=[0,h9(c,e),g];break}}else
 var
 f=d;return f}function
-jP(c,b,a){if(b){var
+j2(c,b,a){if(b){var
 d=b[1];if(a){var
-f=a[1],e=jP(c,b[2],a[2]),g=aU(d);if(0===g)return e;if(0<g){var
-i=az(f,e);return r(function(a){return K(z(d,a[1]),a[2])},i)}var
-h=az(f,e);return r(function(a){return K(z(d,a[1]),a[2])},h)}return dk(u,c)}return dk(u,c)}function
-gk(b,a,d){if(a){var
-c=a[2],e=a[1],f=d6(ge(c),b),g=c0(dy(e),f,d),h=r(function(a){return gk(b,c,a)},g),i=eE(e);return ab(function(a){return jP(d6(gd(c),b),a,h)},i)}return d}function
-jQ(a){var
-f=a[4],b=d6(bF(a),f),g=gi(bi(bi(a[5]))),h=a[5],c=r(function(b){var
-c=bi(b),d=r(function(a){return jO(g,a)},c);return gk(a[4],a[1],d)},h),d=a[2];if(0===d[0])var
-i=bi(c),e=gk(b,d[1],i);else
+f=a[1],e=j2(c,b[2],a[2]),g=aU(d);if(0===g)return e;if(0<g){var
+i=aA(f,e);return s(function(a){return J(v(d,a[1]),a[2])},i)}var
+h=aA(f,e);return s(function(a){return J(v(d,a[1]),a[2])},h)}return dt(t,c)}return dt(t,c)}function
+gx(b,a,d){if(a){var
+c=a[2],e=a[1],f=ec(gr(c),b),g=c3(dH(e),f,d),h=s(function(a){return gx(b,c,a)},g),i=eQ(e);return ac(function(a){return j2(ec(gq(c),b),a,h)},i)}return d}function
+j3(a){var
+f=a[4],b=ec(bG(a),f),g=gv(bl(bl(a[5]))),h=a[5],c=s(function(b){var
+c=bl(b),d=s(function(a){return j1(g,a)},c);return gx(a[4],a[1],d)},h),d=a[2];if(0===d[0])var
+i=bl(c),e=gx(b,d[1],i);else
 var
-e=bi(c);var
-j=c0(cg(a),b,e),k=a[4],l=bF(a);return r(function(a){return c0(l,k,a)},j)}function
-jR(a){var
-b=av(hS,u,a),c=aU(b);return 0===c?r(function(a){return P},a):0<c?r(function(a){return cS([0,a,b])},a):r(function(a){return P},a)}function
-dz(b,a){return I(b,a)?a:b}function
-jS(b,a){return I(b,a)?b:a}function
-eF(a){return a?av(dz,a[1],a[2]):P}function
-c1(a){return a?av(jS,a[1],a[2]):P}function
-eG(a){var
-b=c1(a),c=eF(a);return ag(b)?[0,S(c,aR(b))]:ag(c)?0:[0,U]}function
-dA(c,b,a){var
-d=b?a?[0,aK(c,b[1],a[1])]:a:b;return d}function
-jT(a){var
-b=r(eG,cA(dy(a),a)),c=[0,U];return av(function(a,b){return dA(dz,a,b)},c,b)}function
-jU(a){var
-b=r(jT,a),c=[0,U];return av(function(a,b){return dA(S,a,b)},c,b)}function
-dB(d,c,b){var
-a=d[7];return 0===a[0]?a[1]:bB(b,bB(c,a[1],0),0)}function
-gl(d,c,b){var
-a=d[6];return a?bB(b,bB(c,a[1],0),P):U}function
-ch(a){return az(cb(0,au(a)),a)}function
-gm(a,b){if(M(b,t))return a;var
-e=bg(b,bf(2)),f=e[1];if(w(e[2],u)){var
-c=gm(a,f);return z(c,c)}var
-d=gm(a,f);return z(a,z(d,d))}function
-cB(c,a){var
-b=aU(a);return 0===b?t:0<b?gm(c,a):t}function
-jV(f,e,d){var
+e=bl(c);var
+j=c3(ci(a),b,e),k=a[4],l=bG(a);return s(function(a){return c3(l,k,a)},j)}function
+j4(a){var
+b=ax(h6,t,a),c=aU(b);return 0===c?s(function(a){return Q},a):0<c?s(function(a){return cV([0,a,b])},a):s(function(a){return Q},a)}function
+dI(b,a){return K(b,a)?a:b}function
+j5(b,a){return K(b,a)?b:a}function
+eR(a){return a?ax(dI,a[1],a[2]):Q}function
+c4(a){return a?ax(j5,a[1],a[2]):Q}function
+eS(a){var
+b=c4(a),c=eR(a);return ag(b)?[0,R(c,aM(b))]:ag(c)?0:[0,U]}function
+dJ(c,b,a){var
+d=b?a?[0,aN(c,b[1],a[1])]:a:b;return d}function
+j6(a){var
+b=s(eS,cB(dH(a),a)),c=[0,U];return ax(function(a,b){return dJ(dI,a,b)},c,b)}function
+j7(a){var
+b=s(j6,a),c=[0,U];return ax(function(a,b){return dJ(R,a,b)},c,b)}function
+dK(d,c,b){var
+a=d[7];return 0===a[0]?a[1]:bC(b,bC(c,a[1],0),0)}function
+gy(d,c,b){var
+a=d[6];return a?bC(b,bC(c,a[1],0),Q):U}function
+cj(a){return aA(cd(0,aw(a)),a)}function
+gz(a,b){if(G(b,p))return a;var
+e=as(b,aq(2)),f=e[1];if(x(e[2],t)){var
+c=gz(a,f);return v(c,c)}var
+d=gz(a,f);return v(a,v(d,d))}function
+cC(c,a){var
+b=aU(a);return 0===b?p:0<b?gz(c,a):p}function
+c5(b,a){return aX(a$(aX(b),a))}function
+j8(f,e,d){var
 c=f,b=e,a=d;for(;;){if(c){var
-c=c[1],g=z(a,b),b=ak(b,t),a=g;continue}return a}}var
-sH=g(2,g(2,g(2,g(2,g(2,g(2,g(2,g(2,t)))))))),gn=cB(g(2,t),sH),sI=g(2,g(2,g(2,g(2,g(2,g(2,t)))))),jW=cB(g(2,t),sI);function
-jX(c,b,C,a){var
-d=C[1],f=ak(C[2],d);if(!M(d,u)&&!M(c,b)){if(M(f,u))return M(u,a[1]);var
-i=bj(b),s=cB(f,ak(c,b)),k=i,e=b,j=gn,g=gn,F=a[2];for(;;){if(k){var
-o=z(e,f),p=z(K(ak(c,e),t),d),D=0;if(w(j,t)&&M(o,p)){var
-v=K(g,e);D=1}if(!D){var
-n=aT(bs(aT(z(j,o)),p)),k=k[1],e=ak(e,t),j=n,g=K(g,n);continue}}else
+c=c[1],g=v(a,b),b=Z(b,p),a=g;continue}return a}}var
+sW=e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,p)))))))),gA=cC(e(2,p),sW),sX=e(2,e(2,e(2,e(2,e(2,e(2,p)))))),j9=cC(e(2,p),sX);function
+j_(c,b,C,a){var
+d=C[1],f=Z(C[2],d);if(!G(d,t)&&!G(c,b)){if(G(f,t))return G(t,a[1]);var
+i=bd(b),u=cC(f,Z(c,b)),k=i,e=b,j=gA,g=gA,F=a[2];for(;;){if(k){var
+n=v(e,f),o=v(J(Z(c,e),p),d),D=0;if(x(j,p)&&G(n,o)){var
+w=J(g,e);D=1}if(!D){var
+q=c5(v(j,n),o),k=k[1],e=Z(e,p),j=q,g=J(g,q);continue}}else
 var
-v=g;var
-G=cB(d,b),x=z(z(z(z(jV(i,c,t),G),s),v),F),H=cB(K(d,f),c),y=z(jV(i,b,t),H),A=z(z(a[1],y),gn);if(M(x,A))return 1;var
-B=M(z(x,jW),z(A,K(jW,t)));if(B){var
-m=i,h=t,q=t,l=t,I=z(a[1],y),J=a[2];for(;;){if(m){var
-r=z(z(q,K(ak(c,h),t)),d),m=m[1],E=K(z(z(l,h),f),r),h=K(h,t),q=r,l=E;continue}return M(z(z(l,s),J),I)}}return B}}return M(a[2],a[1])}function
-eH(a){var
-b=R(u,a[2]);return b?ag(a[4]):b}var
-jY=g(2,g(2,g(2,D(g(2,g(2,g(2,g(2,D(g(2,D(g(2,D(g(2,g(2,g(2,t))))))))))))))));function
-sJ(a){var
-b=G(eH(a));return b?b:M(a[2],jY)}function
-jZ(b,a){return S(a,aR(b[4]))}function
-cC(a){return aj(U,bC(a))}function
-j0(r,y,x){var
+w=g;var
+H=cC(d,b),y=v(v(v(v(j8(i,c,p),H),u),w),F),I=cC(J(d,f),c),z=v(j8(i,b,p),I),A=v(v(a[1],z),gA);if(G(y,A))return 1;var
+B=G(v(y,j9),v(A,J(j9,p)));if(B){var
+m=i,h=p,r=p,l=p,K=v(a[1],z),L=a[2];for(;;){if(m){var
+s=v(v(r,J(Z(c,h),p)),d),m=m[1],E=J(v(v(l,h),f),s),h=J(h,p),r=s,l=E;continue}return G(v(v(l,u),L),K)}}return B}}return G(a[2],a[1])}function
+dL(a){var
+b=P(t,a[2]);return b?ag(a[4]):b}var
+j$=e(2,e(2,e(2,C(e(2,e(2,e(2,e(2,C(e(2,C(e(2,C(e(2,e(2,e(2,p))))))))))))))));function
+sY(a){var
+b=H(dL(a));return b?b:G(a[2],j$)}function
+ka(b,a){return R(a,aM(b[4]))}function
+cD(a){return ak(U,bD(a))}function
+kb(r,y,x){var
 h=y,b=x;for(;;){if(h){if(b){var
-s=b[1],a=h[1],c=s[2],d=s[1],j=a1(d),i=0;if(j){var
-k=I(d,c);if(k){var
-l=I(c,a[4]);if(l)if(eH(a)){var
-m=M(a[2],jY);if(m){var
-n=I(d,P);if(n)var
+s=b[1],a=h[1],c=s[2],d=s[1],j=a4(d),i=0;if(j){var
+k=K(d,c);if(k){var
+l=K(c,a[4]);if(l)if(dL(a)){var
+m=G(a[2],j$);if(m){var
+n=K(d,Q);if(n)var
 f=n;else
 var
-w=cC(jZ(a,d)),f=jX(a[2],ak(a[2],a[3]),w,r)}else
+w=cD(ka(a,d)),f=j_(a[2],Z(a[2],a[3]),w,r)}else
 var
 f=m;var
 u=0;if(f){var
-o=I(a[4],c);if(o)var
+o=K(a[4],c);if(o)var
 p=o;else{var
-v=jZ(a,c),e=jX(a[2],a[3],v,r);i=1;u=1}}else
+v=ka(a,c),e=j_(a[2],a[3],v,r);i=1;u=1}}else
 var
 p=f;if(!u){var
 e=p;i=1}}else{var
-q=I(d,P);if(q){var
-e=I(a[4],c);i=1}else
+q=K(d,Q);if(q){var
+e=K(a[4],c);i=1}else
 var
 g=q}else
 var
@@ -3682,116 +3719,112 @@ h=h[2],b=b[2];continue}var
 t=e}else
 var
 t=b;return t}return b?0:1}}function
-eI(a){return[0,a,t]}function
-j1(b,a){var
-c=cB(b[2],a),d=aU(c),e=0===d?t:0<d?c:t;return[0,cB(b[1],a),e]}function
-eJ(a){return aI(au(ax(eH,a)))}function
-j2(b,a){return M(b,a)?b:a}function
-j3(c){var
-f=ax(eH,c),a=r(function(a){return a[1]},f);for(;;){if(a){var
+eT(a){return[0,a,p]}function
+kc(b,a){var
+c=cC(b[2],a),d=aU(c),e=0===d?p:0<d?c:p;return[0,cC(b[1],a),e]}function
+eU(a){return aL(aw(az(dL,a)))}function
+gB(b,a){return G(b,a)?b:a}function
+kd(c){var
+g=az(dL,c),a=s(function(a){return a[1]},g);for(;;){if(a){var
 b=a[2];if(b){var
-e=R(a[1],b[1]);if(e){var
+f=P(a[1],b[1]);if(f){var
 a=b;continue}var
-d=e}else
+d=f}else
 var
 d=1}else
 var
-d=1;if(d)return j2(t,eJ(c));var
-h=eJ(c);return j2(g(2,t),h)}}function
-go(h,f,e,b,d,a){var
-l=S(eI(ak(z(g(2,t),e),b)),a),i=I(aj(aj(S(eI(b),d),l),h),U);if(i)var
+d=1;if(d)return gB(p,eU(c));var
+h=eU(c);return gB(e(2,p),h)}}function
+gC(h,g,f,b,d,a){var
+l=R(eT(Z(v(e(2,p),f),b)),a),i=K(ak(ak(R(eT(b),d),l),h),U);if(i)var
 c=i;else
-if(f){var
-j=ag(cC(aj(d,a)));if(j){var
-k=ag(cC(aj(a,a)));if(k){var
-m=j1(cC(aj(a,a)),ak(e,b));return I(h,S(j1(cC(aj(d,a)),b),m))}var
+if(g){var
+j=ag(cD(ak(d,a)));if(j){var
+k=ag(cD(ak(a,a)));if(k){var
+m=kc(cD(ak(a,a)),Z(f,b));return K(h,R(kc(cD(ak(d,a)),b),m))}var
 c=k}else
 var
 c=j}else
 var
-c=f;return c}function
-j4(c,b,a){var
-d=S(c,a[1]);return I(b[2],d)}function
-j5(d,c){var
-a=d,b=c;for(;;){if(a){if(w(b,u))return[0,a[1]];var
-a=a[2],b=ak(b,t);continue}return a}}function
-j6(b,a){return az(r(function(a){return a[1]},b),a)}function
-j7(a){var
-b=a[2];return M(b,t)?[0,a[1]]:w(bg(b,bf(2))[2],u)?0:0}function
-ci(d,a){if(a){var
-b=B(d,a[1]);if(b)var
-c=ci(d,a[2]),f=c?[0,[0,b[1],c[1]]]:c,e=f;else
+c=g;return c}function
+ke(c,b,a){var
+d=R(c,a[1]);return K(b[2],d)}function
+kf(d,c){var
+a=d,b=c;for(;;){if(a){if(x(b,t))return[0,a[1]];var
+a=a[2],b=Z(b,p);continue}return a}}function
+kg(b,a){return aA(s(function(a){return a[1]},b),a)}function
+kh(a){var
+b=a[2];return G(b,p)?[0,a[1]]:x(as(b,aq(2))[2],t)?0:0}function
+ki(b,a){if(b){if(a){var
+c=ki(b[2],a[2]);return[0,J(b[1],a[1]),c]}return b}return a}function
+kj(c,q){if(c[4])return 0;if(q){var
+d=0,f=aX(p),h=aX(p),a=c[7],j=0;for(;;){if(a){var
+b=a[2],e=a[1];if(x(e[1],h)){var
+d=[0,[0,f,e],d],a=b;continue}var
+i=b?x(b[1][1],e[1]):b;if(i){var
+d=[0,[0,J(f,p),e],d],f=J(f,p),h=e[1],a=b;continue}var
+a=b;continue}var
+k=M(d,j);return cc(function(b){var
+e=c[5],h=b[2];if(e)var
+a=[0,e[1]];else
 var
-e=b;return e}return sK}function
-gp(d,e,f){var
-b=f;for(;;){if(b){var
-a=b[2],c=b[1];if(w(c[1],e))return[0,[0,d,c],gp(d,e,a)];var
-g=a?w(a[1][1],c[1]):a;if(g)return[0,[0,K(d,t),c],gp(K(d,t),c[1],a)];var
-b=a;continue}return b}}function
-j8(b,a){if(b){if(a){var
-c=j8(b[2],a[2]);return[0,K(b[1],a[1]),c]}return b}return a}function
-j9(a,h){if(a[4])return 0;if(h){var
-c=gp(aT(t),aT(t),a[7]);return ci(function(c){var
-e=a[5],h=c[2];if(e)var
-b=[0,e[1]];else
+g=h[4],a=cc(function(a){return a},g);if(a)var
+d=cc(kh,b[2][3]),i=d?[0,[0,b[1],a[1],d[1]]]:d,f=i;else
 var
-g=h[4],b=ci(function(a){return a},g);if(b)var
-d=ci(j7,c[2][3]),i=d?[0,[0,c[1],b[1],d[1]]]:d,f=i;else
-var
-f=b;return f},c)}var
-b=a[5];if(b){var
-d=b[1],e=function(b){var
-c=a[7];return ax(function(a){return w(a[2],b)},c)},f=r(e,dm(a[2])),g=ax(function(a){var
-b=a?1:a;return b},f);return ci(function(a){var
-b=ci(function(a){return ci(j7,a[3])},a);return aw(function(a){return[0,u,d,bh(j8,a,0)]},b)},g)}return b}function
-j_(a){return bh(hS,a,u)}function
-j$(a){return w(a[1],u)}function
-sL(a){var
-f=a[2],b=bh(function(b,a){return I(a,b)?b:a},f,P),d=a1(b);if(d)var
+f=a;return f},k)}}var
+g=c[5];if(g){var
+l=g[1],m=function(a){var
+b=c[7];return az(function(b){return x(b[2],a)},b)},n=s(m,dv(c[2])),o=az(function(a){var
+b=a?1:a;return b},n);return cc(function(a){var
+b=cc(function(a){return cc(kh,a[3])},a);return ay(function(a){return[0,t,l,bk(ki,a,0)]},b)},o)}return g}function
+kk(a){return bk(h6,a,t)}function
+kl(a){return x(a[1],t)}function
+km(a){var
+f=a[2],b=bk(function(b,a){return K(a,b)?b:a},f,Q),d=a4(b);if(d)var
 g=a[2],c=F(function(a){var
-c=j$(a);if(c)var
+c=kl(a);if(c)var
 d=c;else{var
-e=I(a,b);if(e)return I(b,a);var
+e=K(a,b);if(e)return K(b,a);var
 d=e}return d},g);else
 var
 c=d;if(c)var
-h=az(a[2],a[3]),i=j_(r(function(a){return j$(a[1])?u:a[2]},h)),j=j_(a[3]),e=[0,[0,a[1],j,i,b]];else
+h=aA(a[2],a[3]),i=kk(s(function(a){return kl(a[1])?t:a[2]},h)),j=kk(a[3]),e=[0,[0,a[1],j,i,b]];else
 var
 e=c;return e}function
-gq(k){var
+gD(k){var
 b=k[1];if(0===b[0])return b[1];var
-a=b[1],d=ch(jQ(a)),e=ab(function(e){var
-b=ch(e[2]);return r(function(f){var
-b=f[1],c=e[1],l=f[2],h=gl(a,c,b),g=0;if(0===a[7][0])var
+a=b[1],d=cj(j3(a)),e=ac(function(e){var
+b=cj(e[2]);return s(function(f){var
+b=f[1],c=e[1],l=f[2],h=gy(a,c,b),g=0;if(0===a[7][0])var
 d=0;else
 var
-k=dB(a,c,b),d=r(function(a){return[0,a]},k);var
-i=jR(l),j=aI(b);return[0,aI(c),j,i,d,h,g]},b)},d),c=a[7],f=0,g=0===c[0]?[0,c[1]]:0,h=a[6]?1:2,i=aI(a[4]),j=aI(bF(a));return[0,aI(cg(a)),j,i,h,g,f,e]}function
-ka(a,b){return b?a[2]:a[3]}var
-eK=k(sM),c2=k(sN),c3=k(sO),eL=k(sP),eM=k(sQ),bV=k(sR),kb=k(sS),bW=k(sT),dC=k(sU),dD=k(sV),eN=k(sW),eO=k(sX),c4=k(sY),eP=k(sZ),gr=k(s0),kc=k(s1),gs=k(s2),eQ=k(s3),eR=k(s4),eS=k(s5),kd=k(s6),eT=k(s7),eU=k(s8),gt=k(s9),ke=k(s_),dE=k(s$),gu=k(ta),cj=k(tb),eV=k(tc),eW=k(td),kf=k(te),eX=k(tf),th=k(tg),ck=k(ti),kg=k(tj),kh=k(tk),ki=k(tl),kj=k(tm),dF=k(tn),kk=k(to),gv=k(tp),gw=k(tq),kl=k(tr),km=k(ts),kn=k(tt),eY=k(tu),ko=k(tv),kp=k(tw);function
-kq(a){var
-b=0;return av(function(b,a){return N(N(b,0),a)},b,a)}function
-gx(b,a){var
-c=k(tx),d=x(iB(a),c),e=x(k(ty),d);return x(k(b),e)}function
-bG(b,a){return B(dv(function(b){return eo(a,b)}),b)}function
-kr(a,b){function
-c(b){return aX(function(a){return q(_,a,b)},a)}return h(T(a,0,b),c)}function
-gy(c,b,a){function
-d(a){return[0,bG(b[3],a)]}return h(kr(c[3][2],a),d)}function
-ks(c,b,a){function
-d(a){return[0,bG(b[4],a)]}return h(kr(c[3][3],a),d)}function
-kt(b,a){function
+k=dK(a,c,b),d=s(function(a){return[0,a]},k);var
+i=j4(l),j=aL(b);return[0,aL(c),j,i,d,h,g]},b)},d),c=a[7],f=0,g=0===c[0]?[0,c[1]]:0,h=a[6]?1:2,i=aL(a[4]),j=aL(bG(a));return[0,aL(ci(a)),j,i,h,g,f,e]}function
+kn(a,b){return b?a[2]:a[3]}var
+eV=k(sZ),c6=k(s0),c7=k(s1),eW=k(s2),eX=k(s3),bW=k(s4),ko=k(s5),bX=k(s6),dM=k(s7),dN=k(s8),eY=k(s9),c8=k(s_),c9=k(s$),eZ=k(ta),gE=k(tb),kp=k(tc),gF=k(td),e0=k(te),e1=k(tf),e2=k(tg),kq=k(th),e3=k(ti),e4=k(tj),gG=k(tk),kr=k(tl),dO=k(tm),gH=k(tn),ck=k(to),e5=k(tp),e6=k(tq),ks=k(tr),e7=k(ts),tu=k(tt),cl=k(tv),kt=k(tw),ku=k(tx),kv=k(ty),kw=k(tz),dP=k(tA),kx=k(tB),gI=k(tC),gJ=k(tD),ky=k(tE),kz=k(tF),kA=k(tG),e8=k(tH),kB=k(tI),kC=k(tJ);function
+kD(a){var
+b=0;return ax(function(b,a){return M(M(b,0),a)},b,a)}function
+gK(b,a){var
+c=k(tK),d=y(iO(a),c),e=y(k(tL),d);return y(k(b),e)}function
+bH(b,a){return A(dD(function(b){return eB(a,b)}),b)}function
+kE(a,b){function
+c(b){return a0(function(a){return r($,a,b)},a)}return h(S(a,0,b),c)}function
+gL(c,b,a){function
+d(a){return[0,bH(b[3],a)]}return h(kE(c[3][2],a),d)}function
+kF(c,b,a){function
+d(a){return[0,bH(b[4],a)]}return h(kE(c[3][3],a),d)}function
+kG(b,a){function
 c(a){var
-c=b[2];return[0,B(dv(function(b){return H(a,b)}),c)]}return h(_(a),c)}function
-dG(b,a){function
+c=b[2];return[0,A(dD(function(b){return I(a,b)}),c)]}return h($(a),c)}function
+c_(b,a){function
 c(a){if(a){var
-b=a[2];return b?b[2]?O(tz):[0,[0,a[1],b[1]]]:O(tA)}return O(tB)}return h(am(g(2,t),b,a),c)}var
-tD=[0,[0,k(tC),t],0],tF=[0,[0,k(tE),u],tD];function
-bq(a,b){var
+b=a[2];return b?b[2]?O(tM):[0,[0,a[1],b[1]]]:O(tN)}return O(tO)}return h(am(e(2,p),b,a),c)}var
+tQ=[0,[0,k(tP),p],0],tS=[0,[0,k(tR),t],tQ];function
+bs(a,b){var
 c=a?[0,b,0]:a;return c}function
-bH(c,b,a){return c?a:[0,b]}function
-ku(d,c,a,f,e){var
-b=a[6],g=b?[0,[0,b[1],b[2]],0]:b,i=x([0,cZ,[0,cf,0]],g),j=x(bq(a[5],eX),i),k=x(bq(a[4],ex),j),l=x(bq(a[3],cY),k),m=x(bq(a[2],ac),l);function
+bI(c,b,a){return c?a:[0,b]}function
+kH(d,c,a,f,e){var
+b=a[6],g=b?[0,[0,b[1],b[2]],0]:b,i=y([0,c2,[0,ch,0]],g),j=y(bs(a[5],e7),i),k=y(bs(a[4],eJ),j),l=y(bs(a[3],c1),k),m=y(bs(a[2],ad),l);function
 n(b){function
 e(e){function
 g(g){function
@@ -3801,137 +3834,137 @@ k(k){function
 l(l){function
 m(a){return[0,[0,f,[0,j,e,g,k,l],a,i]]}var
 c=a[6];if(c)var
-n=function(a){return[0,[0,a]]},o=[0,c[1],c[2]],d=h(q(function(a){return dG(an,a)},o,b),n);else
+n=function(a){return[0,[0,a]]},o=[0,c[1],c[2]],d=h(r(function(a){return c_(an,a)},o,b),n);else
 var
-d=tI;return h(d,m)}return h(q(function(a){return gy(d,c,a)},cf,b),l)}return h(q(function(a){return gy(d,c,a)},cZ,b),k)}var
-k=q(function(a){return ba(tF,a)},eX,b);return h(bH(a[5],a3,k),j)}function
-j(a){return kt(c,a)}var
-k=q(function(a){return ai(j,a)},ex,b);return h(bH(a[4],0,k),i)}var
-i=q(function(a){return kt(c,a)},cY,b);return h(bH(a[3],a3,i),g)}var
-g=q(function(a){return ks(d,c,a)},ac,b);return h(bH(a[2],a3,g),e)}return h(T(m,0,e),n)}function
-tK(a){function
+d=tV;return h(d,m)}return h(r(function(a){return gL(d,c,a)},ch,b),l)}return h(r(function(a){return gL(d,c,a)},c2,b),k)}var
+k=r(function(a){return bf(tS,a)},e7,b);return h(bI(a[5],a6,k),j)}function
+j(a){return kG(c,a)}var
+k=r(function(a){return ah(j,a)},eJ,b);return h(bI(a[4],0,k),i)}var
+i=r(function(a){return kG(c,a)},c1,b);return h(bI(a[3],a6,i),g)}var
+g=r(function(a){return kF(d,c,a)},ad,b);return h(bI(a[2],a6,g),e)}return h(S(m,0,e),n)}function
+tX(a){function
 b(a){var
-q=H(a,k(tJ)),r=[0,a],c=q||H(a,iK),n=0;if(c)var
+r=I(a,k(tW)),s=[0,a],c=r||I(a,iX),n=0;if(c)var
 d=c;else{var
-e=iI(46,0,a),b=e[2],o=0;if(b){var
-f=b[1],h=fT(e[1]),p=0;if(h){var
-i=bv(g(2,g(2,D(g(2,t)))),f);if(i){var
-m=F(eg,f);n=1;o=1;p=1}else
+f=iV(46,0,a),b=f[2],o=0;if(b){var
+g=b[1],h=f6(f[1]),q=0;if(h){var
+i=bw(e(2,e(2,C(e(2,p)))),g);if(i){var
+m=F(et,g);n=1;o=1;q=1}else
 var
 j=i}else
 var
-j=h;if(!p)var
+j=h;if(!q)var
 l=j}else
 var
 l=b;if(!o)var
 d=l}if(!n)var
-m=d;return J(m,tL,r)}return h(_(a),b)}function
-eZ(f,e,b,c){if(typeof
+m=d;return L(m,tY,s)}return h($(a),b)}function
+e9(f,e,b,c){if(typeof
 c==="number")return[0,[0,[0,[0,[1,b,0]],0],0]];if(typeof
 b==="number")switch(b){case
 0:var
-a=[0,1,1,0,0,0,eW];break;case
+a=[0,1,1,0,0,0,e6];break;case
 1:var
-a=[0,1,0,0,0,0,eW];break;case
+a=[0,1,0,0,0,0,e6];break;case
 2:var
-a=tG;break;case
+a=tT;break;case
 3:var
-a=tH;break;case
+a=tU;break;case
 4:var
-a=[0,1,1,1,0,0,kf];break;case
+a=[0,1,1,1,0,0,ks];break;case
 5:var
-a=[0,1,0,1,0,0,kf];break;case
+a=[0,1,0,1,0,0,ks];break;case
 6:var
-a=[0,0,1,0,0,0,eW];break;default:var
-a=[0,0,0,0,0,0,eW]}else
+a=[0,0,1,0,0,0,e6];break;default:var
+a=[0,0,0,0,0,0,e6]}else
 var
-a=[0,0,G(b[1]),0,0,1,th];if(a[1]){var
+a=[0,0,H(b[1]),0,0,1,tu];if(a[1]){var
 d=function(c){function
 d(d){function
 g(g){function
-i(a){return[0,[0,[0,[0,[1,b,[0,a]]],[0,[2,d,g[1],g[2]],0]],[0,d]]]}return h(q(function(b){return ku(f,e,a,d,b)},eV,c),i)}return h(q(function(a){return dG(tK,a)},gu,c),g)}return h(q(bu,dE,c),d)};return h(T([0,dE,[0,gu,[0,eV,0]]],0,c),d)}function
+i(a){return[0,[0,[0,[0,[1,b,[0,a]]],[0,[2,d,g[1],g[2]],0]],[0,d]]]}return h(r(function(b){return kH(f,e,a,d,b)},e5,c),i)}return h(r(function(a){return c_(tX,a)},gH,c),g)}return h(r(bv,dO,c),d)};return h(S([0,dO,[0,gH,[0,e5,0]]],0,c),d)}function
 g(c){function
 d(d){function
 g(a){return[0,[0,[0,[0,[1,b,[0,a]]],0],[0,[0,d]]]]}var
-i=[0,d];return h(q(function(b){return ku(f,e,a,i,b)},eV,c),g)}return h(q(an,cj,c),d)}return h(T([0,cj,[0,eV,0]],0,c),g)}var
-tM=D(g(2,g(2,t))),tO=[0,[0,k(tN),tM],0],tP=g(2,g(2,t)),tR=[0,[0,k(tQ),tP],tO],tS=D(g(2,t)),tU=[0,[0,k(tT),tS],tR],tV=g(2,t),tX=[0,[0,k(tW),tV],tU],tZ=[0,[0,k(tY),t],tX],t1=[0,[0,k(t0),u],tZ],t3=[0,[0,k(t2),[0,t,1]],0],t5=[0,[0,k(t4),[0,t,0]],t3],t7=[0,[0,k(t6),[0,u,1]],t5],kv=[0,[0,k(t8),[0,u,0]],t7];function
-dH(b,a){var
-c=F(function(b){return X(b,a)},b);return c?F(function(a){return cd(b,a[1])},a):c}function
-kw(f,d,c,a){function
+i=[0,d];return h(r(function(b){return kH(f,e,a,i,b)},e5,c),g)}return h(r(an,ck,c),d)}return h(S([0,ck,[0,e5,0]],0,c),g)}var
+tZ=C(e(2,e(2,p))),t1=[0,[0,k(t0),tZ],0],t2=e(2,e(2,p)),t4=[0,[0,k(t3),t2],t1],t5=C(e(2,p)),t7=[0,[0,k(t6),t5],t4],t8=e(2,p),t_=[0,[0,k(t9),t8],t7],ua=[0,[0,k(t$),p],t_],uc=[0,[0,k(ub),t],ua],ue=[0,[0,k(ud),[0,p,1]],0],ug=[0,[0,k(uf),[0,p,0]],ue],ui=[0,[0,k(uh),[0,t,1]],ug],kI=[0,[0,k(uj),[0,t,0]],ui];function
+dQ(b,a){var
+c=F(function(b){return X(b,a)},b);return c?F(function(a){return cf(b,a[1])},a):c}function
+kJ(g,d,c,a){function
 b(a){function
-b(b){return c?dH([0,bm,b],a):c}var
-e=[0,b([0,bx,[0,ck,0]]),0],i=[0,b([0,ac,[0,ck,0]]),e],j=[0,b([0,ac,[0,bx,[0,ck,0]]]),i],k=[0,dH([0,bm,[0,ck,0]],a),j],l=[0,dH([0,bx,[0,ck,0]],a),k],m=[0,dH([0,ac,[0,ck,0]],a),l],n=[0,dH([0,ac,[0,bx,[0,ck,0]]],a),m];function
+b(b){return c?dQ([0,bo,b],a):c}var
+f=[0,b([0,by,[0,cl,0]]),0],i=[0,b([0,ad,[0,cl,0]]),f],j=[0,b([0,ad,[0,by,[0,cl,0]]]),i],k=[0,dQ([0,bo,[0,cl,0]],a),j],l=[0,dQ([0,by,[0,cl,0]],a),k],m=[0,dQ([0,ad,[0,cl,0]],a),l],n=[0,dQ([0,ad,[0,by,[0,cl,0]]],a),m];function
 o(c){function
 b(B){function
-b(e){function
+b(f){function
 b(d){function
 b(k){var
-l=du(t1,B),b=0===l[0]?l[1]:fV,m=du(kv,k),f=0===m[0]?[0,m[1]]:0,h=d?1:d;if(X(bm,a)){var
-A=0;if(H(k,bc)&&G(X(ac,a))&&G(X(bx,a)))if(w(b,D(g(2,t))))var
-c=t9;else
+l=dC(uc,B),b=0===l[0]?l[1]:f8,m=dC(kI,k),g=0===m[0]?[0,m[1]]:0,h=d?1:d;if(X(bo,a)){var
+A=0;if(I(k,bh)&&H(X(ad,a))&&H(X(by,a)))if(x(b,C(e(2,p))))var
+c=uk;else
 var
-n=w(b,t),c=n?t_:n;else
-A=1;if(A)if(f){var
-o=f[1],i=o[1],C=X(ac,a);if(bA(o[2],C))var
+n=x(b,p),c=n?ul:n;else
+A=1;if(A)if(g){var
+o=g[1],i=o[1],D=X(ad,a);if(bB(o[2],D))var
 j=0;else
-if(X(bx,a))var
-E=w(i,u)?g(2,g(2,t)):D(g(2,g(2,t))),p=w(b,E),q=p?h:p,j=q?[0,[3,i,e,d]]:q;else
+if(X(by,a))var
+E=x(i,t)?e(2,e(2,p)):C(e(2,e(2,p))),q=x(b,E),r=q?h:q,j=r?[0,[3,i,f,d]]:r;else
 var
-r=w(b,t),j=r?[0,[4,i,e]]:r;var
+s=x(b,p),j=s?[0,[4,i,f]]:s;var
 c=j}else
 var
-c=f}else
-if(X(ac,a))if(X(bx,a))var
-s=w(b,u),v=s?h:s,c=v?[0,[0,e,d]]:v;else
+c=g}else
+if(X(ad,a))if(X(by,a))var
+u=x(b,t),v=u?h:u,c=v?[0,[0,f,d]]:v;else
 var
-x=w(b,t),c=x?[0,[1,e]]:x;else
+w=x(b,p),c=w?[0,[1,f]]:w;else
 var
-y=w(b,g(2,t)),z=y?h:y,c=z?[0,[2,d]]:z;return[0,c]}var
-c=q(_,bm,a);return h(bH(X(bm,a),0,c),b)}function
+y=x(b,e(2,p)),z=y?h:y,c=z?[0,[2,d]]:z;return[0,c]}var
+c=r($,bo,a);return h(bI(X(bo,a),0,c),b)}function
 c(b){function
-a(a){return[0,bG(d[3],a)]}return h(am(V(f[3][2]),_,b),a)}var
-i=q(function(a){return ai(c,a)},bx,a);return h(bH(X(bx,a),0,i),b)}var
-c=q(function(b){function
-a(a){return[0,bG(d[4],a)]}return h(am(V(f[3][3]),_,b),a)},ac,a);return h(bH(X(ac,a),a3,c),b)}return h(q(_,ck,a),b)}return h(J(aa(function(a){return a},n),ua,t$),o)}return h(a2(a),b)}function
-dI(e,d){var
+a(a){return[0,bH(d[3],a)]}return h(am(V(g[3][2]),$,b),a)}var
+i=r(function(a){return ah(c,a)},by,a);return h(bI(X(by,a),0,i),b)}var
+c=r(function(b){function
+a(a){return[0,bH(d[4],a)]}return h(am(V(g[3][3]),$,b),a)},ad,a);return h(bI(X(ad,a),a6,c),b)}return h(r($,cl,a),b)}return h(L(ab(function(a){return a},n),un,um),o)}return h(a5(a),b)}function
+dR(e,d){var
 a=e,b=d;for(;;){if(a){var
 c=a[1];if(c){var
-a=a[2],b=[0,c[1],b];continue}return c}return[0,N(b,0)]}}var
-uc=[0,[0,k(ub),5],0],ue=[0,[0,k(ud),4],uc],ug=[0,[0,k(uf),2],ue],kx=[0,[0,bl,0],[0,[0,bc,1],[0,[0,k(uh),3],ug]]],uj=[0,[0,k(ui),7],0],dJ=[0,[0,k(uk),6],uj];function
-ky(a){if(a)var
-c=[0,[0,k(um),ul],0],b=[0,[0,k(uo),un],c];else
+a=a[2],b=[0,c[1],b];continue}return c}return[0,M(b,0)]}}var
+up=[0,[0,k(uo),5],0],ur=[0,[0,k(uq),4],up],ut=[0,[0,k(us),2],ur],kK=[0,[0,bn,0],[0,[0,bh,1],[0,[0,k(uu),3],ut]]],uw=[0,[0,k(uv),7],0],dS=[0,[0,k(ux),6],uw];function
+kL(a){if(a)var
+c=[0,[0,k(uz),uy],0],b=[0,[0,k(uB),uA],c];else
 var
 b=a;var
-d=[0,[0,k(uq),up],0];return x([0,[0,k(us),ur],d],b)}var
-ut=x(dJ,ky(1)),uv=[0,[0,k(uu),2],0],ux=[0,[0,k(uw),3],uv],uz=[0,[0,k(uy),1],ux],uB=x([0,[0,k(uA),0],uz],ut),gz=k(uC),c5=k(uD),gA=k(uE),gB=k(uF),uH=k(uG),kz=k(uI),kA=k(uJ),e0=k(uK),kB=k(uL),kC=k(uM),kD=k(uN),e1=k(uO),e2=k(uP);function
-bX(c,b){var
-a=du(c,b);return 0===a[0]?[0,a[1]]:0}function
-kE(a,h){var
-c=H(a,kz);if(c)var
+d=[0,[0,k(uD),uC],0];return y([0,[0,k(uF),uE],d],b)}var
+uG=y(dS,kL(1)),uI=[0,[0,k(uH),2],0],uK=[0,[0,k(uJ),3],uI],uM=[0,[0,k(uL),1],uK],uO=y([0,[0,k(uN),0],uM],uG),gM=k(uP),c$=k(uQ),gN=k(uR),gO=k(uS),uU=k(uT),kM=k(uV),kN=k(uW),e_=k(uX),kO=k(uY),kP=k(uZ),kQ=k(u0),e$=k(u1),fa=k(u2);function
+bY(c,b){var
+a=dC(c,b);return 0===a[0]?[0,a[1]]:0}function
+kR(a,h){var
+c=I(a,kM);if(c)var
 b=c;else{var
-d=H(a,kB);if(d)var
+d=I(a,kO);if(d)var
 b=d;else{var
-e=H(a,kC);if(e)var
+e=I(a,kP);if(e)var
 b=e;else{var
-f=H(a,kA);if(f)var
+f=I(a,kN);if(f)var
 b=f;else{var
-g=H(a,e0);if(g)return H(h,gB);var
+g=I(a,e_);if(g)return I(h,gO);var
 b=g}}}}return b}function
-kF(b,a){return J(M(V(a),b),uY,[0,a])}function
-uZ(a){function
+kS(b,a){return L(G(V(a),b),u$,[0,a])}function
+va(a){function
 b(a){function
 b(b){function
 c(b){function
 c(c){function
-d(a){return[0,[0,c,a,b]]}return h(q(bu,kp,a),d)}return h(q(aD,ko,a),c)}return h(kF(g(2,g(2,g(2,g(2,t)))),b),c)}function
-c(a){return dG(aD,a)}return h(q(function(a){return ai(c,a)},eB,a),b)}return h(T([0,ko,[0,kp,[0,eB,0]]],0,a),b)}function
-kG(a){function
+d(a){return[0,[0,c,a,b]]}return h(r(bv,kC,a),d)}return h(r(aC,kB,a),c)}return h(kS(e(2,e(2,e(2,e(2,p)))),b),c)}function
+c(a){return c_(aC,a)}return h(r(function(a){return ah(c,a)},eN,a),b)}return h(S([0,kB,[0,kC,[0,eN,0]]],0,a),b)}function
+kT(a){function
 b(a){function
 b(a){var
-b=aX(uZ,a),c=a?1:a;return J(c,u0,b)}return h(kF(g(2,g(2,g(2,t))),a),b)}return h(a$(a),b)}function
-kH(a){function
-b(a){return u1}return h(a2(a),b)}function
-gC(Q,v,P,a){function
+b=a0(va,a),c=a?1:a;return L(c,vb,b)}return h(kS(e(2,e(2,e(2,p))),a),b)}return h(be(a),b)}function
+kU(a){function
+b(a){return vc}return h(a5(a),b)}function
+gP(Q,v,P,a){function
 b(c){function
 a(b){function
 a(d){function
@@ -3939,7 +3972,7 @@ a(a){function
 e(g){function
 e(i){function
 e(R){var
-n=ah(cj,c);if(n){var
+n=aj(ck,c);if(n){var
 o=n[1],s=0;if(typeof
 o==="number")s=1;else
 switch(o[0]){case
@@ -3952,72 +3985,72 @@ p=0;var
 w=p}else
 var
 w=n;var
-S=[0,fQ([2,a]),0],U=[0,w,[0,k(u2),S]],V=[0,k(u3),U],W=[0,fQ([2,d]),V],X=[0,k(u4),W],Y=[0,fQ([2,b]),X],Z=[0,k(u5),Y],_=kq([0,gx(u6,P),Z]);function
-e(a){return q(a,dF,c)}var
-x=H(a,kA);if(x)var
-y=H(d,c5),z=y?H(g,uH):y;else
+T=[0,f3([2,a]),0],U=[0,w,[0,k(vd),T]],V=[0,k(ve),U],W=[0,f3([2,d]),V],X=[0,k(vf),W],Y=[0,f3([2,b]),X],Z=[0,k(vg),Y],_=kD([0,gK(vh,P),Z]);function
+e(a){return r(a,dP,c)}var
+x=I(a,kN);if(x)var
+y=I(d,c$),z=y?I(g,uU):y;else
 var
 z=x;function
 $(c){if(c&&typeof
 c[1]==="number")var
 e=c[2],f=e?1:e;else
 var
-f=1;return[0,[0,[0,b,[0,d,[0,a,[0,g,0]]]],_,c,f,R]]}if(G(H(g,gB)))var
+f=1;return[0,[0,[0,b,[0,d,[0,a,[0,g,0]]]],_,c,f,R]]}if(H(I(g,gO)))var
 f=0;else{var
-A=0;if(H(d,gz)&&H(a,kz))var
-F=bX(uB,b),f=aw(function(a){return[0,function(b){return[9,a,b]}]},F);else
-A=1;if(A){var
-C=0;if(H(d,gz)&&H(a,kB))var
-I=[0,[0,k(uQ),0],0],J=bX([0,[0,k(uR),1],I],b),f=aw(function(a){return[0,function(b){return[10,a,b]}]},J);else
+B=0;if(I(d,gM)&&I(a,kM))var
+F=bY(uO,b),f=ay(function(a){return[0,function(b){return[9,a,b]}]},F);else
+B=1;if(B){var
+C=0;if(I(d,gM)&&I(a,kO))var
+G=[0,[0,k(u3),0],0],J=bY([0,[0,k(u4),1],G],b),f=ay(function(a){return[0,function(b){return[10,a,b]}]},J);else
 C=1;if(C){var
-D=0;if(H(d,c5)&&H(a,kC))var
-K=[0,[0,k(uT),uS],0],L=bX([0,[0,k(uV),uU],K],b),f=aw(function(a){return[1,a[1],a[2]]},L);else
+D=0;if(I(d,c$)&&I(a,kP))var
+K=[0,[0,k(u6),u5],0],L=bY([0,[0,k(u8),u7],K],b),f=ay(function(a){return[1,a[1],a[2]]},L);else
 D=1;if(D){var
-E=0;if(H(d,gA)&&H(a,kD))var
-M=[0,[0,k(uW),0],0],N=bX([0,[0,k(uX),1],M],b),f=aw(function(a){return[2,a]},N);else
+E=0;if(I(d,gN)&&I(a,kQ))var
+M=[0,[0,k(u9),0],0],N=bY([0,[0,k(u_),1],M],b),f=ay(function(a){return[2,a]},N);else
 E=1;if(E){var
-t=H(d,c5);if(t)var
-u=H(a,e0),m=u?H(b,e2):u;else
+t=I(d,c$);if(t)var
+u=I(a,e_),m=u?I(b,fa):u;else
 var
 m=t;var
 O=m?[0,[0,function(a){return[11,0,1,a]}]]:m,f=O}}}}}if(f){var
 j=f[1];switch(j[0]){case
 0:var
 aa=j[1],ab=function(a){var
-b=[0,[7,H(a,Q)],0];return[0,[0,[0,B(aa,i)],b]]},r=h(e(function(a){function
-b(a){return q(en,dD,a)}return h(T([0,dD,0],0,a),b)}),ab);break;case
+b=[0,[7,I(a,Q)],0];return[0,[0,[0,A(aa,i)],b]]},q=h(e(function(a){function
+b(a){return r(eA,dN,a)}return h(S([0,dN,0],0,a),b)}),ab);break;case
 1:var
-ac=j[2],ad=j[1],ae=function(a){return[0,[0,[0,[11,1,ac,i]],[0,[0,[10,ad,a]],0]]]},r=h(e(function(a){function
-b(a){return q(bu,kk,a)}return h(T([0,kk,0],0,a),b)}),ae);break;default:var
-af=j[1],ag=function(a){return[0,[0,[0,[12,af,i,a]],0]]},r=h(e(function(a){function
-b(a){return q(kG,eY,a)}return h(T([0,eY,0],0,a),b)}),ag)}var
-l=r}else
-if(z)if(H(b,e1))var
-ai=function(a){return[0,[0,[1,1,i,a],0]]},aj=1,l=h(e(function(a){return jG(aj,v,a)}),ai);else
-if(H(b,e2))var
-ak=function(a){return[0,[0,[1,0,i,a],0]]},al=0,l=h(e(function(a){return jG(al,v,a)}),ak);else
+ac=j[2],ad=j[1],ae=function(a){return[0,[0,[0,[11,1,ac,i]],[0,[0,[10,ad,a]],0]]]},q=h(e(function(a){function
+b(a){return r(bv,kx,a)}return h(S([0,kx,0],0,a),b)}),ae);break;default:var
+af=j[1],ag=function(a){return[0,[0,[0,[12,af,i,a]],0]]},q=h(e(function(a){function
+b(a){return r(kT,e8,a)}return h(S([0,e8,0],0,a),b)}),ag)}var
+l=q}else
+if(z)if(I(b,e$))var
+ah=function(a){return[0,[0,[1,1,i,a],0]]},ai=1,l=h(e(function(a){return jT(ai,v,a)}),ah);else
+if(I(b,fa))var
+ak=function(a){return[0,[0,[1,0,i,a],0]]},al=0,l=h(e(function(a){return jT(al,v,a)}),ak);else
 var
 am=function(e){var
-b=kE(a,g),c=0,d=b?u7:b;return[0,[0,d,c]]},l=h(e(kH),am);else
+b=kR(a,g),c=0,d=b?vi:b;return[0,[0,d,c]]},l=h(e(kU),am);else
 var
 an=function(e){var
-b=kE(a,g),c=0,d=b?u8:b;return[0,[0,d,c]]},l=h(e(kH),an);return h(l,$)}return h(q(function(a){return ai(_,a)},kj,c),e)}return h(q(bu,cj,c),e)}return h(q(_,kh,c),e)}return h(q(_,ki,c),a)}return h(q(_,kg,c),a)}return h(q(_,bm,c),a)}return h(T([0,bm,[0,kg,[0,cj,[0,kh,[0,ki,[0,kj,[0,dF,0]]]]]]],0,a),b)}function
-gD(c,a){if(a)var
-b=a[1],e=gD([0,b[1],c],a[2]),f=b[1],g=aa(function(a){return eo(f,a)},c)?u9:b[3],d=[0,[0,b[2],g],e];else
+b=kR(a,g),c=0,d=b?vj:b;return[0,[0,d,c]]},l=h(e(kU),an);return h(l,$)}return h(r(function(a){return ah($,a)},kw,c),e)}return h(r(bv,ck,c),e)}return h(r($,ku,c),e)}return h(r($,kv,c),a)}return h(r($,kt,c),a)}return h(r($,bo,c),a)}return h(S([0,bo,[0,kt,[0,ck,[0,ku,[0,kv,[0,kw,[0,dP,0]]]]]]],0,a),b)}function
+gQ(c,a){if(a)var
+b=a[1],e=gQ([0,b[1],c],a[2]),f=b[1],g=ab(function(a){return eB(f,a)},c)?vk:b[3],d=[0,[0,b[2],g],e];else
 var
 d=a;return d}var
-u$=[0,[0,k(u_),0],0],vc=[0,[0,k(vb),va],u$],vf=[0,[0,k(ve),vd],vc],vi=[0,[0,k(vh),vg],vf],kI=[0,[0,k(vk),vj],vi];function
-c6(f,e){var
+vm=[0,[0,k(vl),0],0],vp=[0,[0,k(vo),vn],vm],vs=[0,[0,k(vr),vq],vp],vv=[0,[0,k(vu),vt],vs],kV=[0,[0,k(vx),vw],vv];function
+da(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=dX(b[1],a[1]);if(c){var
+c=d6(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return 1}}function
-kJ(b,a){var
-c=N(a,0);return c6(N(b,0),c)}var
-vm=[0,k(vl),0],vo=[0,k(vn),vm],vq=[0,k(vp),vo],kK=[0,k(vr),vq];function
-kL(v,n,u,t,a){function
+kW(b,a){var
+c=M(a,0);return da(M(b,0),c)}var
+vz=[0,k(vy),0],vB=[0,k(vA),vz],vD=[0,k(vC),vB],kX=[0,k(vE),vD];function
+kY(v,n,u,t,a){function
 b(b){function
 a(d){function
 a(e){function
@@ -4025,7 +4058,7 @@ a(i){function
 a(j){function
 a(a){function
 g(f){var
-a=ah(f,b);if(a){var
+a=aj(f,b);if(a){var
 c=a[1],e=0;if(typeof
 c!=="number")switch(c[0]){case
 2:return c[1];case
@@ -4034,148 +4067,198 @@ c!=="number")switch(c[0]){case
 d=0;e=1}if(!e)return 0}else
 var
 d=a;return d}var
-w=[0,g(bV),0],x=[0,k(vx),w],y=[0,g(gv),x],z=[0,k(vy),y],A=[0,g(gw),z],C=[0,k(vz),A],D=[0,g(bm),C],E=[0,k(vA),D],F=kq([0,gx(vB,t),E]),h=d?0:1,o=H(j,k(vC)),s=c6(k(vs),j),K=s||aa(function(a){return kJ(a,j)},kK);if(K)var
-c=vD;else
-if(G(o))var
-c=vG;else
+w=[0,g(bW),0],x=[0,k(vK),w],y=[0,g(gI),x],z=[0,k(vL),y],B=[0,g(gJ),z],C=[0,k(vM),B],D=[0,g(bo),C],E=[0,k(vN),D],F=kD([0,gK(vO,t),E]),h=d?0:1,o=I(j,k(vP)),s=da(k(vF),j),G=s||ab(function(a){return kW(a,j)},kX);if(G)var
+c=vQ;else
+if(H(o))var
+c=vT;else
 switch(i){case
 0:var
-r=B(v,d);if(r)if(a)var
-m=a[1],f=r[1],l=1===m?[0,[0,[9,h,f]],[0,[3,f,e,0],0]]:m?vt:[0,[0,[9,h,f]],[0,[3,f,e,1],0]];else
+r=A(v,d);if(r)if(a)var
+m=a[1],f=r[1],l=1===m?[0,[0,[9,h,f]],[0,[3,f,e,0],0]]:m?vG:[0,[0,[9,h,f]],[0,[3,f,e,1],0]];else
 var
-l=vu;else
+l=vH;else
 var
-l=a?2===a[1]?[0,[0,[1,h,0]],0]:vv:vw;var
-c=[0,[7,G(n)],l];break;case
+l=a?2===a[1]?[0,[0,[1,h,0]],0]:vI:vJ;var
+c=[0,[7,H(n)],l];break;case
 1:if(a)var
-Q=[0,[0,[13,0,d,e,a[1]]],0],c=[0,[7,G(n)],Q];else
+Q=[0,[0,[13,0,d,e,a[1]]],0],c=[0,[7,H(n)],Q];else
 var
-c=vH;break;default:var
-c=u?a?[0,[0,[13,1,d,e,a[1]]],0]:vI:vJ}var
-p=G(o),L=[0,[0,d,i,F,c,a]];if(p)var
+c=vU;break;default:var
+c=u?a?[0,[0,[13,1,d,e,a[1]]],0]:vV:vW}var
+p=H(o),J=[0,[0,d,i,F,c,a]];if(p)var
 q=p;else
 var
-O=X(km,b),P=O||X(kn,b),q=G(P);var
-M=J(q,vE,L),N=1===i?I(U,e):1;return J(N,vF,M)}return h(q(function(a){return ba(kI,a)},bV,b),a)}return h(q(_,kl,b),a)}var
-c=[0,[0,gu,0],[0,[0,dE,1],[0,[0,k(vK),2],0]]];return h(q(function(a){return ba(c,a)},gw,b),a)}return h(q(aD,gv,b),a)}var
-c=[0,[0,bl,1],[0,[0,bc,0],0]];return h(q(function(a){return ba(c,a)},bm,b),a)}return h(T([0,bm,[0,gv,[0,gw,[0,kl,[0,bV,0]]]]],[0,km,[0,kn,0]],a),b)}function
-gE(c,b){if(b)var
-a=b[1],e=gE([0,a,c],b[2]),f=aa(function(e){var
-d=bA(a[1],e[1]);if(d){var
+O=X(kz,b),P=O||X(kA,b),q=H(P);var
+M=L(q,vR,J),N=1===i?K(U,e):1;return L(N,vS,M)}return h(r(function(a){return bf(kV,a)},bW,b),a)}return h(r($,ky,b),a)}var
+c=[0,[0,gH,0],[0,[0,dO,1],[0,[0,k(vX),2],0]]];return h(r(function(a){return bf(c,a)},gJ,b),a)}return h(r(aC,gI,b),a)}var
+c=[0,[0,bn,1],[0,[0,bh,0],0]];return h(r(function(a){return bf(c,a)},bo,b),a)}return h(S([0,bo,[0,gI,[0,gJ,[0,ky,[0,bW,0]]]]],[0,kz,[0,kA,0]],a),b)}function
+gR(c,b){if(b)var
+a=b[1],e=gR([0,a,c],b[2]),f=ab(function(e){var
+d=bB(a[1],e[1]);if(d){var
 b=e[2];switch(a[2]){case
 0:return b?0:1;case
 1:return 1===b?1:0;default:var
-c=2<=b?1:0,f=c?1:c;return f}}return d},c)?vL:a[4],d=[0,[0,a[3],f],e];else
+c=2<=b?1:0,f=c?1:c;return f}}return d},c)?vY:a[4],d=[0,[0,a[3],f],e];else
 var
 d=b;return d}function
-kM(a,b){function
-d(c){if(aa(function(a){var
-b=a[4];return aa(function(b){var
+kZ(a,b){function
+d(c){if(ab(function(a){var
+b=a[4];return ab(function(b){var
 a=typeof
 b==="number"?1:0,c=a?1:a;return c},b)},a))var
-d=vM;else{var
-f=0,e=dI(r(function(a){return a[5]},a),f);if(e)if(c)var
-g=ab(function(a){return a[4]},a),b=[0,[0,[14,e[1],c[1]]],g];else
+d=vZ;else{var
+f=0,e=dR(s(function(a){return a[5]},a),f);if(e)if(c)var
+g=ac(function(a){return a[4]},a),b=[0,[0,[14,e[1],c[1]]],g];else
 var
-b=vN;else
+b=v0;else
 var
-b=vO;var
-d=b}return[0,d]}if(H(b,k(vP)))var
-c=vQ;else
+b=v1;var
+d=b}return[0,d]}if(I(b,k(v2)))var
+c=v3;else
 var
-e=function(a){return[0,aw(function(a){return[0,a]},a)]},c=h(du(kI,b),e);return h(c,d)}var
-gF=k(vR),kN=k(vS),kO=k(vT),kP=k(vU),kQ=k(vV),kR=k(vW),kS=k(vX),e3=k(vY),e4=k(vZ),kT=k(v0),kU=k(v1),v3=k(v2),v5=r(function(a){return[0,k(a),0]},v4);function
-dK(h,g,f,e){var
+e=function(a){return[0,ay(function(a){return[0,a]},a)]},c=h(dC(kV,b),e);return h(c,d)}var
+k0=e(2,e(2,e(2,e(2,e(2,p))))),aV=cT(p,k0);function
+gS(e,d){var
+b=c5(e,d);if(G(b,t))return t;var
+c=Z(b,p),a=aU(c),f=0===a?t:0<a?ds(c)[1]:t;return J(f,p)}function
+k1(a,d,i){var
+b=Z(a,d),c=v(e(2,p),i);if(G(a,v(e(2,p),b)))var
+g=c5(J(v(b,aV),gS(v(v(c,aV),v(b,Z(a,b))),a)),a);else{var
+l=Z(a,v(e(2,p),b));if(P(v(v(v(a,Z(a,v(e(2,p),b))),l),aV),v(v(c,a),a)))var
+g=c5(J(v(b,aV),gS(v(v(i,a$(aV,e(2,p))),v(a,a)),a)),a);else
+var
+h=v(a,aV),m=v(v(e(2,p),a),J(h,c)),n=gS(v(v(v(c,aV),aV),J(v(v(v(e(2,e(2,p)),h),b),Z(a,b)),v(v(c,a),a))),p),g=c5(J(v(aV,J(v(v(e(2,p),h),b),v(c,a))),n),m)}var
+f=Z(aV,gB(aV,g));if(!G(d,t)&&!G(v(d,aV),v(e(2,e(2,p)),v(f,a)))){var
+j=v(v(d,a),aV),o=v(C(e(2,e(2,e(2,p)))),j),k=c5(v(C(e(2,e(2,C(e(2,p))))),J(j,v(i,a))),o);return G(k,k0)?dq(f,a$(v(d,aV),cT(a,k))):f}return f}function
+k2(a){return[0,Q,a[4]]}function
+k3(j,k,f){if(0===f[0])return f[1];var
+b=0,a=t,d=k,c=f[1];for(;;){if(d){var
+e=d[2],h=d[1];if(c){var
+i=c[1];if(x(i[1],a)){var
+b=[0,i[2],b],a=J(a,p),d=e,c=c[2];continue}var
+b=[0,A(j,h),b],a=J(a,p),d=e;continue}var
+b=[0,A(j,h),b],a=J(a,p),d=e,c=0;continue}var
+g=c?0:[0,M(b,0)],l=g?g[1]:g;return l}}var
+gT=k(v5),fb=k(v6),k4=k(v7),k5=k(v8),k6=k(v9),k7=k(v_),k8=k(v$),fc=k(wa),fd=k(wb),k9=k(wc),k_=k(wd),wf=k(we),wh=s(function(a){return[0,k(a),0]},wg);function
+dT(h,g,f,e){var
 a=h,b=g,c=e;for(;;){if(a){var
-d=a[2];if(w(a[1][1],f)){if(w(c,u))return[0,b];var
-a=d,b=K(b,t),c=ak(c,t);continue}var
-a=d,b=K(b,t);continue}return a}}var
-dL=aT(t);function
-wu(a){return dG(aD,a)}function
-kV(a){return ai(wu,a)}var
-gG=k(wv),gH=k(ww);function
-kW(n,f,e){var
-o=f?bl:bc,a=ah(o,e);if(a){var
-c=j9(n,f);if(c){var
+d=a[2];if(x(a[1][1],f)){if(x(c,t))return[0,b];var
+a=d,b=J(b,p),c=Z(c,p);continue}var
+a=d,b=J(b,p);continue}return a}}var
+dU=aX(p);function
+k$(a){if(typeof
+a!=="number"&&4===a[0]){var
+c=function(a){function
+b(c){function
+b(f){var
+a=c,g=[0,[1,aA(c,f)]];for(;;){if(a){var
+b=a[2];if(b){var
+e=P(a[1],b[1]);if(e){var
+a=b;continue}var
+d=e}else
+var
+d=1}else
+var
+d=1;return L(d,wI,g)}}function
+d(a){return c_(aC,a)}var
+e=V(c);return h(r(function(a){return am(e,d,a)},fb,a),b)}return h(r(function(a){return ah(aG,a)},c8,a),b)};return h(S([0,c8,[0,fb,0]],0,a),c)}function
+b(a){return[0,[0,a]]}return h(ah(function(a){return c_(aC,a)},a),b)}var
+gU=k(wJ),gV=k(wK);function
+la(n,g,f){var
+o=g?bn:bh,a=aj(o,f);if(a){var
+c=kj(n,g);if(c){var
 i=F(function(d){var
 a=d[2];if(typeof
 a!=="number"&&4===a[0]){var
-b=a[1],c=G(X(v3,b));return c?G(X(f8,b)):c}return 0},e);if(i){var
-b=c[1],p=a[1],m=function(a){function
+b=a[1],c=H(X(wf,b));return c?H(X(gj,b)):c}return 0},f);if(i){var
+b=c[1],q=a[1],m=function(a){function
+c(l){function
+c(x){function
+c(s){function
+c(d){function
+c(z){function
+c(d){function
+c(u){function
 c(c){function
-d(i){function
-d(e){function
-d(f){function
-d(j){function
-d(f){function
-d(f){function
-d(d){function
-k(k){function
-l(l){function
-d(m){function
-d(n){function
-d(o){var
-p=e?gH:gG,q=x(p,i),r=[0,[0,[0,c,e,j,k,l,m,n,o,f[1],f[2]],q]],d=ag(c),s=d?ag(aj(U,bC(c))):d,t=J(s,wx,r),b=ah(kR,a);if(b)var
-g=typeof
-b[1]==="number"?1:0,h=g?1:g;else
+d(k){function
+d(A){function
+c(B){function
+c(D){var
+m=cc(km,b),w=m?m[1]:m;if(ag(k)){var
+o=aM(k),q=v(J(ej(o[1]),p),aV),d=fN(bd(ej(q)),v4),i=t,c=q;for(;;){if(d){var
+j=d[1];if(!G(Z(c,i),p)){var
+f=a$(J(i,c),e(2,p)),n=dG(o,[0,f,fR(aV)]);if(n){if(2<=n[1]){var
+d=j,i=f;continue}var
+d=j,c=f;continue}var
+d=j,c=f;continue}}var
+g=c;break}}else
 var
-h=b;return J(h,wy,t)}return h(q(function(a){if(typeof
-a==="number")return v6;else
+g=t;var
+E=k3(function(a){if(dL(a)&&P(t,g)){var
+c=function(b){var
+c=[0,b,fR(aV)];return R(a[4],c)},b=a[2],d=a[3],e=c(Z(aV,k1(b,Z(b,d),g)));return[0,c(k1(b,d,g)),e]}return k2(a)},w,B),H=k3(k2,w,D);function
+I(f){var
+g=s?gV:gU,h=y(g,x),i=[0,[0,[0,l,s,z,k,A,E,H,f,u[1],u[2]],h]],c=ag(l),j=c?ag(ak(U,bD(l))):c,m=L(j,wL,i),b=aj(k7,a);if(b)var
+d=typeof
+b[1]==="number"?1:0,e=d?1:d;else
+var
+e=b;return L(e,wM,m)}return h(r(function(a){if(typeof
+a==="number")return wi;else
 switch(a[0]){case
 0:var
 c=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return O(v7);var
+d=c[2];if(d){if(d[2])return O(wj);var
 e=function(c){var
-a=dK(b,u,f,c);return a?a[1]:dL},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(F(function(a){return M(u,a)},a),v8,h)}return O(v9)}return O(v_)}return O(v$)};return h(am(D(g(2,t)),aJ,a),c);case
+a=dT(b,t,f,c);return a?a[1]:dU},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return L(F(function(a){return G(t,a)},a),wk,h)}return O(wl)}return O(wm)}return O(wn)};return h(am(C(e(2,p)),aG,a),c);case
 1:var
 d=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return O(wa);var
+d=c[2];if(d){if(d[2])return O(wo);var
 e=function(c){var
-a=dK(b,u,f,c);return a?a[1]:dL},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(F(function(a){return M(u,a)},a),wb,h)}return O(wc)}return O(wd)}return O(we)};return h(am(D(g(2,t)),aJ,a),d);case
+a=dT(b,t,f,c);return a?a[1]:dU},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return L(F(function(a){return G(t,a)},a),wp,h)}return O(wq)}return O(wr)}return O(ws)};return h(am(C(e(2,p)),aG,a),d);case
 2:var
-e=function(a){if(a){var
-c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return O(wf);var
-e=function(c){var
-a=dK(b,u,f,c);return a?a[1]:dL},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(F(function(a){return M(u,a)},a),wg,h)}return O(wh)}return O(wi)}return O(wj)};return h(am(D(g(2,t)),aJ,a),e);case
-3:var
 f=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return O(wk);var
+d=c[2];if(d){if(d[2])return O(wt);var
 e=function(c){var
-a=dK(b,u,f,c);return a?a[1]:dL},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(F(function(a){return M(u,a)},a),wl,h)}return O(wm)}return O(wn)}return O(wo)};return h(am(D(g(2,t)),aJ,a),f);default:var
+a=dT(b,t,f,c);return a?a[1]:dU},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return L(F(function(a){return G(t,a)},a),wu,h)}return O(wv)}return O(ww)}return O(wx)};return h(am(C(e(2,p)),aG,a),f);case
+3:var
+g=function(a){if(a){var
+c=a[2],f=a[1];if(c){var
+d=c[2];if(d){if(d[2])return O(wy);var
+e=function(c){var
+a=dT(b,t,f,c);return a?a[1]:dU},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return L(F(function(a){return G(t,a)},a),wz,h)}return O(wA)}return O(wB)}return O(wC)};return h(am(C(e(2,p)),aG,a),g);default:var
 i=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return O(wp);var
+d=c[2];if(d){if(d[2])return O(wD);var
 e=function(c){var
-a=dK(b,u,f,c);return a?a[1]:dL},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return J(F(function(a){return M(u,a)},a),wq,h)}return O(wr)}return O(ws)}return O(wt)};return h(am(D(g(2,t)),aJ,a),i)}},kT,a),d)}return h(q(kV,e4,a),d)}return h(q(kV,e3,a),d)}return h(q(aD,e4,d),l)}return h(q(aD,e3,d),k)}var
-k=0,l=[0,e3,[0,e4,0]];return h(q(function(a){return T(l,k,a)},kS,a),d)}return h(q(function(a){return dG(bu,a)},dE,a),d)}return h(q(function(a){return ba(v5,a)},kQ,a),d)}return h(q(fR,kP,a),d)}var
-f=[0,[0,k(wz),0],0];return h(q(function(a){return ba(f,a)},kO,a),d)}var
-e=[0,[0,k(wA),1],0],f=[0,[0,k(wB),0],e];return h(q(function(a){return ba(f,a)},kN,a),d)}return h(q(_,gF,a),d)}return h(q(an,gF,a),c)},d=h(T([0,gF,[0,kN,[0,kO,[0,kP,[0,kQ,[0,kR,[0,dE,[0,kS,[0,e3,[0,e4,[0,kT,0]]]]]]]]]]],0,p),m);return 0===d[0]?[0,d[1]]:0}var
+a=dT(b,t,f,c);return a?a[1]:dU},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return L(F(function(a){return G(t,a)},a),wE,h)}return O(wF)}return O(wG)}return O(wH)};return h(am(C(e(2,p)),aG,a),i)}},k9,a),I)}return h(r(k$,fd,a),c)}return h(r(k$,fc,a),c)}return h(r(aC,fd,c),d)}return h(r(aC,fc,c),d)}var
+d=0,f=[0,fc,[0,fd,0]];return h(r(function(a){return S(f,d,a)},k8,a),c)}return h(r(function(a){return c_(bv,a)},dO,a),c)}return h(r(function(a){return bf(wh,a)},k6,a),c)}return h(r(f4,k5,a),c)}var
+d=[0,[0,k(wN),0],0];return h(r(function(a){return bf(d,a)},k4,a),c)}var
+d=[0,[0,k(wO),1],0],f=[0,[0,k(wP),0],d];return h(r(function(a){return bf(f,a)},fb,a),c)}return h(r($,gT,a),c)}return h(r(an,gT,a),c)},d=h(S([0,gT,[0,fb,[0,k4,[0,k5,[0,k6,[0,k7,[0,dO,[0,k8,[0,fc,[0,fd,[0,k9,0]]]]]]]]]]],0,q),m);return 0===d[0]?[0,d[1]]:0}var
 j=i}else
 var
 j=c;var
 l=j}else
 var
 l=a;return l}var
-wD=k(wC);function
-kX(d){var
+wR=k(wQ);function
+lb(d){var
 a=d[1];if(a){var
-b=a[1],c=H(b,e1);return c?c:H(b,k(wE))}return 1}var
-wI=k(wH),wK=k(wJ),wN=k(wM),wP=k(wO),wR=k(wQ),wT=k(wS),kY=k(wY),gI=k(wZ),kZ=k(w0),gJ=k(w1),gK=k(w2),k0=k(w3),gL=k(w4),k1=k(w5),e5=k(w6),w8=k(w7);function
-k2(a){return r(function(a){if(H(a[1],cX)){var
-b=[2,k(w9)];return[0,a[1],b]}return a},a)}function
-gM(g,f){var
+b=a[1],c=I(b,e$);return c?c:I(b,k(wS))}return 1}var
+wW=k(wV),wY=k(wX),w1=k(w0),w3=k(w2),w5=k(w4),w7=k(w6),lc=k(xa),gW=k(xb),ld=k(xc),gX=k(xd),gY=k(xe),le=k(xf),gZ=k(xg),lf=k(xh),fe=k(xi),xk=k(xj);function
+lg(a){return s(function(a){if(I(a[1],c0)){var
+b=[2,k(xl)];return[0,a[1],b]}return a},a)}function
+g0(g,f){var
 b=g,a=f;for(;;){if(b){if(a){var
 c=a[2],d=b[2];if(b[1]){var
-h=gM(d,c);return[0,a[1],h]}var
+h=g0(d,c);return[0,a[1],h]}var
 b=d,a=c;continue}var
 e=a}else
 var
 e=b;return e}}function
-w_(a){function
+xm(a){function
 b(a){function
 b(c){function
 g(b){function
@@ -4183,188 +4266,188 @@ c(d){function
 c(c){var
 e=V(c);function
 f(a){var
-e=r(jK,cA(au(c),a)),f=r(function(a){return gM(e,a)},a),g=[0,[0,b,d,gM(e,c),f]];return J(R(u,b),xa,J(F(function(a){return cT(aC(a),U)},a),w$,g))}function
-g(a){return am(e,aD,a)}var
-i=V(d);return h(q(function(a){return am(i,g,a)},be,a),f)}return h(q(function(a){return em(b,a)},kZ,a),c)}return h(q(function(a){return em(b,a)},gI,a),c)}if(c){var
+e=s(jX,cB(aw(c),a)),f=s(function(a){return g0(e,a)},a),g=[0,[0,b,d,g0(e,c),f]];return L(P(t,b),xo,L(F(function(a){return cW(aF(a),U)},a),xn,g))}function
+g(a){return am(e,aC,a)}var
+i=V(d);return h(r(function(a){return am(i,g,a)},bj,a),f)}return h(r(function(a){return ez(b,a)},ld,a),c)}return h(r(function(a){return ez(b,a)},gW,a),c)}if(c){var
 b=c[1],f=0;if(typeof
 b!=="number"&&3===b[0]){var
 d=[0,V(b[1])];f=1}if(!f)var
-d=O(xb);var
+d=O(xp);var
 e=d}else
 var
-e=O(xc);return h(e,g)}return h(q(a$,gI,a),b)}return h(T([0,gI,[0,kZ,[0,be,0]]],0,a),b)}function
-k3(c,a){function
+e=O(xq);return h(e,g)}return h(r(be,gW,a),b)}return h(S([0,gW,[0,ld,[0,bj,0]]],0,a),b)}function
+lh(c,a){function
 b(a){var
-d=[0,a],b=a?1:a,e=b?w(av(function(b,a){return K(b[1],a)},u,a),c):b;return J(e,xd,d)}return h(ai(w_,a),b)}function
-cD(a){if(a){var
-b=cD(a[2]),c=a[1];return ab(function(a){return r(function(b){return x(a,b)},b)},c)}return xe}function
-aS(a){return av(function(b,a){return z(V(b),a)},t,a)}function
-cl(a){var
-b=a[1];return r(function(a){return a[2]},b)}function
-cm(c,b){var
+d=[0,a],b=a?1:a,e=b?x(ax(function(b,a){return J(b[1],a)},t,a),c):b;return L(e,xr,d)}return h(ah(xm,a),b)}function
+cE(a){if(a){var
+b=cE(a[2]),c=a[1];return ac(function(a){return s(function(b){return y(a,b)},b)},c)}return xs}function
+aW(a){return ax(function(b,a){return v(V(b),a)},p,a)}function
+cm(a){var
+b=a[1];return s(function(a){return a[2]},b)}function
+cn(c,b){var
 a=b[2];if(a){var
-d=a[1];return r(function(a){return a[2]},d)}return[0,c[4],0]}function
-e6(a){var
-b=a[1];return r(function(a){return a[3]},b)}function
-gN(c,b){var
+d=a[1];return s(function(a){return a[2]},d)}return[0,c[4],0]}function
+ff(a){var
+b=a[1];return s(function(a){return a[3]},b)}function
+g1(c,b){var
 a=b[2];if(a){var
-d=a[1];return r(function(a){return a[3]},d)}return[0,c[4],0]}function
-xh(b,a){var
-i=aS(cl(a)),f=z(aS(cm(b,a)),i),h=R(g(2,g(2,g(2,g(2,g(2,D(g(2,g(2,g(2,g(2,D(g(2,D(g(2,D(g(2,g(2,g(2,t)))))))))))))))))),f);if(h)var
+d=a[1];return s(function(a){return a[3]},d)}return[0,c[4],0]}function
+xv(b,a){var
+i=aW(cm(a)),g=v(aW(cn(b,a)),i),h=P(e(2,e(2,e(2,e(2,e(2,C(e(2,e(2,e(2,e(2,C(e(2,C(e(2,C(e(2,e(2,e(2,p)))))))))))))))))),g);if(h)var
 c=h;else
 var
-q=z(f,V(b[2])),c=R(g(2,g(2,g(2,g(2,g(2,g(2,D(g(2,g(2,D(g(2,g(2,D(g(2,D(g(2,g(2,g(2,g(2,g(2,D(g(2,t)))))))))))))))))))))),q);if(c)var
+r=v(g,V(b[2])),c=P(e(2,e(2,e(2,e(2,e(2,e(2,C(e(2,e(2,C(e(2,e(2,C(e(2,C(e(2,e(2,e(2,e(2,e(2,C(e(2,p)))))))))))))))))))))),r);if(c)var
 d=c;else
 var
-o=aS(e6(a)),p=z(aS(cl(a)),o),d=R(g(2,g(2,g(2,g(2,g(2,g(2,D(g(2,g(2,D(g(2,g(2,D(g(2,D(g(2,g(2,g(2,g(2,g(2,D(g(2,t)))))))))))))))))))))),p);if(d)var
-e=d;else
+o=aW(ff(a)),q=v(aW(cm(a)),o),d=P(e(2,e(2,e(2,e(2,e(2,e(2,C(e(2,e(2,C(e(2,e(2,C(e(2,C(e(2,e(2,e(2,e(2,e(2,C(e(2,p)))))))))))))))))))))),q);if(d)var
+f=d;else
 var
-m=aS(gN(b,a)),n=z(aS(cm(b,a)),m),e=R(g(2,g(2,g(2,g(2,g(2,g(2,D(g(2,g(2,D(g(2,g(2,D(g(2,D(g(2,g(2,g(2,g(2,g(2,D(g(2,t)))))))))))))))))))))),n);if(e)return e;var
-j=V(b[2]),k=aS(e6(a)),l=z(z(aS(cm(b,a)),k),j);return R(g(2,g(2,g(2,g(2,g(2,g(2,D(g(2,g(2,D(g(2,g(2,D(g(2,D(g(2,g(2,g(2,g(2,g(2,D(g(2,t)))))))))))))))))))))),l)}function
-k4(a,d,c,b){var
-e=a[3],f=r(function(a){return bG(e,a)},b),g=0;return dI(r(function(b){var
-e=bG(a[4],b),c=ax(function(a){return w(a[1],e)},d),g=0;return dI(r(function(d){var
+m=aW(g1(b,a)),n=v(aW(cn(b,a)),m),f=P(e(2,e(2,e(2,e(2,e(2,e(2,C(e(2,e(2,C(e(2,e(2,C(e(2,C(e(2,e(2,e(2,e(2,e(2,C(e(2,p)))))))))))))))))))))),n);if(f)return f;var
+j=V(b[2]),k=aW(ff(a)),l=v(v(aW(cn(b,a)),k),j);return P(e(2,e(2,e(2,e(2,e(2,e(2,C(e(2,e(2,C(e(2,e(2,C(e(2,C(e(2,e(2,e(2,e(2,e(2,C(e(2,p)))))))))))))))))))))),l)}function
+li(a,d,c,b){var
+e=a[3],f=s(function(a){return bH(e,a)},b),g=0;return dR(s(function(b){var
+e=bH(a[4],b),c=az(function(a){return x(a[1],e)},d),g=0;return dR(s(function(d){var
 a=c;for(;;){if(a){var
-b=a[1];if(w(b[2],d))return[0,b[3]];var
+b=a[1];if(x(b[2],d))return[0,b[3]];var
 a=a[2];continue}return a}},f),g)},c),g)}function
-dM(a){return 1===a[1][2]?1:0}function
-e7(a){return a[5]?0:1}function
-k5(a){return r(function(a){return a[4]},a)}function
-bY(a,c){var
-b=ah(a,c);if(b){var
-d=function(a){return[0,[0,a]]};return h(aV(a,aD(b[1])),d)}return xp}function
-gO(b,a){function
+dV(a){return 1===a[1][2]?1:0}function
+fg(a){return a[5]?0:1}function
+lj(a){return s(function(a){return a[4]},a)}function
+bZ(a,c){var
+b=aj(a,c);if(b){var
+d=function(a){return[0,[0,a]]};return h(aY(a,aC(b[1])),d)}return xD}function
+g2(b,a){function
 g(a){if(b){if(a){var
-h=a[1],c=h[2],d=h[1],i=a[2],j=b[1],e=j[2],f=j[1],k=b[2];switch(hT(z(f,c),z(d,e))){case
-0:return[0,[0,K(f,d),K(e,c)],gO(k,i)];case
-1:return[0,[0,f,e],gO(k,a)];default:return[0,[0,d,c],g(i)]}}return b}return a}return g(a)}function
-k6(a){if(a){var
+h=a[1],c=h[2],d=h[1],i=a[2],j=b[1],e=j[2],f=j[1],k=b[2];switch(h7(v(f,c),v(d,e))){case
+0:return[0,[0,J(f,d),J(e,c)],g2(k,i)];case
+1:return[0,[0,f,e],g2(k,a)];default:return[0,[0,d,c],g(i)]}}return b}return a}return g(a)}function
+lk(a){if(a){var
 b=a[2];if(b){var
-c=k6(b[2]);return[0,gO(a[1],b[1]),c]}return a}return a}function
-k7(f){var
-g=ax(function(a){var
-b=w(a[1],u),c=b?w(a[2],u):b;return G(c)},f),b=xv,a=r(function(a){return[0,a,0]},g);for(;;){if(b){if(a){if(a[2]){var
-e=k6(a),b=b[1],a=e;continue}var
+c=lk(b[2]);return[0,g2(a[1],b[1]),c]}return a}return a}function
+ll(f){var
+g=az(function(a){var
+b=x(a[1],t),c=b?x(a[2],t):b;return H(c)},f),b=xJ,a=s(function(a){return[0,a,0]},g);for(;;){if(b){if(a){if(a[2]){var
+e=lk(a),b=b[1],a=e;continue}var
 c=a[1]}else
 var
-c=a;return c}if(a){if(a[2])return bi(a);var
+c=a;return c}if(a){if(a[2])return bl(a);var
 d=a[1]}else
 var
 d=a;return d}}function
-k8(a,b){return k7(ab(function(a){return r(function(b){return[0,z(a[1],b[1]),z(a[2],b[2])]},b)},a))}function
-k9(e,d){var
+lm(a,b){return ll(ac(function(a){return s(function(b){return[0,v(a[1],b[1]),v(a[2],b[2])]},b)},a))}function
+ln(e,d){var
 a=e,b=d;for(;;){if(b){var
-c=b[1],f=b[2],g=aa(function(i){return function(h){var
+c=b[1],f=b[2],g=ab(function(i){return function(h){var
 b=i,a=h;for(;;){if(b){if(a){var
-c=a[1],d=b[1],e=w(d[1],c[1]),f=e?w(d[2],c[2]):e;if(f){var
+c=a[1],d=b[1],e=x(d[1],c[1]),f=e?x(d[2],c[2]):e;if(f){var
 b=b[2],a=a[2];continue}var
 g=f}else
 var
 g=a;return g}return a?0:1}}}(c),a)?a:[0,c,a],a=g,b=f;continue}return a}}function
-gP(b,a){if(a){var
-c=a[2],d=a[1],e=gP([0,d,b],c),f=x(b,c);return x(r(function(a){return[0,d,a]},f),e)}return a}function
-gQ(b,a){return k7(az(b,a))}function
-gR(a){if(a){var
-b=a[2],c=a[1],e=gP(0,eE(c)),f=k9(0,r(function(a){return gQ(a[1],a[2])},e)),d=gR(b),g=eD(c),h=[0,[0,eD(c),g],0],i=r(function(a){return k8(h,a)},d);return k9(0,x(ab(function(a){var
-c=gj(b),e=[0,[0,[0,gj(b),c],0],d];return r(function(b){return k8(a,b)},e)},f),i))}return a}function
-k_(b,a,d){var
-c=aU(b);if(0===c)return P;if(0<c){var
-e=z(b,a[2]);return cS([0,av(function(b,c){return K(d5(u,ak(z(b[1],a[2]),z(b[2],a[1]))),c)},u,d),e])}return P}function
-cn(b,a){return b?a?I(b[1],a[1]):1:a?0:1}function
-e8(b,a){if(b){if(a){var
-c=a[1],d=b[1],e=I(d,c);if(e)return I(c,d);var
+g3(b,a){if(a){var
+c=a[2],d=a[1],e=g3([0,d,b],c),f=y(b,c);return y(s(function(a){return[0,d,a]},f),e)}return a}function
+g4(b,a){return ll(aA(b,a))}function
+g5(a){if(a){var
+b=a[2],c=a[1],e=g3(0,eQ(c)),f=ln(0,s(function(a){return g4(a[1],a[2])},e)),d=g5(b),g=eP(c),h=[0,[0,eP(c),g],0],i=s(function(a){return lm(h,a)},d);return ln(0,y(ac(function(a){var
+c=gw(b),e=[0,[0,[0,gw(b),c],0],d];return s(function(b){return lm(a,b)},e)},f),i))}return a}function
+lo(b,a,d){var
+c=aU(b);if(0===c)return Q;if(0<c){var
+e=v(b,a[2]);return cV([0,ax(function(b,c){return J(dq(t,Z(v(b[1],a[2]),v(b[2],a[1]))),c)},t,d),e])}return Q}function
+co(b,a){return b?a?K(b[1],a[1]):1:a?0:1}function
+fh(b,a){if(b){if(a){var
+c=a[1],d=b[1],e=K(d,c);if(e)return K(c,d);var
 f=e}else
 var
 f=a;return f}return a?0:1}function
-gS(b,a){return dA(dz,b,a)}function
-bI(b,a){return aj(b,bC(a))}function
-e9(b){var
-a=b[7];return 0===a[0]?a[1]:bi(bi(a[1]))}function
-k$(a){var
-b=a[7];if(0===b[0])return P;var
-c=b[1];return av(function(d,c){var
-b=cA(a[4],d);return dz(av(function(a,b){var
-c=c1(a);return dz(bI(eF(a),c),b)},P,b),c)},P,c)}function
-gT(a,b){return a?a[1]:b}function
-co(a){var
-b=eF(e9(a));return gT(a[8][1],b)}function
-dN(a){var
-b=c1(e9(a));return gT(a[8][2],b)}function
+g6(b,a){return dJ(dI,b,a)}function
+bJ(b,a){return ak(b,bD(a))}function
+fi(b){var
+a=b[7];return 0===a[0]?a[1]:bl(bl(a[1]))}function
+lp(a){var
+b=a[7];if(0===b[0])return Q;var
+c=b[1];return ax(function(d,c){var
+b=cB(a[4],d);return dI(ax(function(a,b){var
+c=c4(a);return dI(bJ(eR(a),c),b)},Q,b),c)},Q,c)}function
+g7(a,b){return a?a[1]:b}function
 cp(a){var
-b=k$(a);return gT(a[8][4],b)}function
-la(a){var
-e=co(a),b=I(eF(e9(a)),e);if(b){var
-f=c1(e9(a)),c=I(dN(a),f);if(c){var
-g=cp(a);return I(k$(a),g)}var
+b=eR(fi(a));return g7(a[8][1],b)}function
+dW(a){var
+b=c4(fi(a));return g7(a[8][2],b)}function
+cq(a){var
+b=lp(a);return g7(a[8][4],b)}function
+lq(a){var
+e=cp(a),b=K(eR(fi(a)),e);if(b){var
+f=c4(fi(a)),c=K(dW(a),f);if(c){var
+g=cq(a);return K(lp(a),g)}var
 d=c}else
 var
 d=b;return d}function
-dO(a){return w(cp(a)[1],u)}function
-bZ(a){return fE(a[3],t)}function
-bJ(a){return jU(a[1])}function
-dP(b,a){var
-c=az(b,a);return aC(r(function(a){return S(a[1],a[2])},c))}function
-gU(a,b){var
+dX(a){return x(cq(a)[1],t)}function
+b0(a){return fQ(a[3],p)}function
+bK(a){return j7(a[1])}function
+dY(b,a){var
+c=aA(b,a);return aF(s(function(a){return R(a[1],a[2])},c))}function
+g8(a,b){var
 c=a[5];function
-d(c){return dP(c,dB(a,b,0))}return r(function(a){return r(d,a)},c)}function
-lb(a){var
-b=ch(gh(a));return av(gS,[0,U],r(eG,r(function(b){var
-c=gU(a,b[1]),d=cA(jI(a),c),e=b[2];return r(function(a){return dP(e,a)},d)},b)))}function
-lc(a,b){var
-c=cb(0,cg(a));return r(function(c){return gl(a,c,b)},c)}function
-gV(a){var
-b=cb(0,bF(a));return ax(function(b){return ag(aC(lc(a,b)))},b)}function
-ld(c,b){var
-a=lc(c,b),d=aR(aC(a));return r(function(a){return S(d,a)},a)}function
-le(a){return fC(xw,au(gV(a)))}function
-lf(a){var
-b=gV(a),c=r(function(b){return ld(a,b)},b),d=gh(a),e=cA(jJ(a),d);return av(gS,[0,U],r(eG,r(function(a){return r(function(b){return dP(a,b)},c)},e)))}function
-dQ(b,i,h){switch(i){case
+d(c){return dY(c,dK(a,b,0))}return s(function(a){return s(d,a)},c)}function
+lr(a){var
+b=cj(gu(a));return ax(g6,[0,U],s(eS,s(function(b){var
+c=g8(a,b[1]),d=cB(jV(a),c),e=b[2];return s(function(a){return dY(e,a)},d)},b)))}function
+ls(a,b){var
+c=cd(0,ci(a));return s(function(c){return gy(a,c,b)},c)}function
+g9(a){var
+b=cd(0,bG(a));return az(function(b){return ag(aF(ls(a,b)))},b)}function
+lt(c,b){var
+a=ls(c,b),d=aM(aF(a));return s(function(a){return R(d,a)},a)}function
+lu(a){return fO(xK,aw(g9(a)))}function
+lv(a){var
+b=g9(a),c=s(function(b){return lt(a,b)},b),d=gu(a),e=cB(jW(a),d);return ax(g6,[0,U],s(eS,s(function(a){return s(function(b){return dY(a,b)},c)},e)))}function
+dZ(b,i,h){switch(i){case
 0:var
-f=ch(jQ(b)),a=[0,c1(bi(r(function(a){var
-c=ch(a[2]);return r(function(c){var
-d=dB(b,a[1],c[1]);return dP(jR(c[2]),d)},c)},f)))];break;case
+f=cj(j3(b)),a=[0,c4(bl(s(function(a){var
+c=cj(a[2]);return s(function(c){var
+d=dK(b,a[1],c[1]);return dY(j4(c[2]),d)},c)},f)))];break;case
 2:var
 a=b[8][3];break;case
 7:var
-g=ch(gh(b)),a=[0,c1(ab(function(a){var
-c=gU(b,a[1]),d=az(a[2],c);return ab(function(a){var
+g=cj(gu(b)),a=[0,c4(ac(function(a){var
+c=g8(b,a[1]),d=aA(a[2],c);return ac(function(a){var
 b=ag(a[1]);return b?a[2]:b},d)},g))];break;default:var
 a=0}if(a){var
-c=a[1],d=ag(c);if(d)return B(h,c);var
+c=a[1],d=ag(c);if(d)return A(h,c);var
 e=d}else
 var
 e=a;return e}function
-e_(b,i,h,g,f,a,e,c){if(b){var
-j=b[1];return F(function(k){return aa(function(a){var
-c=a1(a);if(c){var
-d=S(bI(a,U),g),b=bI(aj(i,S(h,k_(e,a,k))),d),l=a1(b)?aj(a,S(b,aR(f))):a;return I(l,j)}return c},a)},c)}var
+fj(b,i,h,g,f,a,e,c){if(b){var
+j=b[1];return F(function(k){return ab(function(a){var
+c=a4(a);if(c){var
+d=R(bJ(a,U),g),b=bJ(ak(i,R(h,lo(e,a,k))),d),l=a4(b)?ak(a,R(b,aM(f))):a;return K(l,j)}return c},a)},c)}var
 d=a?1:a;return d}function
-cq(a){var
-b=gR(a[1]);return[0,gj(a[1]),b]}function
-lg(e){var
-c=bJ(e);if(c){var
-d=c[1],a=d[1],b=d[2];return[0,K(a,b),[0,[0,[0,a,b],[0,[0,b,a],0]],0]]}return[0,t,[0,[0,[0,t,u],[0,[0,u,t],0]],0]]}function
-e$(b,a){if(!(3<=a))switch(a){case
+cr(a){var
+b=g5(a[1]);return[0,gw(a[1]),b]}function
+lw(e){var
+c=bK(e);if(c){var
+d=c[1],a=d[1],b=d[2];return[0,J(a,b),[0,[0,[0,a,b],[0,[0,b,a],0]],0]]}return[0,p,[0,[0,[0,p,t],[0,[0,t,p],0]],0]]}function
+fk(b,a){if(!(3<=a))switch(a){case
 0:return 1;case
-2:return bZ(b)}return 0}function
-xx(a,c,e){var
-d=c[3],b=G(c[1]);if(typeof
+2:return b0(b)}return 0}function
+xL(a,c,e){var
+d=c[3],b=H(c[1]);if(typeof
 e==="number")switch(e){case
 0:if(b){var
-v=e$(a,c[4]);if(v){var
-w=ea(bJ(a));if(w){var
+v=fk(a,c[4]);if(v){var
+w=en(bK(a));if(w){var
 an=function(b){var
-c=aR(b),e=[0,aj(U,S(cp(a),c))];return cn(dA(S,bJ(a),e),d)};return dQ(a,c[4],an)}var
+c=aM(b),e=[0,ak(U,R(cq(a),c))];return co(dJ(R,bK(a),e),d)};return dZ(a,c[4],an)}var
 l=w}else
 var
 l=v}else
 var
 l=b;return l;case
 1:if(1===c[4]){if(b){var
-x=bZ(a);if(x){var
-y=dO(a);if(y){var
-z=ea(bJ(a));if(z)return cn(bJ(a),d);var
+x=b0(a);if(x){var
+y=dX(a);if(y){var
+z=en(bK(a));if(z)return co(bK(a),d);var
 h=z}else
 var
 h=y}else
@@ -4373,21 +4456,21 @@ h=x}else
 var
 h=b;return h}return 0;case
 2:if(1===c[4]){var
-A=G(b);if(A){var
-B=le(a);if(B){var
-C=bZ(a);if(C){var
-D=dO(a);if(D){var
-E=ea(bJ(a));if(E){var
-ai=gV(a),k=r(function(b){return ld(a,b)},ai);if(k)var
-ak=k[2],al=k[1],m=F(function(e){var
+A=H(b);if(A){var
+B=lu(a);if(B){var
+C=b0(a);if(C){var
+D=dX(a);if(D){var
+E=en(bK(a));if(E){var
+ai=g9(a),k=s(function(b){return lt(a,b)},ai);if(k)var
+aj=k[2],al=k[1],m=F(function(e){var
 b=al,a=e;for(;;){if(b){if(a){var
-c=cT(b[1],a[1]);if(c){var
+c=cW(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
-d=a;return d}return a?0:1}},ak);else
+d=a;return d}return a?0:1}},aj);else
 var
-m=1;if(m)return cn(bJ(a),d);var
+m=1;if(m)return co(bK(a),d);var
 f=m}else
 var
 f=E}else
@@ -4400,52 +4483,52 @@ f=B}else
 var
 f=A;return f}return 0;case
 3:var
-H=8<=c[4]?1:0;if(H)if(b){var
-J=0===a[7][0]?1:0;if(J){var
-K=0===a[2][0]?1:0;if(K){var
-ah=gU(a,0);return cn(av(gS,[0,U],r(eG,r(function(b){var
-c=jN(a);return r(function(a){return dP(a,b)},c)},ah))),d)}var
-i=K}else
-var
+G=8<=c[4]?1:0;if(G)if(b){var
+I=0===a[7][0]?1:0;if(I){var
+J=0===a[2][0]?1:0;if(J){var
+ah=g8(a,0);return co(ax(g6,[0,U],s(eS,s(function(b){var
+c=j0(a);return s(function(a){return dY(a,b)},c)},ah))),d)}var
 i=J}else
+var
+i=I}else
 var
 i=b;else
 var
-i=H;return i;default:if(b){var
-L=e$(a,c[4]);if(L){var
+i=G;return i;default:if(b){var
+L=fk(a,c[4]);if(L){var
 ao=function(b){var
-c=aR(b);return cn([0,S(co(a),c)],d)};return dQ(a,c[4],ao)}var
+c=aM(b);return co([0,R(cp(a),c)],d)};return dZ(a,c[4],ao)}var
 M=L}else
 var
 M=b;return M}else
 switch(e[0]){case
 0:var
 ap=e[1];if(b){var
-N=e$(a,c[4]);if(N){var
+N=fk(a,c[4]);if(N){var
 aq=function(b){var
-c=cq(a)[2],e=cq(a)[1],f=co(a);return e_(d,cp(a),f,P,b,ap,e,c)};return dQ(a,c[4],aq)}var
+c=cr(a)[2],e=cr(a)[1],f=cp(a);return fj(d,cq(a),f,Q,b,ap,e,c)};return dZ(a,c[4],aq)}var
 O=N}else
 var
 O=b;return O;case
 1:var
-Q=e[1],n=c[4];if(7===n){if(b){var
-R=dO(a);if(R)return dQ(a,7,function(b){var
-c=I(b,co(a));if(c){var
-e=lg(a)[2],f=lg(a)[1];return e_(d,P,co(a),P,b,Q,f,e)}return c});var
-T=R}else
+P=e[1],n=c[4];if(7===n){if(b){var
+S=dX(a);if(S)return dZ(a,7,function(b){var
+c=K(b,cp(a));if(c){var
+e=lw(a)[2],f=lw(a)[1];return fj(d,Q,cp(a),Q,b,P,f,e)}return c});var
+T=S}else
 var
 T=b;return T}if(b){var
-V=e$(a,n);if(V)return dQ(a,n,function(b){var
-e=cp(a),c=I(b,bI(co(a),e));if(c){var
-f=cq(a)[2],g=cq(a)[1],h=cp(a),i=bI(co(a),h);return e_(d,cp(a),i,P,b,Q,g,f)}return c});var
+V=fk(a,n);if(V)return dZ(a,n,function(b){var
+e=cq(a),c=K(b,bJ(cp(a),e));if(c){var
+f=cr(a)[2],g=cr(a)[1],h=cq(a),i=bJ(cp(a),h);return fj(d,cq(a),i,Q,b,P,g,f)}return c});var
 W=V}else
 var
 W=b;return W;case
 2:if(1===c[4]){if(b){var
-X=bZ(a);if(X){var
-Y=dO(a);if(Y){var
-Z=ag(dN(a));if(Z){var
-ar=cq(a)[2],as=cq(a)[1],at=e[1],au=dN(a),aw=dN(a),ax=dN(a);return e_(d,P,bI(co(a),ax),aw,au,at,as,ar)}var
+X=b0(a);if(X){var
+Y=dX(a);if(Y){var
+Z=ag(dW(a));if(Z){var
+ar=cr(a)[2],as=cr(a)[1],at=e[1],au=dW(a),av=dW(a),aw=dW(a);return fj(d,Q,bJ(cp(a),aw),av,au,at,as,ar)}var
 j=Z}else
 var
 j=Y}else
@@ -4454,13 +4537,13 @@ j=X}else
 var
 j=b;return j}return 0;case
 3:if(1===c[4]){var
-_=G(b);if(_){var
-$=le(a);if($){var
-aa=bZ(a);if(aa){var
+_=H(b);if(_){var
+$=lu(a);if($){var
+aa=b0(a);if(aa){var
 ab=0===a[7][0]?1:0;if(ab){var
-ac=ea(bJ(a));if(ac){var
-ay=lf(a),ad=e8(e[1],ay);if(ad){var
-az=lf(a);return cn(dA(S,bJ(a),az),d)}var
+ac=en(bK(a));if(ac){var
+ay=lv(a),ad=fh(e[1],ay);if(ad){var
+az=lv(a);return co(dJ(R,bK(a),az),d)}var
 g=ad}else
 var
 g=ac}else
@@ -4473,28 +4556,28 @@ g=$}else
 var
 g=_;return g}return 0;case
 4:if(7===c[4]){if(b){var
-ae=dO(a);if(ae){var
-aA=lb(a),af=e8(e[1],aA);if(af){var
-o=lb(a),p=bJ(a);if(p)if(o)var
-t=o[1],u=p[1],am=aR(aj(t,u)),q=[0,S(aj(U,S(t,u)),am)];else
+ae=dX(a);if(ae){var
+aA=lr(a),af=fh(e[1],aA);if(af){var
+o=lr(a),p=bK(a);if(p)if(o)var
+t=o[1],u=p[1],am=aM(ak(t,u)),q=[0,R(ak(U,R(t,u)),am)];else
 var
 q=p;else
 var
-q=o;return cn(q,d)}var
-s=af}else
+q=o;return co(q,d)}var
+r=af}else
 var
-s=ae}else
+r=ae}else
 var
-s=b;return s}return 0;default:return 0}}var
-lh=k(xy),li=k(xz),lj=k(xA),xC=k(xB),xE=k(xD),gW=k(xF),gX=k(xG);function
-lk(a){function
+r=b;return r}return 0;default:return 0}}var
+lx=k(xM),ly=k(xN),lz=k(xO),xQ=k(xP),xS=k(xR),g_=k(xT),g$=k(xU);function
+lA(a){function
 b(a){function
 b(b){function
-c(a){return[0,[0,b,a]]}return h(q(function(a){return ai(bu,a)},li,a),c)}return h(q(bu,lh,a),b)}return h(T([0,lh,[0,li,0]],0,a),b)}function
-ll(l,g,d){var
-b=x(k(xH),l);if(g){if(d){var
-h=d[1],i=g[1],o=r(jT,h),c=i[2],a=o,m=0,n=0;for(;;){if(c){if(a){var
-e=e8(c[1],a[1]);if(e){var
+c(a){return[0,[0,b,a]]}return h(r(function(a){return ah(bv,a)},ly,a),c)}return h(r(bv,lx,a),b)}return h(S([0,lx,[0,ly,0]],0,a),b)}function
+lB(l,g,d){var
+b=y(k(xV),l);if(g){if(d){var
+h=d[1],i=g[1],o=s(j6,h),c=i[2],a=o,m=0,n=0;for(;;){if(c){if(a){var
+e=fh(c[1],a[1]);if(e){var
 c=c[2],a=a[2];continue}var
 f=e}else
 var
@@ -4502,30 +4585,30 @@ f=a;var
 j=f}else
 var
 j=a?0:1;var
-p=[0,[0,x(b,k(xI)),[0,[7,j],n]],m],q=jU(h),s=[0,[7,e8(i[1],q)],0];return[0,[0,x(b,k(xJ)),s],p]}}return[0,[0,b,xK],0]}return d?[0,[0,b,xL],0]:[0,[0,b,xM],0]}function
-fa(e,a,d,c){if(a)var
-f=[0,[0,d],[0,[7,B(c,a[1])],0]],b=[0,[0,x(k(xN),e),f],0];else
+p=[0,[0,y(b,k(xW)),[0,[7,j],n]],m],q=j7(h),r=[0,[7,fh(i[1],q)],0];return[0,[0,y(b,k(xX)),r],p]}}return[0,[0,b,xY],0]}return d?[0,[0,b,xZ],0]:[0,[0,b,x0],0]}function
+fl(e,a,d,c){if(a)var
+f=[0,[0,d],[0,[7,A(c,a[1])],0]],b=[0,[0,y(k(x1),e),f],0];else
 var
 b=a;return b}function
-lm(c,b,a){if(a)var
-d=a[1][1],f=a[2],g=lm(K(c,t),d5(b,d),f),h=R(b,d)?xO:xQ,e=[0,[0,gx(xP,c),h],g];else
+lC(c,b,a){if(a)var
+d=a[1][1],f=a[2],g=lC(J(c,p),dq(b,d),f),h=P(b,d)?x2:x4,e=[0,[0,gK(x3,c),h],g];else
 var
 e=a;return e}var
-fb=k(xT),ln=x(fb,k(xU)),lo=x(fb,k(xV)),xX=k(xW),lp=[0,[0,gB,0],[0,[0,fb,1],[0,[0,ln,2],[0,[0,lo,5],[0,[0,xX,7],[0,[0,k(xY),8],0]]]]]];function
-c7(b,a){function
-c(a){return[0,b]}return h(T(0,0,a),c)}function
-lq(a,c,b){function
+fm=k(x7),lD=y(fm,k(x8)),lE=y(fm,k(x9)),x$=k(x_),lF=[0,[0,gO,0],[0,[0,fm,1],[0,[0,lD,2],[0,[0,lE,5],[0,[0,x$,7],[0,[0,k(ya),8],0]]]]]];function
+db(b,a){function
+c(a){return[0,b]}return h(S(0,0,a),c)}function
+lG(a,c,b){function
 d(b){function
-d(a){return[0,B(c,a)]}return h(q(bu,a,b),d)}return h(T([0,a,0],0,b),d)}function
-fc(b,a){function
+d(a){return[0,A(c,a)]}return h(r(bv,a,b),d)}return h(S([0,a,0],0,b),d)}function
+fn(b,a){function
 c(a){function
 c(a){var
-c=[0,B(b,a)],d=a?1:a;return J(d,xZ,c)}return h(q(function(a){return ai(aD,a)},lj,a),c)}return h(T([0,lj,0],0,a),c)}var
-lr=k(x0),ls=k(x1);function
-lt(f,a,e,d){var
-b=B(f,a);if(b){var
-c=b[1],g=[0,[7,cn(c,e)],0],h=a?0:1;return[0,d,[0,[0,[9,h,c]],g]]}return ya}function
-lu(a){if(a){var
+c=[0,A(b,a)],d=a?1:a;return L(d,yb,c)}return h(r(function(a){return ah(aC,a)},lz,a),c)}return h(S([0,lz,0],0,a),c)}var
+lH=k(yc),lI=k(yd);function
+lJ(f,a,e,d){var
+b=A(f,a);if(b){var
+c=b[1],g=[0,[7,co(c,e)],0],h=a?0:1;return[0,d,[0,[0,[9,h,c]],g]]}return yo}function
+lK(a){if(a){var
 c=typeof
 a[1]==="number"?1:0;if(c){if(a[2])return 0;var
 b=1}else
@@ -4533,113 +4616,113 @@ var
 b=c}else
 var
 b=a;return b}var
-lv=k(yp),yr=k(yq);function
-lw(a){return a?av(d5,a[1],a[2]):u}function
-fd(a){return lw(r(bS,a))}function
-yy(a){return lw(r(function(b){var
-c=fd(a);return w(b[1],c)?b[2]:u},a))}function
-fe(g,f,e,d,c,a){return av(function(b,h){var
-a=az(d,c);return K(B(g,r(function(a){return[0,ak(z(z(b[1],a[1]),e),z(z(b[2],a[2]),f)),z(b[2],a[2])]},a)),h)},u,a)}function
-gY(a,c){var
-b=cb(0,bF(a));return eE(r(function(b){return dB(a,c,b)},b))}function
-gZ(a){return eE(jN(a))}function
-lx(f,e,d,a){var
-g=f[8][7],b=cR(function(a){var
-b=aI(d);return w(a[1],b)},g);if(b){var
-c=B(e,b[1]);return c?c[1]:a}return a}function
-ly(b){var
-a=pA(pB,0,b);return a?[0,a[1]]:O(yA)}function
-lz(j,c,i){if(!X(c4,c)&&!X(be,c)){if(i){var
-e=i[1],n=function(a){return[0,[0,[0,[0,a,0],B(j,e)]]]},d=0,b=0,a=e,k=function(a){function
-b(a){return J(H(ej(a),e),yB,[0,a])}return h(aX(ly,a),b)};for(;;){if(a){var
+lL=k(yD),yF=k(yE);function
+lM(a){return a?ax(dq,a[1],a[2]):t}function
+fo(a){return lM(s(bT,a))}function
+yM(a){return lM(s(function(b){var
+c=fo(a);return x(b[1],c)?b[2]:t},a))}function
+fp(g,f,e,d,c,a){return ax(function(b,h){var
+a=aA(d,c);return J(A(g,s(function(a){return[0,Z(v(v(b[1],a[1]),e),v(v(b[2],a[2]),f)),v(b[2],a[2])]},a)),h)},t,a)}function
+ha(a,c){var
+b=cd(0,bG(a));return eQ(s(function(b){return dK(a,c,b)},b))}function
+hb(a){return eQ(j0(a))}function
+lN(f,e,d,a){var
+g=f[8][7],b=cU(function(a){var
+b=aL(d);return x(a[1],b)},g);if(b){var
+c=A(e,b[1]);return c?c[1]:a}return a}function
+lO(b){var
+a=pP(pQ,0,b);return a?[0,a[1]]:O(yO)}function
+lP(j,c,i){if(!X(c9,c)&&!X(bj,c)){if(i){var
+e=i[1],n=function(a){return[0,[0,[0,[0,a,0],A(j,e)]]]},d=0,b=0,a=e,k=function(a){function
+b(a){return L(I(ew(a),e),yP,[0,a])}return h(a0(lO,a),b)};for(;;){if(a){var
 f=a[2],g=a[1];if(10===g){var
-d=[0,N(b,0),d],b=0,a=f;continue}var
+d=[0,M(b,0),d],b=0,a=f;continue}var
 b=[0,g,b],a=f;continue}var
-l=b?O(yz):[0,N(d,0)];return h(h(l,k),n)}}return yC}function
+l=b?O(yN):[0,M(d,0)];return h(h(l,k),n)}}return yQ}function
 m(a){function
-b(b){return[0,[0,[0,[0,[0,a,b],1],B(j,ej([0,a,b]))]]]}return h(q(a$,be,c),b)}return h(q(function(a){return[0,a]},c4,c),m)}function
-lA(a){function
+b(b){return[0,[0,[0,[0,[0,a,b],1],A(j,ew([0,a,b]))]]]}return h(r(be,bj,c),b)}return h(r(function(a){return[0,a]},c9,c),m)}function
+lQ(a){function
 b(a){function
 b(i){function
 b(j){function
 b(l){function
 b(m){function
 b(h){function
-b(b,a){return[0,x(k(yD),b),[0,[0,a],0]]}var
-n=[0,b(gt,[7,h]),0],o=[0,b(bp,[6,m]),n],p=[0,b(bo,[5,l]),o],q=[0,b(bn,[4,j]),p],r=[0,[0,b(bd,[3,i]),q]],d=ah(ke,a);if(d){var
+b(b,a){return[0,y(k(yR),b),[0,[0,a],0]]}var
+n=[0,b(gG,[7,h]),0],o=[0,b(br,[6,m]),n],p=[0,b(bq,[5,l]),o],q=[0,b(bp,[4,j]),p],r=[0,[0,b(bi,[3,i]),q]],d=aj(kr,a);if(d){var
 c=d[1],g=0;if(typeof
 c!=="number"&&0===c[0]){var
 e=c[1];g=1}if(!g)var
 e=0;var
 f=e}else
 var
-f=1;return J(f,yE,r)}return h(q(fR,gt,a),b)}return h(q(an,bp,a),b)}return h(q(function(a){return bt(an,a)},bo,a),b)}return h(q(an,bn,a),b)}return h(q(an,bd,a),b)}return h(T([0,bd,[0,bn,[0,bo,[0,bp,[0,gt,0]]]]],[0,ke,0],a),b)}function
-ff(a){return x(k(yF),a)}function
-fg(c,b,a){var
-d=ax(function(a){return X(a,b)},c);return r(function(b){return[0,x(k(a),b),yG]},d)}function
-yH(a){function
+f=1;return L(f,yS,r)}return h(r(f4,gG,a),b)}return h(r(an,br,a),b)}return h(r(function(a){return bu(an,a)},bq,a),b)}return h(r(an,bp,a),b)}return h(r(an,bi,a),b)}return h(S([0,bi,[0,bp,[0,bq,[0,br,[0,gG,0]]]]],[0,kr,0],a),b)}function
+fq(a){return y(k(yT),a)}function
+fr(c,b,a){var
+d=az(function(a){return X(a,b)},c);return s(function(b){return[0,y(k(a),b),yU]},d)}function
+yV(a){function
 b(a){function
 b(c){function
-b(a){return yI}return h(aX(function(a){return _(a[2])},a),b)}return h(aX(function(a){return _([2,a[1]])},a),b)}return h(a2(a),b)}var
-yJ=[0,ew,[0,eK,[0,c2,[0,c3,[0,eL,[0,eM,[0,bV,[0,kb,0]]]]]]]];function
-dR(b,a){var
-c=dl(u,a);return aX(function(a){return aK(b,a[1],a[2])},c)}var
-lB=[0,eQ,[0,eR,[0,eS,[0,kd,[0,eT,[0,eU,0]]]]]];function
-c8(a){return a?a[1]?0:1:2}function
-lC(aO,aN){var
-O=ka(aO,aN);if(O){var
-a=O[1][1],N=j9(gq(aO),aN);if(N){var
-J=ci(sL,N[1]);if(J){var
-b=J[1];if(b){var
-aK=F(sJ,b);if(aK){var
-aL=I(a[1],U);if(aL){var
-ac=eJ(b),ad=j3(b),ae=a[2],aP=0;if(ae)var
-x=ae;else{var
-af=w(ac,u);if(af)var
-x=af;else{var
-aS=a[4],ah=S(eI(ad),aS),aT=a[5],ai=S(eI(ak(z(g(2,t),ac),ad)),aT),aj=I(ah,ai);if(aj){var
-K=I(ai,ah);aP=1}else
+b(a){return yW}return h(a0(function(a){return $(a[2])},a),b)}return h(a0(function(a){return $([2,a[1]])},a),b)}return h(a5(a),b)}var
+yX=[0,eI,[0,eV,[0,c6,[0,c7,[0,eW,[0,eX,[0,bW,[0,ko,0]]]]]]]];function
+d0(b,a){var
+c=du(t,a);return a0(function(a){return aN(b,a[1],a[2])},c)}var
+lR=[0,e0,[0,e1,[0,e2,[0,kq,[0,e3,[0,e4,0]]]]]];function
+dc(a){return a?a[1]?0:1:2}function
+lS(aO,aN){var
+O=kn(aO,aN);if(O){var
+a=O[1][1],N=kj(gD(aO),aN);if(N){var
+I=cc(km,N[1]);if(I){var
+b=I[1];if(b){var
+aK=F(sY,b);if(aK){var
+aL=K(a[1],U);if(aL){var
+ad=eU(b),ae=kd(b),af=a[2],aP=0;if(af)var
+y=af;else{var
+ah=x(ad,t);if(ah)var
+y=ah;else{var
+aS=a[4],ai=R(eT(ae),aS),aT=a[5],aj=R(eT(Z(v(e(2,p),ad),ae)),aT),ak=K(ai,aj);if(ak){var
+J=K(aj,ai);aP=1}else
 var
-x=aj}}if(!aP)var
-K=x;if(K){var
-j=eJ(b),v=j3(b),e=a[4],c=a[5];if(w(j,u)){var
-V=I(e,P);if(V){var
-W=I(c,P);if(W)var
-X=a1(e),f=X?a1(c):X;else
+y=ak}}if(!aP)var
+J=y;if(J){var
+j=eU(b),w=kd(b),f=a[4],c=a[5];if(x(j,t)){var
+V=K(f,Q);if(V){var
+W=K(c,Q);if(W)var
+X=a4(f),g=X?a4(c):X;else
 var
-f=W}else
+g=W}else
 var
-f=V}else{var
-$=ag(e);if($){var
-aa=ag(c);if(aa)var
-ab=ag(cC(e)),f=ab?ag(cC(c)):ab;else
+g=V}else{var
+aa=ag(f);if(aa){var
+ab=ag(c);if(ab)var
+ac=ag(cD(f)),g=ac?ag(cD(c)):ac;else
 var
-f=aa}else
+g=ab}else
 var
-f=$}var
-Q=0;if(f)if(a[2])var
-Y=go(a[1],a[3],j,v,e,P),p=Y?go(a[1],a[3],j,v,c,c):Y;else{var
-Z=I(c,e);if(Z)var
-p=go(a[1],a[3],j,v,e,c);else{var
-_=Z;Q=1}}else{var
-_=f;Q=1}if(Q)var
-p=_;var
-T=0;if(p){var
-aE=j0(a[4],b,a[6]);if(aE){var
-aV=j6(b,a[6]),aF=a[10];if(aF){var
-y=aF[1],ap=I(U,y);if(ap){var
+g=aa}var
+S=0;if(g)if(a[2])var
+Y=gC(a[1],a[3],j,w,f,Q),q=Y?gC(a[1],a[3],j,w,c,c):Y;else{var
+_=K(c,f);if(_)var
+q=gC(a[1],a[3],j,w,f,c);else{var
+$=_;S=1}}else{var
+$=g;S=1}if(S)var
+q=$;var
+T=0;if(q){var
+aE=kb(a[4],b,a[6]);if(aE){var
+aV=kg(b,a[6]),aF=a[10];if(aF){var
+z=aF[1],ap=K(U,z);if(ap){var
 m=aV;b:for(;;){if(m){var
 ao=m[2],n=m[1],k=ao;for(;;){if(k){var
-l=k[1];if(w(n[1],l[1])){var
-al=j4(y,n[2],l[2]);if(al){var
-am=j4(y,l[2],n[2]);if(am){var
+l=k[1];if(x(n[1],l[1])){var
+al=ke(z,n[2],l[2]);if(al){var
+am=ke(z,l[2],n[2]);if(am){var
 k=k[2];continue}var
 an=am}else
 var
 an=al;var
 o=an}else
 var
-o=R(n[1],l[1])}else
+o=P(n[1],l[1])}else
 var
 o=1;if(o){var
 m=ao;continue b}var
@@ -4652,38 +4735,38 @@ var
 h=1}else
 var
 h=aE;if(h){var
-aG=j0(a[5],b,a[7]);if(aG){var
-aH=j6(b,a[7]),aI=a[8],i=a[9];if(aI){var
-aq=aI[1],ar=aq[2],as=aq[1],A=j5(aH,as),q=0;if(A){var
-B=A[1],C=j5(aH,ar),r=0;if(C){var
-D=C[1],at=w(B[1],D[1]),s=0;if(at){var
-au=G(w(as,ar));if(au){var
+aG=kb(a[5],b,a[7]);if(aG){var
+aH=kg(b,a[7]),aI=a[8],i=a[9];if(aI){var
+aq=aI[1],ar=aq[2],as=aq[1],A=kf(aH,as),r=0;if(A){var
+B=A[1],C=kf(aH,ar),s=0;if(C){var
+D=C[1],at=x(B[1],D[1]),u=0;if(at){var
+au=H(x(as,ar));if(au){var
 av=ag(B[2][1]);if(av)if(i){var
-E=i[1],aw=I(U,E),aQ=0;if(aw){var
-ax=G(I(E,U));if(ax){var
-aU=B[2][1],d=I(S(E,D[2][2]),aU);q=1;r=1;s=1;aQ=1}else
+E=i[1],aw=K(U,E),aQ=0;if(aw){var
+ax=H(K(E,U));if(ax){var
+aU=B[2][1],d=K(R(E,D[2][2]),aU);r=1;s=1;u=1;aQ=1}else
 var
 ay=ax}else
 var
 ay=aw;if(!aQ){var
-d=ay;q=1;r=1;s=1}}else{var
-d=I(D[2][2],P);q=1;r=1;s=1}else
+d=ay;r=1;s=1;u=1}}else{var
+d=K(D[2][2],Q);r=1;s=1;u=1}else
 var
-H=av}else
+G=av}else
 var
-H=au}else
+G=au}else
 var
-H=at;if(!s)var
-az=H}else
+G=at;if(!u)var
+az=G}else
 var
-az=C;if(!r)var
+az=C;if(!s)var
 aA=az}else
 var
-aA=A;if(!q)var
+aA=A;if(!r)var
 d=aA}else{var
 aR=0;if(i){var
-aB=i[1],aC=I(aB,U);if(aC){var
-d=I(U,aB);aR=1}else
+aB=i[1],aC=K(aB,U);if(aC){var
+d=K(U,aB);aR=1}else
 var
 aD=aC}else
 var
@@ -4692,11 +4775,11 @@ d=aD}}else
 var
 d=aG}else{var
 aJ=h;T=1}}else{var
-aJ=p;T=1}if(T)var
+aJ=q;T=1}if(T)var
 d=aJ;var
 L=d}else
 var
-L=K}else
+L=J}else
 var
 L=aL;var
 M=[0,L]}else
@@ -4706,91 +4789,91 @@ var
 M=b;var
 aM=M}else
 var
-aM=J;return aM}return N}return O}function
-zA(ap,aL,i){function
-aM(b){function
+aM=I;return aM}return N}return O}function
+zO(ap,aK,g){function
+aN(b){function
 a(b){function
 a(c){function
 a(c){function
-a(e){var
-c=ah(cX,e);if(c){var
+a(f){var
+c=aj(c0,f);if(c){var
 d=c[1],l=0;if(typeof
 d!=="number"&&2===d[0]){var
-y=k(zw),f=H(d[1],y);l=1}if(!l)var
-f=0;var
-a=f}else
+z=k(zK),i=I(d[1],z);l=1}if(!l)var
+i=0;var
+a=i}else
 var
 a=c;var
-j=jl(e),m=j?[0,gr,0]:j,n=a?[0,kc,[0,gs,0]]:a,o=x([0,cX,[0,ev,[0,f6,[0,dD,[0,bk,0]]]]],x(n,m)),p=a?0:[0,eP,[0,kd,[0,eT,[0,eU,0]]]],s=x([0,eQ,[0,eR,[0,eS,0]]],p);function
-v(c){if(a){var
-f=function(a){return[0,[1,a]]},d=function(a){function
+j=jy(f),m=j?[0,gE,0]:j,n=a?[0,kp,[0,gF,0]]:a,o=y([0,c0,[0,eH,[0,gh,[0,dN,[0,bm,0]]]]],y(n,m)),q=a?0:[0,eZ,[0,kq,[0,e3,[0,e4,0]]]],u=y([0,e0,[0,e1,[0,e2,0]]],q);function
+w(c){if(a){var
+i=function(a){return[0,[1,a]]},d=function(a){function
 b(a){var
-b=[0,[0,eM,yL],[0,[0,bV,yK],0]];return[0,x([0,[0,eK,yP],[0,[0,c2,yO],[0,[0,c3,yN],0]]],x(r(function(a){return[0,a[2],yM]},a),b))]}var
-c=0,d=0;return h(dR(function(a,b){return gC(d,c,a,b)},a),b)},o=h(h(q(a$,eL,b),d),f),j=function(l){function
+b=[0,[0,eX,yZ],[0,[0,bW,yY],0]];return[0,y([0,[0,eV,y3],[0,[0,c6,y2],[0,[0,c7,y1],0]]],y(s(function(a){return[0,a[2],y0]},a),b))]}var
+c=0,d=0;return h(d0(function(a,b){return gP(d,c,a,b)},a),b)},o=h(h(r(be,eW,b),d),i),j=function(l){function
 a(a){function
 d(Y){function
 d(Z){function
 d(d){if(d){var
-e=d[1],f=e[1],y=f[2],a=f[1],A=e[2];if(a){var
-C=a[2],E=a[1],j=function(e){var
-a=ah(cX,e),m=0;if(a){var
+f=d[1],i=f[1],z=i[2],a=i[1],B=f[2];if(a){var
+D=a[2],E=a[1],j=function(f){var
+a=aj(c0,f),m=0;if(a){var
 d=a[1],n=0;if(typeof
 d!=="number"&&2===d[0]){var
-j=H(d[1],w8);m=1;n=1}if(!n)var
-f=0}else
+j=I(d[1],xk);m=1;n=1}if(!n)var
+i=0}else
 var
-f=a;if(!m)var
-j=f;if(G(j))return o;function
-p(a){function
-f(d){if(xh(a,d))return o;var
-v=a[5],D=cD(cm(a,d)),L=cD(cl(d)),e=[0,a[1],a[2],L,D,v,0,0],f=C,g=0;for(;;){if(f){var
-j=f[1],s=0;if(typeof
+i=a;if(!m)var
+j=i;if(H(j))return o;function
+q(a){function
+i(d){if(xv(a,d))return o;var
+w=a[5],C=cE(cn(a,d)),N=cE(cm(d)),e=[0,a[1],a[2],N,C,w,0,0],f=D,i=0;for(;;){if(f){var
+j=f[1],u=0;if(typeof
 j!=="number"&&4===j[0]){var
-n=X(gL,j[1]);s=1}if(!s)var
+n=X(gZ,j[1]);u=1}if(!u)var
 n=0;if(!n){var
-f=f[2],g=[0,j,g];continue}var
-m=[0,N(g,0),f]}else
+f=f[2],i=[0,j,i];continue}var
+m=[0,M(i,0),f]}else
 var
-m=[0,N(g,0),0];var
-p=m[2],P=function(f){function
-s(D){var
-g=O(zd);function
+m=[0,M(i,0),0];var
+q=m[2],Q=function(f){function
+u(C){var
+i=O(zr);function
 n(W){function
-g(g){var
-m=bj(aS(cm(a,d))),n=bj(aS(cl(d))),o=a[5],K=o?[0,o[1]]:[1,c0(m,n,r(b$,D))],s=dM(a),L=s?[0,c0(m,n,r(bS,D))]:s,N=au(a[2]),v=d[2],P=d[3],Q=v?[0,k5(v[1])]:[1,au(a[4])],j=[0,k5(d[1]),Q,P,N,W,L,K,g],S=cD(cl(d)),U=k4(a,f,cD(cm(a,d)),S),p=aw(function(b){var
-c=ch(b),e=ab(function(b){var
-d=ch(b[2]),c=b[1];return r(function(b){var
-g=gl(j,c,b[1]),d=e7(a),f=0;if(d)var
-h=dB(j,c,b[1]),e=r(function(a){return[0,a]},h);else
+i(i){var
+m=bd(aW(cn(a,d))),n=bd(aW(cm(d))),o=a[5],J=o?[0,o[1]]:[1,c3(m,n,s(ca,C))],u=dV(a),M=u?[0,c3(m,n,s(bT,C))]:u,N=aw(a[2]),w=d[2],Q=d[3],R=w?[0,lj(w[1])]:[1,aw(a[4])],j=[0,lj(d[1]),R,Q,N,W,M,J,i],T=cE(cm(d)),U=li(a,f,cE(cn(a,d)),T),q=ay(function(b){var
+c=cj(b),e=ac(function(b){var
+d=cj(b[2]),c=b[1];return s(function(b){var
+g=gy(j,c,b[1]),d=fg(a),f=0;if(d)var
+h=dK(j,c,b[1]),e=s(function(a){return[0,a]},h);else
 var
 e=d;var
-i=b[2],k=aI(b[1]);return[0,aI(c),k,i,e,g,f]},d)},c),g=a[5],f=0,h=dM(a)?1:2,i=V(a[2]),k=aS(cl(d));return[0,aS(cm(a,d)),k,i,h,g,f,e]},U);function
-$($){function
+i=b[2],k=aL(b[1]);return[0,aL(c),k,i,e,g,f]},d)},c),g=a[5],f=0,h=dV(a)?1:2,i=V(a[2]),k=aW(cm(d));return[0,aW(cn(a,d)),k,i,h,g,f,e]},U);function
+_(_){function
 m(o){var
-n=aa(function(a){return X(a[1],o)},dJ),s=n?dJ:n,m=x(kx,s);function
-v(o){function
-s(D){function
-s(K){function
+n=ab(function(a){return X(a[1],o)},dS),u=n?dS:n,m=y(kK,u);function
+w(o){function
+u(C){function
+u(J){function
 o(b){var
-c=b?bl:bc,a=bX(D,c),d=a?a[1][2]:a;return d}function
+c=b?bn:bh,a=bY(C,c),d=a?a[1][2]:a;return d}function
 m(aa){var
-am=fE(d[3],t);function
+am=fQ(d[3],p);function
 m(m){function
-d(B){function
+d(A){function
 d(d){var
-n=X(eS,c),_=n||X(dC,b);function
+n=X(e2,c),$=n||X(dM,b);function
 o(ab){function
 d(ac){function
 d(ad){function
-d(s){function
+d(p){function
 d(ae){var
-I=jm(l,a[1]),L=I[1],M=I[2];function
-N(a){return _?ze:a}function
-O(a){return M?a:[0,zf,a]}var
-af=[0,[0,bV,N(ab)],0],ag=gE(0,B),ai=x(r(function(a){var
-b=N(a[2]);return[0,a[1],b]},ag),af),aj=m?1:m,T=0;if(aj&&F(function(l){function
+G=jz(l,a[1]),K=G[1],M=G[2];function
+N(a){return $?zs:a}function
+O(a){return M?a:[0,zt,a]}var
+af=[0,[0,bW,N(ab)],0],ag=gR(0,A),ah=y(s(function(a){var
+b=N(a[2]);return[0,a[1],b]},ag),af),ai=m?1:m,T=0;if(ai&&F(function(l){function
 n(f,e){var
-a=ah(e,f);if(a){var
+a=aj(e,f);if(a){var
 b=a[1],d=0;if(typeof
 b!=="number")switch(b[0]){case
 2:return b[1];case
@@ -4799,23 +4882,23 @@ b!=="number")switch(b[0]){case
 c=0;d=1}if(!d)return 0}else
 var
 c=a;return c}function
-b(a){return n(s,a)}var
+b(a){return n(p,a)}var
 h=l[1],m=0;if(h){var
 i=h[2],e=0;if(i){var
 c=i[2],f=0;if(c){var
 d=c[2],g=0;if(d)if(d[2]){var
 a=0;e=1;f=1;g=1}else{var
-j=d[1],o=c[1];if(H(j,lo))if(X(e5,s)){var
+j=d[1],o=c[1];if(I(j,lE))if(X(fe,p)){var
 a=0;e=1;f=1;g=1}else{var
-G=0,I=X(bp,s)?b(bp):n(ae,bp),J=b(bd),K=b(bn),C=x(I,k(yu)),D=x(J,x(k(yv),C)),E=x(K,x(k(yw),D)),a=[0,[0,lv,[0,x(k(yx),E),G]]];e=1;f=1;g=1}else{var
-L=b(bo),A=x(L,k(ys)),B=x(k(yt),A),M=bq(H(j,ln),B),p=H(j,fb);if(p)var
-N=H(o,e0),q=N||H(o,ls);else
+G=0,H=X(br,p)?b(br):n(ae,br),J=b(bi),K=b(bp),C=y(H,k(yI)),D=y(J,y(k(yJ),C)),E=y(K,y(k(yK),D)),a=[0,[0,lL,[0,y(k(yL),E),G]]];e=1;f=1;g=1}else{var
+L=b(bq),A=y(L,k(yG)),B=y(k(yH),A),M=bs(I(j,lD),B),q=I(j,fm);if(q)var
+N=I(o,e_),r=N||I(o,lI);else
 var
-q=p;var
-r=[0,[0,lv,x(bq(q,yr),M)]]}}else
+r=q;var
+s=[0,[0,lL,y(bs(r,yF),M)]]}}else
 var
-r=d;if(!g)var
-t=r}else
+s=d;if(!g)var
+t=s}else
 var
 t=c;if(!f)var
 u=t}else
@@ -4824,127 +4907,127 @@ u=i;if(!e){var
 v=u;m=1}}else{var
 v=h;m=1}if(m)var
 a=v;if(a){var
-w=a[1],O=l[5],y=bv(V(w),O);if(y){var
-P=l[5];return F(function(a){return cd(P,a)},w)}var
-z=y}else
+w=a[1],O=l[5],x=bw(V(w),O);if(x){var
+P=l[5];return F(function(a){return cf(P,a)},w)}var
+z=x}else
 var
 z=a;return z},m)){var
-P=0;T=1}if(!T)var
-P=[0,[0,k(zt),zs],0];var
-ak=x(P,ai),al=x(gD(0,m),ak),Q=dI(aa,0),am=0,an=0,ao=Q?[0,[8,Q[1]]]:zr,ap=x([0,[0,c3,[0,ao,an]],am],al),aq=O(K[2]),ar=x([0,[0,K[1],aq],0],ap),as=x(r(function(a){var
-b=O(a[2][1]);return[0,ff(a[1]),b]},D),ar),at=x(fg([0,bW,[0,dC,0]],b,0),as),U=0;if(!X(eR,c)){var
-W=0;if(gb(a)&&gb(e))W=1;if(!W){var
-S=[0,[0,k(zq),zp],0];U=1}}if(!U)var
+Q=0;T=1}if(!T)var
+Q=[0,[0,k(zH),zG],0];var
+ak=y(Q,ah),al=y(gQ(0,m),ak),R=dR(aa,0),am=0,an=0,ao=R?[0,[8,R[1]]]:zF,ap=y([0,[0,c7,[0,ao,an]],am],al),aq=O(J[2]),ar=y([0,[0,J[1],aq],0],ap),as=y(s(function(a){var
+b=O(a[2][1]);return[0,fq(a[1]),b]},C),ar),at=y(fr([0,bX,[0,dM,0]],b,0),as),U=0;if(!X(e1,c)){var
+W=0;if(go(a)&&go(e))W=1;if(!W){var
+S=[0,[0,k(zE),zD],0];U=1}}if(!U)var
 S=0;var
-au=x(S,at),av=x(ac,x($,x(ad,x(fg(lB,c,zg),au))));if(i)if(y)var
-aw=ej([0,E,C]),ax=[0,[7,H(i[1],aw)],0],q=[0,[0,k(zh),ax],0];else
+au=y(S,at),av=y(ac,y(_,y(ad,y(fr(lR,c,zu),au))));if(g)if(z)var
+aw=ew([0,E,D]),ax=[0,[7,I(g[1],aw)],0],r=[0,[0,k(zv),ax],0];else
 var
-q=y;else
+r=z;else
 var
-q=i;var
-ay=x(q,av),az=[0,[0,k(zi),[0,[7,M],0]],0],aA=[0,[7,L[2]],0],aB=[0,[0,k(zj),aA],az],aC=[0,[7,L[1]],0],aD=[0,[0,k(zk),aC],aB],aE=V(a[2]),aF=[0,[7,w(Z,z(V(f),aE))],0],aG=[0,[0,k(zl),aF],aD],aH=[0,[7,H(Y,A)],0],aI=[0,[0,[0,[1,j,p],0,0,x([0,[0,k(zm),aH],aG],ay),0]]],aJ=F(function(a){return a[4]},f),aK=aJ||F(function(a){return G(a[4])},f),d=f,aL=J(aK,zn,aI);for(;;){if(d){var
-g=d[2];if(g){var
-h=g[1],n=d[1],u=R(n[1],h[1]);if(u)var
+r=g;var
+ay=y(r,av),az=[0,[0,k(zw),[0,[7,M],0]],0],aA=[0,[7,K[2]],0],aB=[0,[0,k(zx),aA],az],aC=[0,[7,K[1]],0],aD=[0,[0,k(zy),aC],aB],aE=V(a[2]),aF=[0,[7,x(Z,v(V(f),aE))],0],aG=[0,[0,k(zz),aF],aD],aH=[0,[7,I(Y,B)],0],aI=[0,[0,[0,[1,j,q],0,0,y([0,[0,k(zA),aH],aG],ay),0]]],aJ=F(function(a){return a[4]},f),aK=aJ||F(function(a){return H(a[4])},f),d=f,aL=L(aK,zB,aI);for(;;){if(d){var
+h=d[2];if(h){var
+i=h[1],n=d[1],u=P(n[1],i[1]);if(u)var
 o=u;else
 var
-v=w(n[1],h[1]),o=v?R(n[2],h[2]):v;if(o){var
-d=g;continue}var
+w=x(n[1],i[1]),o=w?P(n[2],i[2]):w;if(o){var
+d=h;continue}var
 t=o}else
 var
 t=1}else
 var
-t=1;return J(t,zo,aL)}}return h(q(a2,bk,c),d)}return h(q(a2,gs,c),d)}return h(q(function(b){function
+t=1;return L(t,zC,aL)}}return h(r(a5,bm,c),d)}return h(r(a5,gF,c),d)}return h(r(function(b){function
 a(a){function
 b(c){function
 b(d){function
 b(b){function
 e(a){var
-f=lm(u,aT(t),g[7]),e=g[5],h=e?[0,[0,k(xS),xR],0]:e,i=x(h,f);function
-j(b){return I(a,b)}var
-l=x(fa(bp,g[4],[6,a],j),i);function
-m(a){return b?I(a,b[1]):b}var
-n=x(fa(bo,g[3],[5,b],m),l);function
-o(a){return I(a,d)}var
-p=x(fa(bn,g[2],[4,d],o),n);function
-q(a){return I(c,a)}return[0,x(fa(bd,g[1],[3,c],q),p)]}return h(q(an,bp,a),e)}return h(q(function(a){return bt(an,a)},bo,a),b)}return h(q(an,bn,a),b)}return h(q(an,bd,a),b)}return h(a2(b),a)},bk,c),d)}return h(q(lA,bk,c),d)}return h(kM(B,d),o)}return h(q(_,bV,b),d)}return h(q(function(a){function
+f=lC(t,aX(p),i[7]),e=i[5],g=e?[0,[0,k(x6),x5],0]:e,h=y(g,f);function
+j(b){return K(a,b)}var
+l=y(fl(br,i[4],[6,a],j),h);function
+m(a){return b?K(a,b[1]):b}var
+n=y(fl(bq,i[3],[5,b],m),l);function
+o(a){return K(a,d)}var
+q=y(fl(bp,i[2],[4,d],o),n);function
+r(a){return K(c,a)}return[0,y(fl(bi,i[1],[3,c],r),q)]}return h(r(an,br,a),e)}return h(r(function(a){return bu(an,a)},bq,a),b)}return h(r(an,bp,a),b)}return h(r(an,bi,a),b)}return h(a5(b),a)},bm,c),d)}return h(r(lQ,bm,c),d)}return h(kZ(A,d),o)}return h(r($,bW,b),d)}return h(r(function(a){function
 b(a){var
-b=0;return dR(function(a,c){return kL(o,b,n,a,c)},a)}return h(a$(a),b)},eM,b),d)}return h(q(function(a){function
-b(a){return dR(function(b,i){function
-a(a){if(lu(a[3])){var
+b=0;return d0(function(a,c){return kY(o,b,n,a,c)},a)}return h(be(a),b)},eX,b),d)}return h(r(function(a){function
+b(a){return d0(function(b,i){function
+a(a){if(lK(a[3])){var
 b=a[1];if(b){var
 c=b[2];if(c){var
 d=c[2];if(d){var
 f=d[2];if(f){if(f[2])return[0,a];var
-n=f[1],p=d[1],r=c[1],g=b[1],j=function(b){function
+n=f[1],p=d[1],q=c[1],g=b[1],j=function(b){function
 c(c){function
 d(b){var
-c=a[5],d=G(lu(b));return[0,[0,a[1],a[2],b,d,c]]}return h(q(function(s){if(H(g,e2))var
-d=ye;else
+c=a[5],d=H(lK(b));return[0,[0,a[1],a[2],b,d,c]]}return h(r(function(s){if(I(g,fa))var
+d=ys;else
 var
-m=H(g,e1),d=m?yo:m;if(d){var
-b=d[1],f=bX(lp,n);if(f){var
-i=f[1];if(H(r,c5)){var
-t=0,v=4,w=function(a){return c7(v,a)},x=[0,[0,k(x2),w],t],y=function(a){return[1,a]},z=function(a){return fc(y,a)},A=[0,[0,k(x3),z],x],C=function(a){return[0,a]},D=function(a){return fc(C,a)},E=[0,[0,k(x4),D],A],F=0,I=function(a){return c7(F,a)},J=[0,[0,k(x5),I],E];switch(i){case
+m=I(g,e$),d=m?yC:m;if(d){var
+b=d[1],f=bY(lF,n);if(f){var
+i=f[1];if(I(q,c$)){var
+u=0,v=4,w=function(a){return db(v,a)},x=[0,[0,k(ye),w],u],y=function(a){return[1,a]},z=function(a){return fn(y,a)},B=[0,[0,k(yf),z],x],C=function(a){return[0,a]},D=function(a){return fn(C,a)},E=[0,[0,k(yg),D],B],F=0,J=function(a){return db(F,a)},K=[0,[0,k(yh),J],E];switch(i){case
 1:if(b)var
-K=0,L=function(a){return[3,a]},N=[0,[0,ls,function(a){return lq(xE,L,a)}],K],P=2,a=[0,[0,e0,function(a){return c7(P,a)}],N];else
+L=0,M=function(a){return[3,a]},N=[0,[0,lI,function(a){return lG(xS,M,a)}],L],P=2,a=[0,[0,e_,function(a){return db(P,a)}],N];else
 var
-Q=0,R=function(a){return[2,a]},S=function(a){return fc(R,a)},U=[0,[0,k(x6),S],Q],V=1,W=function(a){return c7(V,a)},a=[0,[0,k(x7),W],U];break;case
+Q=0,R=function(a){return[2,a]},T=function(a){return fn(R,a)},U=[0,[0,k(yi),T],Q],V=1,W=function(a){return db(V,a)},a=[0,[0,k(yj),W],U];break;case
 5:if(b)var
 a=0;else
 var
-X=0,a=[0,[0,lr,function(a){return c7(x8,a)}],X];break;case
+X=0,a=[0,[0,lH,function(a){return db(yk,a)}],X];break;case
 7:if(b)var
 a=0;else
 var
-Y=0,Z=function(a){return[4,a]},$=function(a){return lq(xC,Z,a)},aa=[0,[0,k(x9),$],Y],ab=function(a){return[1,a]},ad=function(a){return fc(ab,a)},a=[0,[0,k(x_),ad],aa];break;case
+Y=0,Z=function(a){return[4,a]},_=function(a){return lG(xQ,Z,a)},aa=[0,[0,k(yl),_],Y],ab=function(a){return[1,a]},ac=function(a){return fn(ab,a)},a=[0,[0,k(ym),ac],aa];break;case
 8:if(b)var
 a=0;else
 var
-ae=0,af=3,ag=function(a){return c7(af,a)},a=[0,[0,k(x$),ag],ae];break;case
+ae=0,af=3,ag=function(a){return db(af,a)},a=[0,[0,k(yn),ag],ae];break;case
 0:case
 2:var
-a=b?0:J;break;default:var
+a=b?0:K;break;default:var
 a=0}var
-j=bX(a,p);if(j){var
-ak=function(a){return[0,lt(o,G(b),c,[4,[0,b,0,c,i],a])]};return h(B(j[1],s),ak)}return yf}return yg}return yh}var
-l=bX(lp,n);if(l){if(1===l[1]){if(H(g,k(yi))&&H(r,gz)&&H(p,lr)&&am){if(c){var
+j=bY(a,p);if(j){var
+ak=function(a){return[0,lJ(o,H(b),c,[4,[0,b,0,c,i],a])]};return h(A(j[1],s),ak)}return yt}return yu}return yv}var
+l=bY(lF,n);if(l){if(1===l[1]){if(I(g,k(yw))&&I(q,gM)&&I(p,lH)&&am){if(c){var
 al=function(a){var
-b=a?lt(o,1,c,[4,[0,0,1,c,1],[5,a[1]]]):yj;return[0,b]},aj=function(c){var
-b=ah(gW,c);if(b){var
+b=a?lJ(o,1,c,[4,[0,0,1,c,1],[5,a[1]]]):yx;return[0,b]},ai=function(c){var
+b=aj(g_,c);if(b){var
 a=b[1];if(typeof
-a==="number")return yb;else{if(4===a[0]){var
+a==="number")return yp;else{if(4===a[0]){var
 d=function(a){function
 b(b){function
 c(j){function
 c(k){var
-a=bG(e[3],j),c=bG(e[3],k),d=b?bG(e[4],b[1]):fV,f=M(u,a),g=f?M(u,c):f,h=g?M(u,d):g;if(h)var
-l=bj(c),m=bj(a),i=[0,[0,[0,[0,bj(d)],m,l]]];else
+a=bH(e[3],j),c=bH(e[3],k),d=b?bH(e[4],b[1]):f8,f=G(t,a),g=f?G(t,c):f,h=g?G(t,d):g;if(h)var
+l=bd(c),m=bd(a),i=[0,[0,[0,[0,bd(d)],m,l]]];else
 var
-i=h;return[0,i]}return h(q(function(a){return ai(_,a)},cf,a),c)}return h(q(function(a){return ai(_,a)},cZ,a),c)}function
-c(a){return ai(_,a)}return h(q(function(a){return bt(c,a)},ac,a),b)};return h(aV(gW,T([0,ac,[0,cZ,[0,cf,0]]],0,a)),d)}return O(yc)}}return O(yd)};return h(h(T([0,gW,0],0,s),aj),al)}return yk}return yl}return ym}return yn},dF,b),d)}return h(q(bu,cj,b),c)};return h(a2(i),j)}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return h(gC(A,0,b,i),a)},a)}return h(a$(a),b)},eL,b),m)}var
-s=0;function
-v(a){return kw(l,e,s,a)}return h(q(function(a){return ai(v,a)},c3,b),m)}var
-m=p?1:p;return h(q(function(b){function
-c(a){return[0,[0,ff(gX),a]]}if(typeof
+i=h;return[0,i]}return h(r(function(a){return ah($,a)},ch,a),c)}return h(r(function(a){return ah($,a)},c2,a),c)}function
+c(a){return ah($,a)}return h(r(function(a){return bu(c,a)},ad,a),b)};return h(aY(g_,S([0,ad,[0,c2,[0,ch,0]]],0,a)),d)}return O(yq)}}return O(yr)};return h(h(S([0,g_,0],0,s),ai),al)}return yy}return yz}return yA}return yB},dP,b),d)}return h(r(bv,ck,b),c)};return h(a5(i),j)}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return h(gP(B,0,b,i),a)},a)}return h(be(a),b)},eW,b),m)}var
+u=0;function
+w(a){return kJ(l,e,u,a)}return h(r(function(a){return ah(w,a)},c7,b),m)}var
+m=q?1:q;return h(r(function(b){function
+c(a){return[0,[0,fq(g$),a]]}if(typeof
 b==="number")var
-a=[0,[0,[7,G(m)],0]];else
+a=[0,[0,[7,H(m)],0]];else
 var
 d=function(a){function
 b(b){function
 c(c){if(m)var
-d=x(b[1],c[1]),a=r(function(a){if(typeof
+d=y(b[1],c[1]),a=s(function(a){if(typeof
 a!=="number"&&0===a[0])return[5,a[1]];return a},d);else
 var
-a=zc;return[0,a]}var
-d=1;return h(q(function(a){return eZ(l,e,d,a)},bc,a),c)}var
-c=0;return h(q(function(a){return eZ(l,e,c,a)},bl,a),b)},a=h(T([0,bl,[0,bc,0]],0,b),d);return h(a,c)},gX,o),s)}return h(aX(function(a){function
+a=zq;return[0,a]}var
+d=1;return h(r(function(a){return e9(l,e,d,a)},bh,a),c)}var
+c=0;return h(r(function(a){return e9(l,e,c,a)},bn,a),b)},a=h(S([0,bn,[0,bh,0]],0,b),d);return h(a,c)},g$,o),u)}return h(a0(function(a){function
 b(b){return[0,[0,a[1],b]]}var
-c=a[1],d=a[2];return h(q(function(a){return eZ(l,e,d,a)},c,o),b)},m),s)}var
-D=0,K=[0,gX,r(bS,m)];return h(q(function(a){return T(K,D,a)},c2,b),v)}return h(q(a2,c2,b),m)}return h(q(function(b){function
+c=a[1],d=a[2];return h(r(function(a){return e9(l,e,d,a)},c,o),b)},m),u)}var
+C=0,J=[0,g$,s(bT,m)];return h(r(function(a){return S(J,C,a)},c6,b),w)}return h(r(a5,c6,b),m)}return h(r(function(b){function
 a(a){function
 b(b){function
 c(c){var
-a=j[2],d=0===a[0]?[0,a[1]]:0,e=ll(ac,c,d);return[0,x(ll(bb,[0,b],[0,j[1]]),e)]}return h(q(function(a){return bt(lk,a)},ac,a),c)}return h(q(lk,bb,a),b)}return h(T([0,bb,[0,ac,0]],0,b),a)},kc,c),$)}return h(q(function(b){function
+a=j[2],d=0===a[0]?[0,a[1]]:0,e=lB(ad,c,d);return[0,y(lB(bg,[0,b],[0,j[1]]),e)]}return h(r(function(a){return bu(lA,a)},ad,a),c)}return h(r(lA,bg,a),b)}return h(S([0,bg,[0,ad,0]],0,b),a)},kp,c),_)}return h(r(function(b){function
 a(a){function
 b(f){function
 b(g){function
@@ -4953,197 +5036,197 @@ b(j){function
 b(k){function
 b(b){function
 l(a){var
-c=[0,[0,f,g,i,j,k,b,a]],d=b?I(b[1],U):1;return J(d,xr,c)}var
-c=ah(e5,a);if(c)var
+c=[0,[0,f,g,i,j,k,b,a]],d=b?K(b[1],U):1;return L(d,xF,c)}var
+c=aj(fe,a);if(c)var
 m=function(a){var
-b=[0,r(b$,a)],c=J(cw(r(function(a){return iD(a[1])},a)),xs,b),d=a?1:a;return J(d,xt,c)},n=c[1],d=h(aV(e5,ai(function(b){function
+b=[0,s(ca,a)],c=L(cx(s(function(a){return iQ(a[1])},a)),xG,b),d=a?1:a;return L(d,xH,c)},n=c[1],d=h(aY(fe,ah(function(b){function
 a(a){function
 b(b){function
 c(f){function
 c(g){function
 c(h){var
-i=[0,[0,b,[0,bG(e[4],b),f,g,h]]];if(a)var
+i=[0,[0,b,[0,bH(e[4],b),f,g,h]]];if(a)var
 c=a[2],d=c?1:c;else
 var
-d=1;return J(d,xq,i)}return h(bY(bo,a),c)}return h(bY(bn,a),c)}return h(bY(bd,a),c)}return h(q(function(a){return ai(_,a)},ac,a),b)}return h(T([0,ac,0],[0,bd,[0,bn,[0,bo,0]]],b),a)},n)),m);else
+d=1;return L(d,xE,i)}return h(bZ(bq,a),c)}return h(bZ(bp,a),c)}return h(bZ(bi,a),c)}return h(r(function(a){return ah($,a)},ad,a),b)}return h(S([0,ad,0],[0,bi,[0,bp,[0,bq,0]]],b),a)},n)),m);else
 var
-d=xu;return h(d,l)}return h(bY(eT,a),b)}return h(bY(k1,a),b)}return h(bY(bp,a),b)}return h(bY(bo,a),b)}return h(bY(bn,a),b)}return h(bY(bd,a),b)}return h(T(0,[0,bd,[0,bn,[0,bo,[0,bp,[0,k1,[0,eT,[0,e5,0]]]]]]],b),a)},gs,c),g)}var
-o=V(f),p=aS(e6(d));if(M(z(aS(gN(a,d)),p),o))var
-s=cD(e6(d)),j=k4(a,f,cD(gN(a,d)),s),v=j?[0,j[1]]:g,m=v;else
+d=xI;return h(d,l)}return h(bZ(e3,a),b)}return h(bZ(lf,a),b)}return h(bZ(br,a),b)}return h(bZ(bq,a),b)}return h(bZ(bp,a),b)}return h(bZ(bi,a),b)}return h(S(0,[0,bi,[0,bp,[0,bq,[0,br,[0,lf,[0,e3,[0,fe,0]]]]]]],b),a)},gF,c),i)}var
+o=V(f),q=aW(ff(d));if(G(v(aW(g1(a,d)),q),o))var
+u=cE(ff(d)),j=li(a,f,cE(g1(a,d)),u),w=j?[0,j[1]]:i,m=w;else
 var
-m=g;return h(m,n)}var
-j=0;if(!dM(a)&&!e7(a)){var
-g=u;j=1}if(!j)var
-m=aS(cl(d)),g=z(aS(cm(a,d)),m);var
-n=dl(u,p),o=aX(function(b){var
-g=b[2],k=b[1],e=aS(cl(d));function
+m=i;return h(m,n)}var
+j=0;if(!dV(a)&&!fg(a)){var
+i=t;j=1}if(!j)var
+m=aW(cm(d)),i=v(aW(cn(a,d)),m);var
+n=du(t,q),o=a0(function(b){var
+g=b[2],k=b[1],e=aW(cm(d));function
 c(b){function
 c(d){function
 c(c){function
 f(f){function
 g(g){var
-a=w(K(z(d,e),c),k),h=[0,[0,f,g]],b=a?M(u,c):a,i=b?R(c,e):b;return J(i,xn,h)}var
-i=V(a[2]),j=q(function(a){return am(i,an,a)},bk,b);return h(bH(e7(a),0,j),g)}var
-g=q(aD,ez,b);return h(bH(dM(a),U,g),f)}return h(q(aJ,gL,b),c)}return h(q(aJ,k0,b),c)}var
-f=bq(e7(a),bk);return h(T(x([0,k0,[0,gL,0]],x(bq(dM(a),ez),f)),0,g),c)},n);return h(aV(be,J(bv(g,p),xo,o)),s)},Q=m[1];return h(aV(be,aX(function(c){var
-g=au(a[2]);function
+a=x(J(v(d,e),c),k),h=[0,[0,f,g]],b=a?G(t,c):a,i=b?P(c,e):b;return L(i,xB,h)}var
+i=V(a[2]),j=r(function(a){return am(i,an,a)},bm,b);return h(bI(fg(a),0,j),g)}var
+g=r(aC,eL,b);return h(bI(dV(a),U,g),f)}return h(r(aG,gZ,b),c)}return h(r(aG,le,b),c)}var
+f=bs(fg(a),bm);return h(S(y([0,le,[0,gZ,0]],y(bs(dV(a),eL),f)),0,g),c)},n);return h(aY(bj,L(bw(i,q),xC,o)),u)},R=m[1];return h(aY(bj,a0(function(c){var
+g=aw(a[2]);function
 b(b){function
 c(c){function
 d(d){function
 e(a){function
 i(e){var
-b=M(u,c),f=J(eC(g,a),xi,[0,[0,c,d,a,e]]),h=b?M(u,d):b;return J(h,xj,f)}var
-e=ah(gK,b);if(e)var
+b=G(t,c),f=L(eO(g,a),xw,[0,[0,c,d,a,e]]),h=b?G(t,d):b;return L(h,xx,f)}var
+e=aj(gY,b);if(e)var
 j=function(b){var
-c=R(u,b),d=c?w(hU(b,gi(r(cS,a))),u):c;return J(d,xl,xk)},f=h(aV(gK,aJ(e[1])),j);else
+c=P(t,b),d=c?x(h8(b,gv(s(cV,a))),t):c;return L(d,xz,xy)},f=h(aY(gY,aG(e[1])),j);else
 var
-f=xm;return h(f,i)}var
-f=V(a[2]);return h(q(function(a){return am(f,aD,a)},ey,b),e)}var
-e=V(a[3]);return h(q(function(a){return ek(e,a)},bb,b),d)}var
-d=V(a[4]);return h(q(function(a){return ek(d,a)},ac,b),c)}return h(T([0,ac,[0,bb,[0,ey,0]]],[0,gK,0],c),b)},Q)),P)}}var
-d=a[1];return h(q(function(b){function
+f=xA;return h(f,i)}var
+f=V(a[2]);return h(r(function(a){return am(f,aC,a)},eK,b),e)}var
+e=V(a[3]);return h(r(function(a){return ex(e,a)},bg,b),d)}var
+d=V(a[4]);return h(r(function(a){return ex(d,a)},ad,b),c)}return h(S([0,ad,[0,bg,[0,eK,0]]],[0,gY,0],c),b)},R)),Q)}}var
+d=a[1];return h(r(function(b){function
 a(a){function
-e(c){function
+f(c){function
 b(b){function
-e(a){var
-d=[0,[0,b,a,c]],e=aS(r(function(a){return a[2]},b));return J(M(g(2,t),e),xf,d)}var
-f=V(d[3][3]);function
-i(a){return k3(f,a)}return h(q(function(a){return bt(i,a)},ac,a),e)}var
-e=V(d[3][2]);return h(q(function(a){return k3(e,a)},bb,a),b)}var
-b=ah(gJ,a);if(b)var
-f=function(a){var
-b=aU(a),d=0===b?t:0<b?a:t,c=M(g(2,t),a),e=[0,d],f=c?M(a,g(2,g(2,g(2,g(2,D(g(2,g(2,g(2,g(2,D(g(2,D(g(2,D(g(2,g(2,g(2,t)))))))))))))))))):c;return J(f,xg,e)},c=h(aV(gJ,aJ(b[1])),f);else
+f(a){var
+d=[0,[0,b,a,c]],f=aW(s(function(a){return a[2]},b));return L(G(e(2,p),f),xt,d)}var
+g=V(d[3][3]);function
+i(a){return lh(g,a)}return h(r(function(a){return bu(i,a)},ad,a),f)}var
+f=V(d[3][2]);return h(r(function(a){return lh(f,a)},bg,a),b)}var
+b=aj(gX,a);if(b)var
+g=function(a){var
+c=[0,fR(a)],b=G(e(2,p),a),d=b?G(a,e(2,e(2,e(2,e(2,C(e(2,e(2,e(2,e(2,C(e(2,C(e(2,C(e(2,e(2,e(2,p)))))))))))))))))):b;return L(d,xu,c)},c=h(aY(gX,aG(b[1])),g);else
 var
-c=[0,t];return h(c,e)}return h(T([0,bb,[0,ac,0]],[0,gJ,0],b),a)},kY,e),f)}return h(aV(c4,jn([4,k2(ax(function(a){return G(H(a[1],kY))},e))])),p)};return h(a2(E),j)}return O(zu)}return zv}return h(lz(ap,a,i),d)}return h(q(aJ,eO,a),d)}return h(q(en,eN,a),d)}var
-d=[0,c4,[0,be,0]],e=[0,eN,[0,eO,0]];return h(q(function(a){return T(e,d,a)},dD,c),a)};return h(f$(k2(c)),j)}function
+c=[0,p];return h(c,f)}return h(S([0,bg,[0,ad,0]],[0,gX,0],b),a)},lc,f),i)}return h(aY(c9,jA([4,lg(az(function(a){return H(I(a[1],lc))},f))])),q)};return h(a5(E),j)}return O(zI)}return zJ}return h(lP(ap,a,g),d)}return h(r(aG,c8,a),d)}return h(r(eA,eY,a),d)}var
+d=[0,c9,[0,bj,0]],f=[0,eY,[0,c8,0]];return h(r(function(a){return S(f,d,a)},dN,c),a)};return h(gm(lg(c)),j)}function
 l(a){var
 b=a?[0,a[1]]:a;return[0,b]}function
-e(e){function
+f(f){function
 a(a){function
 d(Z){function
-d($){function
+d(_){function
 d(d){if(d){var
-f=d[1],j=f[1],o=j[2],a=j[1],C=f[2];if(a){var
-D=a[2],E=a[1],l=function(a){function
-l(ab){var
-d=D,f=0;function
-ad(j){var
-m=a[5],n=a[1][2],p=V(a[2]),s=V(a[3]),f=[0,V(a[4]),s,p,n,m,ab,j];function
-y(d){function
-O(y){if(d){var
-n=d[1],t=jE(a,j,n[2]);switch(a[1][2]){case
+i=d[1],j=i[1],o=j[2],a=j[1],B=i[2];if(a){var
+C=a[2],D=a[1],l=function(a){function
+l(aa){var
+d=C,i=0;function
+ac(j){var
+m=a[5],n=a[1][2],q=V(a[2]),u=V(a[3]),i=[0,V(a[4]),u,q,n,m,aa,j];function
+w(d){function
+O(x){if(d){var
+n=d[1],t=jR(a,j,n[2]);switch(a[1][2]){case
 0:var
 l=0;break;case
 1:var
 l=1;break;default:var
 l=2}var
-u=dm(V(a[3])),v=[0,dm(V(a[4])),u,l,t],A=[0,[0,n[1],v]]}else
+u=dv(V(a[3])),v=[0,dv(V(a[4])),u,l,t],A=[0,[0,n[1],v]]}else
 var
 A=d;var
-p=e[3][3],m=p?1:p,s=e[3][4],g=s?1:s;function
+p=f[3][3],m=p?1:p,q=f[3][4],e=q?1:q;function
 w(p){var
-j=aa(function(a){return X(a[1],p)},dJ),s=g?ky(m):g,t=j?dJ:j,l=x(kx,x(t,s)),n=g?ax(function(a){return m?m:G(a[2][2])},kv):g;function
+j=ab(function(a){return X(a[1],p)},dS),q=e?kL(m):e,t=j?dS:j,l=y(kK,y(t,q)),n=e?az(function(a){return m?m:H(a[2][2])},kI):e;function
 u(m){function
-p(B){function
-l(S){function
+p(E){function
+l(T){function
 Q(b){var
-c=b?bl:bc,a=bX(B,c),d=a?a[1][2]:a;return d}function
+c=b?bn:bh,a=bY(E,c),d=a?a[1][2]:a;return d}function
 l(U){var
-I=a[7];if(I)var
-l=I;else
+G=a[7];if(G)var
+l=G;else
 var
-ac=X(eS,c),l=ac||X(dC,b);var
-m=ah(bW,b);if(m){var
+ac=X(e2,c),l=ac||X(dM,b);var
+m=aj(bX,b);if(m){var
 n=m[1],O=0;if(typeof
 n!=="number"&&4===n[0]){var
-K=n[1];O=1}if(!O)var
-K=0;var
-p=K}else
+J=n[1];O=1}if(!O)var
+J=0;var
+p=J}else
 var
 p=m;var
-R=l||X(eQ,c),V=R||X(eU,c),g=G(V),W=g?kW(f,1,p):g,Y=g?kW(f,0,p):g;function
-s(a){return a?W:Y}var
-t=ah(bk,c);if(t){var
+R=l||X(e0,c),V=R||X(e4,c),e=H(V),W=e?la(i,1,p):e,Y=e?la(i,0,p):e;function
+q(a){return a?W:Y}var
+t=aj(bm,c);if(t){var
 u=t[1],P=0;if(typeof
 u!=="number"&&4===u[0]){var
-v=ah(bd,u[1]);if(v){var
+v=aj(bi,u[1]);if(v){var
 w=v[1],z=0;if(typeof
 w==="number")z=1;else
 switch(w[0]){case
 2:var
-y=w[1];break;case
+x=w[1];break;case
 0:case
 1:z=1;break;default:var
-y=0}if(z)var
-y=0;var
-N=y}else
+x=0}if(z)var
+x=0;var
+N=x}else
 var
 N=v;var
-L=N;P=1}if(!P)var
-L=0;var
-M=L}else
+K=N;P=1}if(!P)var
+K=0;var
+M=K}else
 var
 M=t;function
-ab(m){function
-g(t){function
-g(g){function
-n(T){function
-g(V){var
-u=jm(e,a[1]),v=u[1],w=u[2];function
-y(a){return l?yQ:a}function
-z(a){return w?a:[0,yR,a]}var
-W=[0,[0,bV,y(T)],0],Y=gE(0,t),_=x(r(function(a){var
-b=y(a[2]);return[0,a[1],b]},Y),W),ab=x(gD(0,m),_),I=dI(U,0),ac=0,ad=0,ae=I?[0,[8,I[1]]]:y6,af=x([0,[0,c3,[0,ae,ad]],ac],ab),ag=x(r(function(a){var
-b=z(a[2]);return[0,a[1],b]},S),af),ai=x(r(function(a){var
-b=z(a[2][1]);return[0,ff(a[1]),b]},B),ag),aj=d?[0,[0,k(yT),yS],0]:d,ak=x(aj,ai),al=x(fg([0,dC,0],b,0),ak),n=ah(bW,b);if(n){var
+aa(m){function
+e(t){function
+e(e){function
+n(S){function
+e(V){var
+u=jz(f,a[1]),v=u[1],w=u[2];function
+x(a){return l?y4:a}function
+z(a){return w?a:[0,y5,a]}var
+W=[0,[0,bW,x(S)],0],Y=gR(0,t),$=y(s(function(a){var
+b=x(a[2]);return[0,a[1],b]},Y),W),aa=y(gQ(0,m),$),G=dR(U,0),ac=0,ad=0,ae=G?[0,[8,G[1]]]:zi,af=y([0,[0,c7,[0,ae,ad]],ac],aa),ag=y(s(function(a){var
+b=z(a[2]);return[0,a[1],b]},T),af),ah=y(s(function(a){var
+b=z(a[2][1]);return[0,fq(a[1]),b]},E),ag),ai=d?[0,[0,k(y7),y6],0]:d,ak=y(ai,ah),al=y(fr([0,dM,0],b,0),ak),n=aj(bX,b);if(n){var
 h=n[1],O=0;if(typeof
 h!=="number"&&4===h[0]){var
-g=h[1];O=1}if(!O)var
-g=0;var
-q=function(a,d){var
-b=X(a,g);if(b)var
-e=0,f=aa(function(e){var
+e=h[1];O=1}if(!O)var
+e=0;var
+r=function(a,d){var
+b=X(a,e);if(b)var
+f=0,g=ab(function(e){var
 a=e[3];if(a){var
 b=a[1];if(typeof
-b!=="number"&&6===b[0])return bA(b[1],d);var
+b!=="number"&&6===b[0])return bB(b[1],d);var
 c=0}else
 var
-c=a;return c},m)?[0,[6,d,0],0]:wV,c=[0,[0,x(bW,x(k(wU),a)),f],e];else
+c=a;return c},m)?[0,[6,d,0],0]:w9,c=[0,[0,y(bX,y(k(w8),a)),g],f];else
 var
-c=b;return c},Q=g?F(function(a){return cd([0,bl,[0,bc,0]],a[1])},g)?0:[0,[0,bW,wW],0]:[0,[0,bW,wX],0],R=x(q(bc,0),Q),K=x(q(bl,1),R)}else
+c=b;return c},Q=e?F(function(a){return cf([0,bn,[0,bh,0]],a[1])},e)?0:[0,[0,bX,w_],0]:[0,[0,bX,w$],0],R=y(r(bh,0),Q),J=y(r(bn,1),R)}else
 var
-K=n;var
-am=x(K,al),P=0;if(!X(eR,c)&&!gb(a)){var
-L=[0,[0,k(y5),y4],0];P=1}if(!P)var
-L=0;var
-an=x(L,am),ao=x(V,x(fg(lB,c,yU),an));if(i)if(o)var
-ap=ej([0,E,D]),aq=[0,[7,H(i[1],ap)],0],p=[0,[0,k(yV),aq],0];else
+J=n;var
+am=y(J,al),P=0;if(!X(e1,c)&&!go(a)){var
+K=[0,[0,k(zh),zg],0];P=1}if(!P)var
+K=0;var
+an=y(K,am),ao=y(V,y(fr(lR,c,y8),an));if(g)if(o)var
+ap=ew([0,D,C]),aq=[0,[7,I(g[1],ap)],0],p=[0,[0,k(y9),aq],0];else
 var
 p=o;else
 var
-p=i;var
-ar=x(p,ao),as=[0,[0,k(yW),[0,[7,w],0]],0],at=[0,[7,v[2]],0],au=[0,[0,k(yX),at],as],av=[0,[7,v[1]],0],aw=[0,[0,k(yY),av],au],ax=[0,[0,k(yZ),[0,[0,[0,$]],0]],aw],ay=[0,[7,H(Z,C)],0],az=x([0,[0,k(y0),ay],ax],ar),M=aa(function(a){var
+p=g;var
+ar=y(p,ao),as=[0,[0,k(y_),[0,[7,w],0]],0],at=[0,[7,v[2]],0],au=[0,[0,k(y$),at],as],av=[0,[7,v[1]],0],aw=[0,[0,k(za),av],au],ax=[0,[0,k(zb),[0,[0,[0,_]],0]],aw],ay=[0,[7,I(Z,B)],0],az=y([0,[0,k(zc),ay],ax],ar),M=ab(function(a){var
 b=a[4];if(b)var
 c=a[5],e=c?1:c,d=e;else
 var
 d=b;return d},m);if(M)var
-aA=X(eQ,c),aB=aA||X(eU,c),N=G(aB);else
+aA=X(e0,c),aB=aA||X(e4,c),N=H(aB);else
 var
 N=M;var
-aC=s(0),aD=[0,[0,[0,[0,f,A],s(1),aC,az,N]]],aE=G(fX(f)),aF=aE||(j?d?0:1:j),aG=J(aF,y1,aD),aH=e[1]?G(X(bW,b)):1,aI=J(aH,y2,aG),aJ=d?G(X(bW,b)):1;return J(aJ,y3,aI)}return h(q(lA,bk,c),g)}return h(kM(t,g),n)}return h(q(_,bV,b),g)}return h(q(function(a){function
+aC=q(0),aD=[0,[0,[0,[0,i,A],q(1),aC,az,N]]],aE=H(f_(i)),aF=aE||(j?d?0:1:j),aG=L(aF,zd,aD),aH=f[1]?H(X(bX,b)):1,aI=L(aH,ze,aG),aJ=d?H(X(bX,b)):1;return L(aJ,zf,aI)}return h(r(lQ,bm,c),e)}return h(kZ(t,e),n)}return h(r($,bW,b),e)}return h(r(function(a){function
 b(a){var
-b=fX(f);return dR(function(a,c){return kL(Q,b,j,a,c)},a)}return h(a$(a),b)},eM,b),g)}return h(q(function(b){function
-c(b){return dR(function(b,r){function
+b=f_(i);return d0(function(a,c){return kY(Q,b,j,a,c)},a)}return h(be(a),b)},eX,b),e)}return h(r(function(b){function
+c(b){return d0(function(b,s){function
 c(b){var
 p=b[3];if(p){if(typeof
 p[1]==="number"){if(p[2])return[0,b];var
-u=s(kX(b));if(u){var
+u=q(lb(b));if(u){var
 D=u[1],E=function(c){if(c){var
 d=c[1],o=0;if(typeof
 d==="number"||!(6===d[0]))o=1;else{var
-e=b[5],m=d[1],q=bq(D[1][3],wR),r=x(bq(G(m),wK),q),s=0,t=a[5]?x(k(wL),M):wN,f=x([0,wI,[0,wP,[0,t,s]]],r),u=x(f,bq(m,wT)),g=F(function(a){return cd(e,a)},f),p=0;if(g){var
-h=F(function(a){return cd(u,a)},e);if(h){var
-n=cw(e);p=1}else
+e=b[5],m=d[1],q=bs(D[1][3],w5),r=y(bs(H(m),wY),q),s=0,t=a[5]?y(k(wZ),M):w1,f=y([0,wW,[0,w3,[0,t,s]]],r),u=y(f,bs(m,w7)),g=F(function(a){return cf(e,a)},f),p=0;if(g){var
+h=F(function(a){return cf(u,a)},e);if(h){var
+n=cx(e);p=1}else
 var
 i=h}else
 var
@@ -5157,24 +5240,24 @@ l=b;return[0,l]},i=b[1];if(i){var
 j=i[2];if(j){var
 l=j[2];if(l){var
 m=l[2];if(m&&!m[2]){var
-c=m[1],t=l[1],g=j[1],n=i[1],o=H(n,e1),e=0;if(H(t,wD)){var
-v=0;if(!o&&!H(n,e2)){e=1;v=1}if(!v){var
-w=0;if(!H(g,c5)&&!H(g,gA)){e=1;w=1}if(!w){var
-y=0;if(c6(gG,c)||c6(gH,c))y=1;else
-e=1;if(y)var
+c=m[1],t=l[1],g=j[1],n=i[1],o=I(n,e$),e=0;if(I(t,wR)){var
+v=0;if(!o&&!I(n,fa)){e=1;v=1}if(!v){var
+w=0;if(!I(g,c$)&&!I(g,gN)){e=1;w=1}if(!w){var
+x=0;if(da(gU,c)||da(gV,c))x=1;else
+e=1;if(x)var
 A=function(a){function
 b(b){function
 d(a){var
-d=0,e=o?bl:bc,f=[0,[7,H(a,e)],d],h=H(g,c5)?[0,c,b]:[1,c,b];return[0,[0,[6,o,h],f]]}return h(q(function(a){function
-b(a){return q(_,kU,a)}return h(T([0,kU,0],0,a),b)},dF,a),d)}return h(q(bu,cj,a),b)},d=h(a2(r),A)}}}else
+d=0,e=o?bn:bh,f=[0,[7,I(a,e)],d],h=I(g,c$)?[0,c,b]:[1,c,b];return[0,[0,[6,o,h],f]]}return h(r(function(a){function
+b(a){return r($,k_,a)}return h(S([0,k_,0],0,a),b)},dP,a),d)}return h(r(bv,ck,a),b)},d=h(a5(s),A)}}}else
 e=1;if(e){var
-f=0;if(H(t,kD)){var
-B=[0,k(wF),0];if(cd([0,k(wG),B],n)&&H(g,gA)){var
-z=0;if(!c6(gG,c)&&!c6(gH,c)){f=1;z=1}if(!z)if(G(aa(function(a){return kJ(a,c)},kK)))var
+f=0;if(I(t,kQ)){var
+B=[0,k(wT),0];if(cf([0,k(wU),B],n)&&I(g,gN)){var
+z=0;if(!da(gU,c)&&!da(gV,c)){f=1;z=1}if(!z)if(H(ab(function(a){return kW(a,c)},kX)))var
 C=function(a){function
 d(d){function
-e(a){return[0,[0,[6,kX(b),[2,c,d,a]],0]]}return h(q(function(a){function
-b(a){return q(kG,eY,a)}return h(T([0,eY,0],0,a),b)},dF,a),e)}return h(q(bu,cj,a),d)},d=h(a2(r),C);else
+e(a){return[0,[0,[6,lb(b),[2,c,d,a]],0]]}return h(r(function(a){function
+b(a){return r(kT,e8,a)}return h(S([0,e8,0],0,a),b)},dP,a),e)}return h(r(bv,ck,a),d)},d=h(a5(s),C);else
 f=1}else
 f=1}else
 f=1;if(f)var
@@ -5186,33 +5269,33 @@ d=[0,b[3]]}else
 var
 d=[0,b[3]]}else
 var
-d=[0,b[3]];return h(d,E)}return[0,b]}return[0,b]}return[0,b]}return h(gC(C,aw(function(a){return a[1]},d),b,r),c)},b)}return h(a$(b),c)},eL,b),ab)}function
-m(b){return kw(e,a,g,b)}return h(q(function(a){return ai(m,a)},c3,b),l)}return h(aX(function(b){function
-j(a){return[0,[0,ff(b[1]),a]]}var
-c=ah(b[1],m);if(c){var
+d=[0,b[3]];return h(d,E)}return[0,b]}return[0,b]}return[0,b]}return h(gP(B,ay(function(a){return a[1]},d),b,s),c)},b)}return h(be(b),c)},eW,b),aa)}function
+m(b){return kJ(f,a,e,b)}return h(r(function(a){return ah(m,a)},c7,b),l)}return h(a0(function(b){function
+j(a){return[0,[0,fq(b[1]),a]]}var
+c=aj(b[1],m);if(c){var
 d=c[1];if(typeof
 d==="number")var
-f=[0,[0,[7,G(o)],0]];else
+e=[0,[0,[7,H(o)],0]];else
 var
 k=function(a){var
-c=o?[0,[0,[2,b[2][1],b[2][2],a]],0]:y7;return[0,c]},i=b[2][2],l=ai(function(c){function
+c=o?[0,[0,[2,b[2][1],b[2][2],a]],0]:zj;return[0,c]},i=b[2][2],l=ah(function(c){function
 b(b){function
 c(c){function
 d(a){function
-d(b){return[0,[0,[0,c,a],b]]}return h(q(an,eX,b),d)}return h(q(function(b){return gy(e,a,b)},bb,b),d)}var
-d=q(function(b){return ks(e,a,b)},ac,b);return h(bH(G(i),a3,d),c)}return h(T(x(bq(G(i),ac),[0,bb,[0,eX,0]]),0,c),b)},d),f=h(aV(b[1],l),k);var
-g=f}else
+d(b){return[0,[0,[0,c,a],b]]}return h(r(an,e7,b),d)}return h(r(function(b){return gL(f,a,b)},bg,b),d)}var
+d=r(function(b){return kF(f,a,b)},ad,b);return h(bI(H(i),a6,d),c)}return h(S(y(bs(H(i),ad),[0,bg,[0,e7,0]]),0,c),b)},d),e=h(aY(b[1],l),k);var
+g=e}else
 var
-g=y8;return h(g,j)},n),l)}return h(aX(function(b){function
+g=zk;return h(g,j)},n),l)}return h(a0(function(b){function
 c(a){return[0,[0,b[1],a]]}var
-d=b[1],f=b[2];return h(q(function(b){return eZ(e,a,f,b)},d,m),c)},l),p)}var
-w=r(bS,n),v=0,y=x(r(bS,l),w);return h(q(function(a){return T(y,v,a)},c2,b),u)}return h(q(a2,c2,b),w)}if(d){var
-g=d[1],t=g[1];if(t[11]){if(t[6]){var
-m=j,l=g[2];for(;;){if(m){var
+d=b[1],e=b[2];return h(r(function(b){return e9(f,a,e,b)},d,m),c)},l),p)}var
+w=s(bT,n),v=0,x=y(s(bT,l),w);return h(r(function(a){return S(x,v,a)},c6,b),u)}return h(r(a5,c6,b),w)}if(d){var
+e=d[1],t=e[1];if(t[11]){if(t[6]){var
+m=j,l=e[2];for(;;){if(m){var
 p=m[2];if(p&&l){var
-s=l[2];if(s){var
-u=w(m[1][1],p[1][1])?jC(l[1],s[1]):1;if(u){var
-m=p,l=s;continue}var
+q=l[2];if(q){var
+u=x(m[1][1],p[1][1])?jP(l[1],q[1]):1;if(u){var
+m=p,l=q;continue}var
 n=u}else
 var
 n=1}else
@@ -5223,74 +5306,74 @@ n=1;var
 v=n;break}}else
 var
 v=1;var
-I=J(v,sq,sp),K=g[2],y=bv(V(j),K);if(y)var
-L=g[2],M=V(a[2]),z=F(function(a){return bv(M,a)},L);else
+G=L(v,sF,sE),J=e[2],w=bw(V(j),J);if(w)var
+K=e[2],M=V(a[2]),z=F(function(a){return bw(M,a)},K);else
 var
-z=y;var
-A=J(z,sr,I)}else
+z=w;var
+A=L(z,sG,G)}else
 var
-A=st;var
-N=t[10],B=aV(eP,J(F(function(b){var
-c=b[1],f=g[1];return F(function(b){var
-d=V(a[2]),c=R(b[3],d);return c?aa(function(a){var
-c=w(a[1],b[1]);if(c){var
-d=f[6];if(!d)return w(a[2],b[2]);var
+A=sI;var
+N=t[10],E=aY(eZ,L(F(function(b){var
+c=b[1],f=e[1];return F(function(b){var
+d=V(a[2]),c=P(b[3],d);return c?ab(function(a){var
+c=x(a[1],b[1]);if(c){var
+d=f[6];if(!d)return x(a[2],b[2]);var
 e=d}else
 var
-e=c;return e},j):c},c)},N),ss,A))}else
+e=c;return e},j):c},c)},N),sH,A))}else
 var
-B=y9;return h(B,O)}var
-d=ah(eP,c);if(d)var
-z=function(a){return[0,[0,a]]},A=d[1],v=function(b){function
-c(e){function
+E=zl;return h(E,O)}var
+d=aj(eZ,c);if(d)var
+z=function(a){return[0,[0,a]]},E=d[1],v=function(b){function
+c(f){function
 c(c){function
 d(i){function
 d(d){function
-f(j){function
-f(l){function
-f(k){function
-f(f){function
+g(j){function
+g(l){function
+g(k){function
+g(g){function
 m(m){function
-g(n){function
-g(b){var
-o=b?b[1][2]:b,p=[0,[0,[0,l,c,i,d,k,e,j,f,m,n,aw(bS,b)],o]];if(f)var
-q=f[1],g=bv(V(a[3]),q);else
+e(n){function
+e(b){var
+o=b?b[1][2]:b,p=[0,[0,[0,l,c,i,d,k,f,j,g,m,n,ay(bT,b)],o]];if(g)var
+q=g[1],e=bw(V(a[3]),q);else
 var
-g=1;var
-r=J(g,sj,p),s=e?j?0:1:1,t=J(s,sk,r),u=d?I(d[1],c):1,v=J(u,sl,t),h=G(gc(c)),w=h?I(i,c):h;return J(w,sm,v)}return h(q(function(a){return bt(sd,a)},jt,b),g)}function
+e=1;var
+r=L(e,sy,p),s=f?j?0:1:1,t=L(s,sz,r),u=d?K(d[1],c):1,v=L(u,sA,t),h=H(gp(c)),w=h?K(i,c):h;return L(w,sB,v)}return h(r(function(a){return bu(ss,a)},jG,b),e)}function
 n(b){function
 a(a){function
 b(b){function
-c(a){return[0,[0,b,a]]}return h(q(an,eA,a),c)}function
+c(a){return[0,[0,b,a]]}return h(r(an,eM,a),c)}function
 c(b){function
 a(a){if(a){var
 b=a[2];if(b){var
-c=b[2],f=b[1];if(c){var
+c=b[2],e=b[1];if(c){var
 d=c[2],g=c[1];if(d){var
-i=d[1];if(d[2])return O(r9);var
+i=d[1];if(d[2])return O(sm);var
 j=function(a){function
 b(b){function
 c(c){function
-d(d){return[0,[0,a,b,c,d]]}return h(an(i),d)}return h(aJ(g),c)}var
-c=e?typeof
-f==="number"?[0,aT(t)]:O(r_):aJ(f);return h(c,b)};return h(aJ(a[1]),j)}return O(r$)}return O(sa)}return O(sb)}return O(sc)}return h(a$(b),a)}return h(q(function(a){return ai(c,a)},ju,a),b)}return h(T([0,ju,[0,eA,0]],0,b),a)}return h(q(function(a){return ai(n,a)},be,b),g)}var
+d(d){return[0,[0,a,b,c,d]]}return h(an(i),d)}return h(aG(g),c)}var
+c=f?typeof
+e==="number"?[0,aX(p)]:O(sn):aG(e);return h(c,b)};return h(aG(a[1]),j)}return O(so)}return O(sp)}return O(sq)}return O(sr)}return h(be(b),a)}return h(r(function(a){return ah(c,a)},jH,a),b)}return h(S([0,jH,[0,eM,0]],0,b),a)}return h(r(function(a){return ah(n,a)},bj,b),e)}var
 n=a[2];function
 o(b){function
 a(f){var
-a=r(function(a){return B(dv(function(b){return H(a,b)}),n)},f);if(a){var
+a=s(function(a){return A(dD(function(b){return I(a,b)}),n)},f);if(a){var
 b=a[2],c=a[1];if(b){var
-d=b[1];if(b[2])return O(sf);var
-e=M(u,c),g=[0,[0,c,d]],h=e?M(u,d):e;return J(h,sg,g)}return O(sh)}return O(si)}return h(am(g(2,t),_,b),a)}return h(q(function(a){return ai(o,a)},js,b),m)}return h(q(function(a){return bt(r7,a)},jr,b),f)}var
-m=[0,[0,k(sn),0],0],n=[0,[0,k(so),1],m];return h(q(function(a){return ba(n,a)},jp,b),f)}var
-l=[0,[0,bl,1],[0,[0,bc,0],0]];return h(q(function(a){return ba(l,a)},bm,b),f)}return h(q(function(a){return bt(aD,a)},bp,b),f)}return h(q(function(a){return bt(aD,a)},bo,b),d)}return h(q(aD,bn,b),d)}return h(q(aD,bd,b),c)}return h(q(fR,jq,b),c)},l=h(aV(eP,h(T([0,bm,[0,bd,[0,bn,[0,bo,[0,jp,[0,jq,[0,bp,[0,jr,[0,js,[0,be,[0,jt,0]]]]]]]]]]],0,A),v)),z);else
+d=b[1];if(b[2])return O(su);var
+e=G(t,c),g=[0,[0,c,d]],h=e?G(t,d):e;return L(h,sv,g)}return O(sw)}return O(sx)}return h(am(e(2,p),$,b),a)}return h(r(function(a){return ah(o,a)},jF,b),m)}return h(r(function(a){return bu(sk,a)},jE,b),g)}var
+m=[0,[0,k(sC),0],0],n=[0,[0,k(sD),1],m];return h(r(function(a){return bf(n,a)},jC,b),g)}var
+l=[0,[0,bn,1],[0,[0,bh,0],0]];return h(r(function(a){return bf(l,a)},bo,b),g)}return h(r(function(a){return bu(aC,a)},br,b),g)}return h(r(function(a){return bu(aC,a)},bq,b),d)}return h(r(aC,bp,b),d)}return h(r(aC,bi,b),c)}return h(r(f4,jD,b),c)},l=h(aY(eZ,h(S([0,bo,[0,bi,[0,bp,[0,bq,[0,jC,[0,jD,[0,br,[0,jE,[0,jF,[0,bj,[0,jG,0]]]]]]]]]]],0,E),v)),z);else
 var
-l=y_;return h(l,y)}for(;;){if(d){var
-p=d[1],s=0;if(a[7]&&jo(p)){var
-l=[0,N(f,0),d];s=1}if(!s){var
-d=d[2],f=[0,p,f];continue}}else
+l=zm;return h(l,w)}for(;;){if(d){var
+q=d[1],u=0;if(a[7]&&jB(q)){var
+l=[0,M(i,0),d];u=1}if(!u){var
+d=d[2],i=[0,q,i];continue}}else
 var
-l=[0,N(f,0),0];var
-m=l[2],n=a[6],v=n?[0,cy,0]:n,y=a[5]?0:[0,bk,0],z=x(y,v),A=1===a[1][2]?[0,ez,0]:0,K=x([0,ac,[0,bb,[0,ey,0]]],x(A,z)),S=l[1],j=V(a[2]),L=V(a[4]),Q=V(a[3]),U=aX(function(c){function
+l=[0,M(i,0),0];var
+m=l[2],n=a[6],v=n?[0,cz,0]:n,w=a[5]?0:[0,bm,0],z=y(w,v),E=1===a[1][2]?[0,eL,0]:0,J=y([0,ad,[0,bg,[0,eK,0]]],y(E,z)),T=l[1],j=V(a[2]),N=V(a[4]),R=V(a[3]),U=a0(function(c){function
 b(b){function
 c(e){function
 c(f){function
@@ -5299,52 +5382,52 @@ d(i){function
 c(k){function
 l(a){return[0,[0,e,f,g,i,k,a]]}var
 c=a[6];if(c)var
-m=function(a){return am(j,aD,a)},n=V(c[1]),d=q(function(a){return am(n,m,a)},cy,b);else
+m=function(a){return am(j,aC,a)},n=V(c[1]),d=r(function(a){return am(n,m,a)},cz,b);else
 var
-d=rC;return h(d,l)}var
-d=1===a[1][2]?q(aD,ez,b):[0,P];return h(d,c)}if(a[5])var
-c=rD;else
+d=rR;return h(d,l)}var
+d=1===a[1][2]?r(aC,eL,b):[0,Q];return h(d,c)}if(a[5])var
+c=rS;else
 var
-i=function(a){return bt(an,a)},c=q(function(a){return am(j,i,a)},bk,b);return h(c,d)}return h(q(function(a){return am(j,aD,a)},ey,b),c)}return h(q(function(a){return ek(Q,a)},bb,b),c)}return h(q(function(a){return ek(L,a)},ac,b),c)}return h(T(K,0,c),b)},S),W=a[7]?m?1:m:1,Y=J(W,rE,U);return h(aV(be,J(F(jo,m),rF,Y)),ad)}}var
-d=ah(gr,c);if(d)var
+i=function(a){return bu(an,a)},c=r(function(a){return am(j,i,a)},bm,b);return h(c,d)}return h(r(function(a){return am(j,aC,a)},eK,b),c)}return h(r(function(a){return ex(R,a)},bg,b),c)}return h(r(function(a){return ex(N,a)},ad,b),c)}return h(S(J,0,c),b)},T),W=a[7]?m?1:m:1,Y=L(W,rT,U);return h(aY(bj,L(F(jB,m),rU,Y)),ac)}}var
+d=aj(gE,c);if(d)var
 m=d[1],j=function(b){function
 c(f){function
 c(g){var
 c=a[6];if(c){var
-d=c[1],b=r(function(b){var
-c=a[2];return B(dv(function(a){return H(b,a)}),c)},f),e=a[1][3][3],h=e?1:e,i=V(d),j=[0,[0,[0,b,B(dv(function(a){return H(g,a)}),d),i,h]]],k=az(b,bT(b));return J(F(function(a){return R(a[1],a[2])},k),rG,j)}return rH}return h(q(_,cy,b),c)}return h(q(el,cY,b),c)},f=aV(gr,h(T([0,cY,[0,cy,0]],0,m),j));else
+d=c[1],b=s(function(b){var
+c=a[2];return A(dD(function(a){return I(b,a)}),c)},f),e=a[1][3][3],h=e?1:e,i=V(d),j=[0,[0,[0,b,A(dD(function(a){return I(g,a)}),d),i,h]]],k=aA(b,bU(b));return L(F(function(a){return P(a[1],a[2])},k),rV,j)}return rW}return h(r($,cz,b),c)}return h(r(ey,c1,b),c)},i=aY(gE,h(S([0,c1,[0,cz,0]],0,m),j));else
 var
-f=y$;return h(f,l)};return h(aV(c4,jn(E)),l)}return O(za)}return zb}return h(lz(ap,a,i),d)}return h(q(aJ,eO,a),d)}return h(q(en,eN,a),d)}var
-d=[0,c4,[0,be,0]],f=[0,eN,[0,eO,0]];return h(q(function(a){return T(f,d,a)},dD,c),a)}return h(h(f$(c),e),l)}return h(q(function(a){return T(o,s,a)},eK,b),v)}return h(q(a2,eK,b),a)}return h(q(yH,kb,b),a)}var
-c=[0,[0,k(zx),0],0];return h(q(function(a){return ba(c,a)},ew,b),a)}return h(T(yJ,[0,bW,[0,dC,0]],b),a)}var
-p=h(ly(aL),aM);if(0===p[0]){var
-e=p[1];if(typeof
-e==="number")return 0;else{if(0===e[0]){var
-f=e[1],aG=gq(f),n=f[1];if(0===n[0])var
+i=zn;return h(i,l)};return h(aY(c9,jA(D)),l)}return O(zo)}return zp}return h(lP(ap,a,g),d)}return h(r(aG,c8,a),d)}return h(r(eA,eY,a),d)}var
+d=[0,c9,[0,bj,0]],i=[0,eY,[0,c8,0]];return h(r(function(a){return S(i,d,a)},dN,c),a)}return h(h(gm(c),f),l)}return h(r(function(a){return S(o,u,a)},eV,b),w)}return h(r(a5,eV,b),a)}return h(r(yV,ko,b),a)}var
+c=[0,[0,k(zL),0],0];return h(r(function(a){return bf(c,a)},eI,b),a)}return h(S(yX,[0,bX,[0,dM,0]],b),a)}var
+q=h(lO(aK),aN);if(0===q[0]){var
+i=q[1];if(typeof
+i==="number")return 0;else{if(0===i[0]){var
+f=i[1],aH=gD(f),n=f[1];if(0===n[0])var
 o=1;else{var
-ak=n[2],a=n[1],L=jL(a[1]),s=0;if(L){var
-l=a[2],Q=0===l[0]?jL(l[1]):G(dj(l[1],0));if(Q){var
-W=fC(sG,bF(a));if(W){var
-Y=G(dj(a[4],0));if(Y){var
-as=a[5],at=jI(a),Z=gf(jJ(a),at,as);if(Z){var
-ay=a[5],aA=a[4],aB=function(a){return eC(aA,a)},$=F(function(a){return F(aB,a)},ay);if($){var
+ai=n[2],a=n[1],N=jY(a[1]),u=0;if(N){var
+l=a[2],T=0===l[0]?jY(l[1]):H(dr(l[1],0));if(T){var
+W=fO(sV,bG(a));if(W){var
+Y=H(dr(a[4],0));if(Y){var
+as=a[5],at=jV(a),Z=gs(jW(a),at,as);if(Z){var
+au=a[5],av=a[4],aB=function(a){return eO(av,a)},_=F(function(a){return F(aB,a)},au);if(_){var
 j=a[7];if(0===j[0])var
-y=j[1],A=cz(a[4],y),c=A?F(a1,y):A;else{var
-C=j[1],aq=bF(a),E=gf(cg(a),aq,C);if(E)var
+z=j[1],B=cA(a[4],z),c=B?F(a4,z):B;else{var
+D=j[1],aq=bG(a),E=gs(ci(a),aq,D);if(E)var
 ar=function(b){var
-c=cz(a[4],b);return c?F(a1,b):c},c=F(function(a){return F(ar,a)},C);else
+c=cA(a[4],b);return c?F(a4,b):c},c=F(function(a){return F(ar,a)},D);else
 var
 c=E}if(c){var
-ad=a[6];if(ad){var
-m=ad[1],aC=bF(a),ae=gf(cg(a),aC,m);if(ae){var
-aE=bi(m),d=eC(au(bi(m)),aE);s=1}else{var
-d=ae;s=1}}else
+aa=a[6];if(aa){var
+m=aa[1],aD=bG(a),ae=gs(ci(a),aD,m);if(ae){var
+aE=bl(m),d=eO(aw(bl(m)),aE);u=1}else{var
+d=ae;u=1}}else
 var
 b=1}else
 var
 b=c}else
 var
-b=$}else
+b=_}else
 var
 b=Z}else
 var
@@ -5352,198 +5435,198 @@ b=Y}else
 var
 b=W}else
 var
-b=Q}else
+b=T}else
 var
-b=L;if(!s)var
+b=N;if(!u)var
 d=b;var
-v=0;if(d)if(ak)var
-o=iM(ak[1]);else{var
-al=1;v=1}else{var
-al=d;v=1}if(v)var
-o=al}if(o&&iM(aG)){var
-ci=lC(f,0),ck=lC(f,1),af=f[1],aF=0===af[0]?0:af[2],bw=aw(i8,aF),cn=i8(gq(f)),aH=f[4],ao=r(function(c){var
+w=0;if(d)if(ai)var
+o=iZ(ai[1]);else{var
+al=1;w=1}else{var
+al=d;w=1}if(w)var
+o=al}if(o&&iZ(aH)){var
+cg=lS(f,0),cl=lS(f,1),af=f[1],aF=0===af[0]?0:af[2],bt=ay(jj,aF),co=jj(gD(f)),aI=f[4],ao=s(function(c){var
 a=c[2];if(a)var
-d=0,e=[0,a[1],a[2]],b=bh(function(cm,c){if(typeof
+d=0,e=[0,a[1],a[2]],b=bk(function(cm,c){if(typeof
 c==="number")var
 d=2;else
 switch(c[0]){case
 0:var
-d=jd(cn,c[1]);break;case
+d=jq(co,c[1]);break;case
 1:var
-aQ=f[1],bt=0===aQ[0]?aQ[2]:0;if(bt){var
-bu=bt[1],bv=c[3],bx=c[2],e=bu[2],a=bu[1],aH=bA(c[1],a[1]),J=0;if(aH){var
-b0=iu(a,e),aG=aa(function(a){if(a)var
+aR=f[1],bu=0===aR[0]?aR[2]:0;if(bu){var
+bv=bu[1],bw=c[3],bx=c[2],e=bv[2],a=bv[1],aH=bB(c[1],a[1]),L=0;if(aH){var
+bZ=iH(a,e),aG=ab(function(a){if(a)var
 b=a[2],c=b?1:b;else
 var
-c=a;return c},b0);if(aG)if(bx){var
-y=bx[1],bY=iu(a,e),aF=F(function(a){return F(function(b){return F(function(a){return I(b,S(y,a))},a)},a)},bY);if(aF){var
-bQ=ih(a),at=bQ||G(a[1]),au=at?ig(a,e,0):at;if(a[1])var
-bR=e[1],N=r(function(b){var
-g=e[4],f=ax(function(a){return w(a[1],b)},g),h=ih(a)?au:ig(a,e,[0,b]),c=r(ph,f),d=a[6],i=d?F(function(i){return F(function(j){var
+c=a;return c},bZ);if(aG)if(bx){var
+z=bx[1],bY=iH(a,e),aF=F(function(a){return F(function(b){return F(function(a){return K(b,R(z,a))},a)},a)},bY);if(aF){var
+bQ=iv(a),at=bQ||H(a[1]),au=at?iu(a,e,0):at;if(a[1])var
+bR=e[1],N=s(function(b){var
+g=e[4],f=az(function(a){return x(a[1],b)},g),h=iv(a)?au:iu(a,e,[0,b]),c=s(pw,f),d=a[6],i=d?F(function(i){return F(function(j){var
 b=i,a=j;for(;;){if(b){if(a){var
-c=a[1],d=b[1],e=w(d[1],c[1]);if(e){var
-f=cT(d[2],c[2]);if(f){var
+c=a[1],d=b[1],e=x(d[1],c[1]);if(e){var
+f=cW(d[2],c[2]);if(f){var
 b=b[2],a=a[2];continue}var
 g=f}else
 var
 g=e;var
 h=g}else
 var
-h=a;return h}return a?0:1}},c)},c):d;return[0,b,r(function(b){var
-c=ia(a,b);return[0,b[2],c]},f),i,h]},bR);else
+h=a;return h}return a?0:1}},c)},c):d;return[0,b,s(function(b){var
+c=ip(a,b);return[0,b[2],c]},f),i,h]},bR);else
 var
-bS=0,bT=0,bV=is(e),N=[0,[0,aT(t),r(function(b){var
-c=fJ(e,b),d=h_(r(function(b){var
-c=ia(a,b);return cv(fI(e,b),c)},c));return[0,b,cv(aR(fK(e,b)),d)]},bV),bT,au],bS];var
-v=fL(a),ay=F(pi,e[4]),bH=0;if(ay){var
-aA=a1(a[3]);if(aA){var
-aB=I(a[3],a[2]);if(aB){var
-aC=R(u,fL(a));if(aC){var
-bW=io(a),bX=fL(a),O=F(function(a){return ij(bX,a)},bW);bH=1}else
+bS=0,bT=0,bU=iF(e),N=[0,[0,aX(p),s(function(b){var
+c=fW(e,b),d=im(s(function(b){var
+c=ip(a,b);return cw(fV(e,b),c)},c));return[0,b,cw(aM(fX(e,b)),d)]},bU),bT,au],bS];var
+w=fY(a),av=F(px,e[4]),bH=0;if(av){var
+aw=a4(a[3]);if(aw){var
+aB=K(a[3],a[2]);if(aB){var
+aC=P(t,fY(a));if(aC){var
+bW=iB(a),bX=fY(a),O=F(function(a){return ix(bX,a)},bW);bH=1}else
 var
-s=aC}else
+u=aC}else
 var
-s=aB}else
+u=aB}else
 var
-s=aA}else
+u=aw}else
 var
-s=ay;if(!bH)var
-O=s;var
-bJ=0;if(O){var
-aD=I(U,y);if(aD){var
+u=av;if(!bH)var
+O=u;var
+bI=0;if(O){var
+aD=K(U,z);if(aD){var
 aE=F(function(b){var
-$=ax(function(a){return w(a[1],b[1])},bv),c=b[2],d=ab(function(a){return ab(function(b){return w(a[1],b[1])?0:[0,[0,a,b],0]},c)},c);return F(function(J){var
-g=J[2],h=J[1],E=cR(function(a){var
-c=w(a[1],b[1]),d=c?w(a[2],h[1]):c;return d?w(a[3],g[1]):d},$);if(E){var
+$=az(function(a){return x(a[1],b[1])},bw),c=b[2],d=ac(function(a){return ac(function(b){return x(a[1],b[1])?0:[0,[0,a,b],0]},c)},c);return F(function(L){var
+g=L[2],h=L[1],E=cU(function(a){var
+c=x(a[1],b[1]),d=c?x(a[2],h[1]):c;return d?x(a[3],g[1]):d},$);if(E){var
 f=a[4],Y=b[4];if(f)var
-V=a[5]?[0,h,[0,g,0]]:b[2],W=f[1],G=r(function(b){var
-a=bU(W);return cc(b[2],a)},V);else
+V=a[5]?[0,h,[0,g,0]]:b[2],W=f[1],H=s(function(b){var
+a=bV(W);return ce(b[2],a)},V);else
 var
-G=f;var
-Z=x(G,Y),i=ip(u,E[1][4],Z);if(i){var
-j=i[1],_=cv(y,g[2]),k=cc(h[2],_),p=cU(k),q=av(function(a,b){var
-c=cU(a[2]);return fF(z(a[1][2],c),b)},p,j),s=il(k);if(s){var
-t=F(function(a){return il(a[2])},j);if(t){var
-A=r(function(a){var
-b=im(a[2]),c=cU(a[2]),d=bs(q,z(a[1][2],c));return[0,z(a[1][1],d),b]},j),Q=im(k),B=bs(q,p),T=function(c){var
-b=a[11],d=b?ec(P,b[1][2],c[1][1]):a[2];return ef(v,d)},l=R(u,v),U=function(c){var
-b=a[11],d=b?ec(P,b[1][1],c[1][1]):a[3];return ef(v,d)};if(l){var
-m=R(u,B);if(m){var
+H=f;var
+Z=y(H,Y),i=iC(t,E[1][4],Z);if(i){var
+j=i[1],_=cw(z,g[2]),k=ce(h[2],_),p=cX(k),q=ax(function(a,b){var
+c=cX(a[2]);return fS(v(a[1][2],c),b)},p,j),r=iz(k);if(r){var
+u=F(function(a){return iz(a[2])},j);if(u){var
+A=s(function(a){var
+b=iA(a[2]),c=cX(a[2]),d=a$(q,v(a[1][2],c));return[0,v(a[1][1],d),b]},j),S=iA(k),B=a$(q,p),T=function(c){var
+b=a[11],d=b?ep(Q,b[1][2],c[1][1]):a[2];return es(w,d)},l=P(t,w),U=function(c){var
+b=a[11],d=b?ep(Q,b[1][1],c[1][1]):a[3];return es(w,d)};if(l){var
+m=P(t,B);if(m){var
 c=A;for(;;){if(c){var
-n=M(u,c[1][1]);if(n){var
+n=G(t,c[1][1]);if(n){var
 c=c[2];continue}var
 d=n}else
 var
 d=1;if(d){var
-o=[0,[0,B,Q],A],L=h8(o),N=h7(o),O=z(v,L);return M(K(h9(U,T,h6(pe,h3(function(n,o){var
-b=o[1],c=n[1],d=b[1],e=d[2],f=d[1],g=c[1],h=g[2],i=g[1],j=R(i,f);if(j)var
+o=[0,[0,B,S],A],M=ik(o),N=ij(o),O=v(w,M);return G(J(il(U,T,ii(pt,ie(function(n,o){var
+b=o[1],c=n[1],d=b[1],e=d[2],f=d[1],g=c[1],h=g[2],i=g[1],j=P(i,f);if(j)var
 a=j;else{var
-k=w(i,f);if(k){var
-l=R(h,e);if(l)var
+k=x(i,f);if(k){var
+l=P(h,e);if(l)var
 a=l;else{var
-m=w(h,e);if(m)return M(c[2],b[2]);var
+m=x(h,e);if(m)return G(c[2],b[2]);var
 a=m}}else
 var
-a=k}return a},N))),O),u)}var
+a=k}return a},N))),O),t)}var
 e=d;break}}else
 var
 e=m}else
 var
 e=l;return e}var
-C=t}else
+C=u}else
 var
-C=s;return C}return i}var
-H=b[3];if(H)return H;var
-D=ag(iq(a));if(D){var
-X=S(y,iq(a));return I(a[2],X)}return D},d)},N);if(aE){var
-E=F(function(a){return aa(function(b){var
-d=w(b[1],a[1]),e=d?G(w(a[2],a[3])):d;if(e)var
-f=b[2],c=aa(function(b){return w(b[1],a[2])},f);else
+C=r;return C}return i}var
+I=b[3];if(I)return I;var
+D=ag(iD(a));if(D){var
+X=R(z,iD(a));return K(a[2],X)}return D},d)},N);if(aE){var
+E=F(function(a){return ab(function(b){var
+d=x(b[1],a[1]),e=d?H(x(a[2],a[3])):d;if(e)var
+f=b[2],c=ab(function(b){return x(b[1],a[2])},f);else
 var
 c=e;if(c){var
-g=b[2];return aa(function(b){return w(b[1],a[3])},g)}return c},N)},bv);bJ=1}else
+g=b[2];return ab(function(b){return x(b[1],a[3])},g)}return c},N)},bw);bI=1}else
 var
-Q=aE}else
+S=aE}else
 var
-Q=aD}else
+S=aD}else
 var
-Q=O;if(!bJ)var
-E=Q}else
+S=O;if(!bI)var
+E=S}else
 var
 E=aF}else{var
-T=1;J=1}else{var
-T=aG;J=1}}else{var
-T=aH;J=1}if(J)var
+T=1;L=1}else{var
+T=aG;L=1}}else{var
+T=aH;L=1}if(L)var
 E=T;var
-d=c8([0,E])}else
+d=dc([0,E])}else
 var
 d=1;break;case
 2:var
 ao=c[3],ap=c[2],by=c[1];if(by){var
-m=by[1];if(w(m[1],m[2]))var
-aM=eu(ap,ji),b2=aM?eu(ao,ji):aM,i=[0,b2];else{var
-aN=jh(ap);if(aN){var
-A=aN[1],aO=jh(ao);if(aO)if(w(aO[1],K(A,t))){var
-aI=et(m,[0,A,f5]);if(aI)if(1===aI[1])var
-i=qP;else{var
-V=et(m,[0,K(A,t),f5]),aq=0;if(V)if(1===V[1]){var
-aJ=qQ;aq=1}else
+m=by[1];if(x(m[1],m[2]))var
+aN=eG(ap,jv),b2=aN?eG(ao,jv):aN,i=[0,b2];else{var
+aO=ju(ap);if(aO){var
+A=aO[1],aP=ju(ao);if(aP)if(x(aP[1],J(A,p))){var
+aI=dG(m,[0,A,gg]);if(aI)if(1===aI[1])var
+i=q4;else{var
+V=dG(m,[0,J(A,p),gg]),aq=0;if(V)if(1===V[1]){var
+aJ=q5;aq=1}else
 var
-i=qR;else{var
+i=q6;else{var
 aJ=V;aq=1}if(aq)var
 i=aJ}else{var
-W=et(m,[0,K(A,t),f5]);if(W)var
-aK=1!==W[1]?1:0,aL=aK?qS:aK;else
+W=dG(m,[0,J(A,p),gg]);if(W)var
+aK=1!==W[1]?1:0,aL=aK?q7:aK;else
 var
 aL=W;var
 i=aL}}else
 var
-i=qX;else
+i=ra;else
 var
-i=qY}else
+i=rb}else
 var
-i=qZ}}else
+i=rc}}else
 var
-aP=eu(ap,jj),b3=aP?eu(ao,jj):aP,i=[0,b3];var
-d=c8(i);break;case
+aQ=eG(ap,jw),b3=aQ?eG(ao,jw):aQ,i=[0,b3];var
+d=dc(i);break;case
 3:var
 bz=c[1],ch=c[2];if(bz)var
-b1=et(bz[1],ch),bC=aw(function(a){return 2<=a?0:1},b1);else
+b1=dG(bz[1],ch),bA=ay(function(a){return 2<=a?0:1},b1);else
 var
-bC=qO;var
-cj=c[3],d=c8(aw(function(a){return bA(cj,a)},bC));break;case
+bA=q3;var
+cj=c[3],d=dc(ay(function(a){return bB(cj,a)},bA));break;case
 4:var
 aS=f[1],bD=0===aS[0]?0:[0,aS[1]];if(bD){var
-p=c[2],g=c[1],b=bD[1],ar=0;if(typeof
-p==="number")ar=1;else
-switch(p[0]){case
+q=c[2],g=c[1],b=bD[1],ar=0;if(typeof
+q==="number")ar=1;else
+switch(q[0]){case
 5:var
-br=p[1];if(1===g[4]){var
+bs=q[1];if(1===g[4]){var
 ae=g[3];if(ae){var
-bj=g[2];if(bj)var
-bk=G(g[1]),af=bk?bZ(b):bk;else
+bk=g[2];if(bk)var
+bl=H(g[1]),af=bl?b0(b):bl;else
 var
-af=bj;if(af){var
-o=ae[1],B=o[1],C=o[2],b$=gZ(b),ca=gR(b[1]),a_=bZ(b),L=0;if(a_){var
-a$=I(U,o);if(a$){var
-cd=cb(0,cg(b)),ba=F(function(f){var
-a=gY(b,f);if(a){var
+af=bk;if(af){var
+o=ae[1],B=o[1],C=o[2],b$=hb(b),ca=g5(b[1]),a_=b0(b),M=0;if(a_){var
+ba=K(U,o);if(ba){var
+cb=cd(0,ci(b)),bb=F(function(f){var
+a=ha(b,f);if(a){var
 c=a[1],d=a[2];if(F(function(f){var
 b=c,a=f;for(;;){if(b){if(a){var
-d=w(b[1],a[1]);if(d){var
+d=x(b[1],a[1]);if(d){var
 b=b[2],a=a[2];continue}var
 e=d}else
 var
-e=a;return e}return a?0:1}},d))return F(function(a){return M(fe(fd,B,C,c,c,a),u)},ca);var
-e=gP(0,az(b$,a));return F(function(a){var
-b=gQ(a[1][1],a[2][1]);return M(fe(fd,B,C,a[1][2],a[2][2],b),u)},e)}return a},cd);if(ba)if(br){var
-h=br[1],Y=h[1],bK=0;if(Y){var
-Z=Y[1],b4=gY(b,Z),a0=bB(h[2],b4,0),b5=gY(b,Z),a2=bB(h[3],b5,0),b6=gZ(b),b7=bB(h[3],b6,0),b8=gZ(b),a3=gQ(bB(h[2],b8,0),b7),a4=fD(Z,cg(b)),bL=0;if(a4){var
-b9=bF(b),a5=fD(h[2],b9);if(a5){var
-b_=bF(b),a6=fD(h[3],b_);if(a6){var
-a7=G(dj(h[2],h[3]));if(a7){var
-a8=w(fe(fd,B,C,a0,a2,a3),u);if(a8){var
-_=R(u,fe(yy,B,C,a0,a2,a3));bK=1;bL=1}else
+e=a;return e}return a?0:1}},d))return F(function(a){return G(fp(fo,B,C,c,c,a),t)},ca);var
+e=g3(0,aA(b$,a));return F(function(a){var
+b=g4(a[1][1],a[2][1]);return G(fp(fo,B,C,a[1][2],a[2][2],b),t)},e)}return a},cb);if(bb)if(bs){var
+h=bs[1],Y=h[1],bK=0;if(Y){var
+Z=Y[1],b4=ha(b,Z),a0=bC(h[2],b4,0),b5=ha(b,Z),a1=bC(h[3],b5,0),b6=hb(b),b7=bC(h[3],b6,0),b8=hb(b),a2=g4(bC(h[2],b8,0),b7),a3=fP(Z,ci(b)),bL=0;if(a3){var
+b9=bG(b),a5=fP(h[2],b9);if(a5){var
+b_=bG(b),a6=fP(h[3],b_);if(a6){var
+a7=H(dr(h[2],h[3]));if(a7){var
+a8=x(fp(fo,B,C,a0,a1,a2),t);if(a8){var
+_=P(t,fp(yM,B,C,a0,a1,a2));bK=1;bL=1}else
 var
 n=a8}else
 var
@@ -5553,17 +5636,17 @@ n=a6}else
 var
 n=a5}else
 var
-n=a4;if(!bL)var
+n=a3;if(!bL)var
 a9=n}else
 var
 a9=Y;if(!bK)var
 _=a9;var
-ah=_?G(I(o,U)):_}else
+ah=_?H(K(o,U)):_}else
 var
-ah=I(o,U);else{var
-$=ba;L=1}}else{var
-$=a$;L=1}}else{var
-$=a_;L=1}if(L)var
+ah=K(o,U);else{var
+$=bb;M=1}}else{var
+$=ba;M=1}}else{var
+$=a_;M=1}if(M)var
 ah=$;var
 ai=[0,ah]}else
 var
@@ -5576,101 +5659,101 @@ k=0;break;case
 6:var
 k=0;break;case
 7:var
-cf=p[1];if(5===g[4]){var
-ak=g[3],bM=0;if(ak)if(cf){var
+cf=q[1];if(5===g[4]){var
+aj=g[3],bM=0;if(aj)if(cf){var
 k=0;bM=1}else{var
-bl=G(g[2]);if(bl)var
-bm=G(g[1]),al=bm?bZ(b):bm;else
+bm=H(g[2]);if(bm)var
+bn=H(g[1]),al=bn?b0(b):bn;else
 var
-al=bl;if(al){var
-am=ak[1],ac=b[8][1],bN=0;if(ac){var
-bb=ac[1],ad=b[8][2],bO=0;if(ad){var
-bc=ad[1],bd=la(b),bP=0;if(bd){var
-be=bZ(b);if(be){var
-bf=I(U,am);if(bf){var
-bg=I(bc,bb);if(bg){var
-ce=cb(0,cg(b)),bn=F(function(f){var
-c=lx(b,function(a){return a[2]},f,bb),a=lx(b,function(a){return a[3]},f,bc),g=bI(c,a),d=jS(cp(b),g),e=I(a,c);if(e){var
-h=cq(b)[2];return F(function(e){var
-f=S(a,bI(am,U)),g=k_(cq(b)[1],am,e);return I(aj(d,S(bI(bI(c,d),a),g)),f)},h)}return e},ce);bN=1;bO=1;bP=1}else
+al=bm;if(al){var
+am=aj[1],aa=b[8][1],bN=0;if(aa){var
+bc=aa[1],ad=b[8][2],bO=0;if(ad){var
+bd=ad[1],be=lq(b),bP=0;if(be){var
+bf=b0(b);if(bf){var
+bg=K(U,am);if(bg){var
+bh=K(bd,bc);if(bh){var
+cc=cd(0,ci(b)),bo=F(function(f){var
+c=lN(b,function(a){return a[2]},f,bc),a=lN(b,function(a){return a[3]},f,bd),g=bJ(c,a),d=j5(cq(b),g),e=K(a,c);if(e){var
+h=cr(b)[2];return F(function(e){var
+f=R(a,bJ(am,U)),g=lo(cr(b)[1],am,e);return K(ak(d,R(bJ(bJ(c,d),a),g)),f)},h)}return e},cc);bN=1;bO=1;bP=1}else
+var
+D=bh}else
 var
 D=bg}else
 var
 D=bf}else
 var
-D=be}else
+D=be;if(!bP)var
+bi=D}else
 var
-D=bd;if(!bP)var
-bh=D}else
+bi=ad;if(!bO)var
+bj=bi}else
 var
-bh=ad;if(!bO)var
-bi=bh}else
-var
-bi=ac;if(!bN)var
-bn=bi;var
-an=[0,bn]}else
+bj=aa;if(!bN)var
+bo=bj;var
+an=[0,bo]}else
 var
 an=al}else
 var
-an=ak;if(!bM)var
+an=aj;if(!bM)var
 k=an}else
 var
 k=0;break;default:ar=1}if(ar){var
-bo=la(b);if(bo)var
-bp=G(g[2]),bq=bp?xx(b,g,p):bp;else
+bp=lq(b);if(bp)var
+bq=H(g[2]),br=bq?xL(b,g,q):bq;else
 var
-bq=bo;var
-k=[0,bq]}var
-d=c8(k)}else
+br=bp;var
+k=[0,br]}var
+d=dc(k)}else
 var
 d=1;break;case
 5:var
-d=bw?jd(bw[1],c[1]):1;break;case
+d=bt?jq(bt[1],c[1]):1;break;case
 6:var
-bE=c[1],bG=ka(f,bE);if(bG){var
-j=c[2],l=bG[1],X=function(b,a){return b?a?I(b[1],a[1]):1:a?0:1};if(typeof
+bE=c[1],bF=kn(f,bE);if(bF){var
+j=c[2],l=bF[1],X=function(b,a){return b?a?K(b[1],a[1]):1:a?0:1};if(typeof
 j==="number")var
-q=1;else
+r=1;else
 switch(j[0]){case
 0:var
-aU=H(j[1],l[2]),q=aU?X(l[1][10],j[2]):aU;break;case
+aT=I(j[1],l[2]),r=aT?X(l[1][10],j[2]):aT;break;case
 1:var
-aV=j[2],aW=H(j[1],l[2]),as=0;if(aW){var
-aX=X([0,U],aV);if(aX)var
-q=X(aV,l[1][9]);else{var
-aY=aX;as=1}}else{var
-aY=aW;as=1}if(as)var
-q=aY;break;default:var
-aZ=H(j[1],l[2]),q=aZ?i5(l[1][9],j[2],j[3]):aZ}if(q)var
-cl=bE?ck:ci,d=c8(cl);else
+aU=j[2],aV=I(j[1],l[2]),as=0;if(aV){var
+aW=X([0,U],aU);if(aW)var
+r=X(aU,l[1][9]);else{var
+aY=aW;as=1}}else{var
+aY=aV;as=1}if(as)var
+r=aY;break;default:var
+aZ=I(j[1],l[2]),r=aZ?jg(l[1][9],j[2],j[3]):aZ}if(r)var
+ck=bE?cl:cg,d=dc(ck);else
 var
 d=1}else
 var
 d=2;break;default:var
-d=c8([0,c[1]])}switch(cm){case
+d=dc([0,c[1]])}switch(cm){case
 0:return d;case
 1:return 1;default:return d?d:2}},e,d);else
 var
-b=2;return[0,c[1],b]},aH);if(f[5]&&G(aa(function(a){return 1===a[2]?1:0},ao)))return[1,k(zy)];return[0,ao]}return[1,k(zz)]}var
-aK=e[1];return[0,r(function(a){return[0,a[1],2]},aK)]}}return[1,p[1]]}function
-lD(c){var
+b=2;return[0,c[1],b]},aI);if(f[5]&&H(ab(function(a){return 1===a[2]?1:0},ao)))return[1,k(zM)];return[0,ao]}return[1,k(zN)]}var
+aJ=i[1];return[0,s(function(a){return[0,a[1],2]},aJ)]}}return[1,q[1]]}function
+lT(c){var
 a=ap(c)-1|0,b=0;for(;;){if(0<=a){var
-d=[0,a9(c,a),b],a=a-1|0,b=d;continue}return b}}function
-lE(a){return fx(zC,fw(hC(function(a){if(32<=a&&!(ml<a))return hF(1,a);return B(hL(zB),a)},a)))}function
-zG(g,f){try{var
-h=m4(lD,f),a=zA(o9,lD(g),h)}catch(a){a=mT(a);if(a!==hz&&a!==hy)throw a;return zH}if(typeof
-a==="number")return zI;else{if(0===a[0]){var
+d=[0,bb(c,a),b],a=a-1|0,b=d;continue}return b}}function
+lU(a){return fI(zQ,fH(hR(function(a){if(32<=a&&!(mB<a))return hU(1,a);return A(h0(zP),a)},a)))}function
+zU(g,f){try{var
+h=nh(lT,f),a=zO(pm,lT(g),h)}catch(a){a=m9(a);if(a!==hO&&a!==hN)throw a;return zV}if(typeof
+a==="number")return zW;else{if(0===a[0]){var
 b=a[1],c=function(e){var
 a=b;for(;;){if(a){var
 c=a[1][2]===e?1:0,d=a[2];if(c)return c;var
 a=d;continue}return 0}};if(c(1))var
 d=1;else
 var
-e=c(2),d=e?3:e;return[0,fw(hC(function(b){var
-c=df(zJ,lE(b[1]));switch(b[2]){case
+e=c(2),d=e?3:e;return[0,fH(hR(function(b){var
+c=dl(zX,lU(b[1]));switch(b[2]){case
 0:var
-a=zD;break;case
+a=zR;break;case
 1:var
-a=zE;break;default:var
-a=zF}return df(a,c)},b)),d]}return[0,[0,df(zK,lE(a[1])),0],2]}}AT(function(b){var
-a=zG(b,0);return fx(zL,[0,s(W+a[2]),a[1]])});hB(0);return}(globalThis));
+a=zS;break;default:var
+a=zT}return dl(a,c)},b)),d]}return[0,[0,dl(zY,lU(a[1])),0],2]}}A7(function(b){var
+a=zU(b,0);return fI(zZ,[0,u(W+a[2]),a[1]])});hQ(0);return}(globalThis));

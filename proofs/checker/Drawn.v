@@ -35,6 +35,8 @@ Fixpoint all_of {A B} (f : A -> option B) (xs : list A) : option (list B) :=
 Definition values_of (T : table) (c : cell) : option (list Q) :=
   match utility T with Some gs => Some gs | None => all_of id (gains c) end.
 
+Definition context_of_cell (c : cell) : Z := context c.
+
 (* The cells of contexts with two or more, each with the number of its block; n is that of the block of the context [before]. *)
 Fixpoint compared_cells (n before : Z) (cs : list cell) : list (Z * cell) :=
   match cs with

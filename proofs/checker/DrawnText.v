@@ -1,12 +1,12 @@
 (* Intervals and the claims about them as a certificate states them.
 
-   This file only computes.  It follows docs/certificate-samples.md.  What is read are intervals of the region "box" in tables of counts,
-   with the ends of all cells; what else there is has no interval here, and is not covered. *)
+   This file only computes.  It follows docs/certificate-samples.md.  What is read are intervals of the region "box" in tables of counts;
+   what else there is has no interval here, and is not covered. *)
 
 From Coq Require Import ZArith QArith List Ascii String.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
 From FairauditChecker Require Import Chance Json Reading Statements Table TableText Document Drawn.
-From FairauditChecker Require Hidden.
+From FairauditChecker Require Hidden PlainEnds.
 From FairauditKernel Require Import Fractions.
 Import ListNotations.
 
@@ -55,7 +55,18 @@ Definition read_pair (ps : list pool) (v : json) : read (option (Z * Z)) :=
       end
   end.
 
-Definition read_ends : json -> read (list (Q * Q)) := many (two not_negative).
+Fixpoint rising (ns : list Z) : bool := match ns with i :: ((j :: _) as rest) => (i <? j)%Z && rising rest | _ => true end.
+
+(* The ends of all cells, or of some *)
+Definition read_ends (v : json) : read PlainEnds.given :=
+  match v with
+  | Members _ =>
+      let* ms := fields [k_cells; k_ends] [] v in
+      let* ns := get (many integer_of) k_cells ms in
+      let* es := get (so_many (size ns) (two not_negative)) k_ends ms in
+      demand (rising ns) "must have cells that go up" (Good (PlainEnds.Some_cells (combine ns es)))
+  | _ => let* es := many (two not_negative) v in Good (PlainEnds.All es)
+  end.
 
 Definition between_0_and_1 (q : Q) : bool := positive_fraction q && positive_fraction (plus one (minus q)).
 
@@ -76,6 +87,9 @@ Definition read_interval (ps : list pool) (v : json) : read drawn :=
   let* l := get not_negative k_lower ls in
   let* up := get read_ends k_upper ms in
   let* low := get read_ends k_lower ms in
+  let ss := match all_of sample_of ps with Some ss => ss | None => [] end in
+  let up := PlainEnds.completed (PlainEnds.plain_of (PlainEnds.reach_of u)) ss up in
+  let low := PlainEnds.completed PlainEnds.range_of ss low in
   let* p := get (read_pair ps) k_pair ms in
   demand (match found k_limits ms with Some Null => true | _ => false end) "has limits"
     (demand (between_0_and_1 c) "must have a confidence between 0 and 1"

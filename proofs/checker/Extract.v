@@ -5,7 +5,7 @@ From FairauditChecker Require Loops.
 From FairauditChecker Require Import Certificate.
 From mathcomp Require seq path.
 From FairauditKernel Require WorstCase.
-From FairauditChecker Require Json Canonical Table Figures LeftOut.
+From FairauditChecker Require Json Canonical Table Figures LeftOut Drawn.
 
 (* Coq's own gcd would take many steps; that of zarith is never negative either. *)
 Extract Constant Z.gcd => "Big_int_Z.gcd_big_int".
@@ -44,8 +44,10 @@ Extract Inlined Constant Table.range => "loop_range".
 Extract Inlined Constant Figures.runs => "loop_runs".
 Extract Inlined Constant Figures.sums_of_two => "(loop_in_twos plus)".
 Extract Inlined Constant LeftOut.aligned => "(loop_aligned (fun r -> r.who))".
+Extract Inlined Constant Drawn.all_of => "loop_all_of".
+Extract Inlined Constant Drawn.compared_cells => "(loop_compared context_of_cell)".
 
 Extraction "verified.ml"
   Loops.loop_app Loops.loop_length Loops.loop_map Loops.loop_flat_map Loops.loop_concat Loops.loop_filter Loops.loop_combine Loops.loop_seq
   Loops.loop_of_nat Loops.loop_to_nat Loops.loop_sort Loops.loop_stack_sort Loops.loop_numbered Loops.loop_range Loops.loop_runs
-  Loops.loop_in_twos Loops.loop_fold_right Loops.loop_aligned Json.no_later Canonical.ByKey.leb verified.
+  Loops.loop_in_twos Loops.loop_fold_right Loops.loop_aligned Loops.loop_all_of Loops.loop_compared Drawn.context_of_cell Json.no_later Canonical.ByKey.leb verified.

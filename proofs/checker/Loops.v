@@ -64,6 +64,24 @@ Fixpoint aligned_onto (who : A -> Z) (done : list (Z * list Z)) (xs : list Z) (F
   | [] => done
   end.
 Definition loop_aligned (who : A -> Z) (xs : list Z) (F : list (Z * list A)) : list (Z * list Z) := rev_append (aligned_onto who [] xs F) [].
+
+Fixpoint all_of_onto (f : A -> option B) (done : list B) (xs : list A) : option (list B) :=
+  match xs with
+  | x :: rest => match f x with Some y => all_of_onto f (y :: done) rest | None => None end
+  | [] => Some (rev_append done [])
+  end.
+Definition loop_all_of (f : A -> option B) (xs : list A) : option (list B) := all_of_onto f [] xs.
+
+(* Of runs of two or more with the same key each with the number of its run; n is that of the run of [before] *)
+Fixpoint compared_onto (key : A -> Z) (done : list (Z * A)) (n before : Z) (xs : list A) : list (Z * A) :=
+  match xs with
+  | x :: rest =>
+      if (key x =? before)%Z then compared_onto key ((n, x) :: done) n before rest
+      else if (match rest with y :: _ => key y =? key x | [] => false end)%Z then compared_onto key ((n + 1, x)%Z :: done) (n + 1) (key x) rest
+      else compared_onto key done n before rest
+  | [] => done
+  end.
+Definition loop_compared (key : A -> Z) (n before : Z) (xs : list A) : list (Z * A) := rev_append (compared_onto key [] n before xs) [].
 End Lists.
 
 Definition loop_fold_right (A B : Type) (f : B -> A -> A) (last : A) (xs : list B) : A := fold_left (fun a x => f x a) (rev_append xs []) last.

@@ -4,6 +4,7 @@ From Coq Require Import ZArith QArith List Lia.
 From mathcomp Require Import ssreflect ssrfun ssrbool eqtype ssrnat seq path.
 From FairauditKernel Require Import Fractions WorstCase.
 From FairauditChecker Require Import Loops Json Canonical Table Figures LeftOut.
+From FairauditChecker Require Drawn.
 
 Set Implicit Arguments.
 Unset Strict Implicit.
@@ -89,6 +90,23 @@ have onto done : aligned_onto who done xs F = (List.rev (aligned xs F) ++ done)%
   elim: xs F done => [|x xs IH] [|[y rs] more] done //=; first by rewrite IH -List.app_assoc.
   by case: (y =? x)%Z; rewrite IH /= -List.app_assoc.
 by rewrite /loop_aligned onto List.app_nil_r turned_back.
+Qed.
+
+Theorem all_of_is (A B : Type) (f : A -> option B) xs : loop_all_of f xs = Drawn.all_of f xs.
+Proof.
+have onto done : all_of_onto f done xs = omap (fun ys => (List.rev done ++ ys)%list) (Drawn.all_of f xs).
+  elim: xs done => [|x xs IH] done /=; first by rewrite turned.
+  case: (f x) => // y; rewrite IH; case: (Drawn.all_of f xs) => //= ys.
+  by rewrite -List.app_assoc.
+by rewrite /loop_all_of onto; case: (Drawn.all_of f xs).
+Qed.
+
+Theorem compared_cells_is n before cs : loop_compared Drawn.context_of_cell n before cs = Drawn.compared_cells n before cs.
+Proof.
+have onto done : compared_onto Drawn.context_of_cell done n before cs = (List.rev (Drawn.compared_cells n before cs) ++ done)%list.
+  elim: cs n before done => [|c cs IH] n before done //=.
+  by case: ifP => _; [|case: ifP => _]; rewrite IH //= -List.app_assoc.
+by rewrite /loop_compared onto List.app_nil_r turned_back.
 Qed.
 
 Theorem fold_right_is (A B : Type) (f : B -> A -> A) last xs : loop_fold_right f last xs = List.fold_right f last xs.

@@ -169,3 +169,58 @@ def test_frontiers_of_hidden_factors(program: Path) -> None:
     print(len(altered), dict(tally.codes))
     assert tally.different[:3] == []
     assert {python for python, _ in tally.codes} >= {TRUE, FALSE, MALFORMED}
+
+
+def with_plain_ends() -> list[dict[str, Any]]:
+    """True certificates whose intervals list the ends of the cells that decide alone: of few and of many draws, none in some cells."""
+    pick, found = Pick(7), []
+    for contexts, groups, most in ((60, 3, 40), (120, 2, 6), (30, 5, 300)):
+        counts = [[[pick.randrange(most), pick.randrange(1, most)] for _ in range(groups)] for _ in range(contexts)]
+        law = fa.Law.from_array(counts, kind="counts")
+        for worth, options in (("1", {}), ("2/7", {"confidence": "9/10"}), ("3", {"max_local_ratio": "3/2"})):
+            found.append(fa.certify(law, {"0": Fraction(worth)}, **{"confidence": "19/20", **options}).certificate.document)
+    return found
+
+
+def changed_plain_ends(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    text, interval = json.dumps(document), document["intervals"]["local"]
+    for side, other in (("upper", "lower"), ("lower", "upper")):
+        at, cells, ends = ("intervals", "local", side), interval[side]["cells"], interval[side]["ends"]
+        for listed in (
+            [],
+            cells[1:],
+            cells[::-1],
+            [*cells[:-1], sum(cells[-1:]) + 1],
+            [*cells[:-1], 10**6],
+            [*cells, 10**30],
+            [-1, *cells[1:]],
+            None,
+        ):
+            yield put(text, (*at, "cells"), listed)
+        for listed in ([], ends[1:], ends[::-1], [[high, low] for low, high in ends], [["0", "1000"]] * len(ends), None):
+            yield put(text, (*at, "ends"), listed)
+        yield put(text, at, {"cells": [], "ends": []})
+        yield put(text, at, {"cells": [10**6], "ends": [["0", "1"]]})
+        yield put(text, at, {**interval[side], "more": []})
+        yield put(text, at, interval[other])
+        yield put(text, at, ends)
+        level = Fraction(interval["levels"][side])
+        for near in (level / 2, 2 * level, level + Fraction(1, 10**12), Fraction(0), Fraction(1)):
+            yield put(text, ("intervals", "local", "levels", side), str(near))
+    for i, end in enumerate(interval["ratio"]):
+        if end != "inf":
+            for near in (Fraction(end) * (1 + Fraction(s, 10**9)) for s in (-1, 1)):
+                yield put(text, ("intervals", "local", "ratio", i), str(near))
+
+
+@pytest.mark.slow
+def test_ends_in_closed_form(program: Path) -> None:
+    """Intervals whose cells are not all listed are judged, and one that is narrower by a billionth as by the other checker."""
+    documents_, tally = with_plain_ends(), Tally()
+    for judged in natively(program, [as_bytes(document) for document in documents_]):
+        assert dict(judged.statements)["intervals.local"] is True
+    altered = [as_bytes(changed) for document in documents_ for changed in changed_plain_ends(document)]
+    tally.judge(program, [*map(as_bytes, documents_), *(altered if FULL else altered[::8])])
+    print(len(altered), dict(tally.codes))
+    assert tally.different[:3] == []
+    assert {python for python, _ in tally.codes} >= {TRUE, FALSE, MALFORMED}
