@@ -63,8 +63,8 @@ _LEAST = (
 )
 _WRITTEN = f"Not machine-checked: written proofs in docs/certificate-samples.md, {_COVERAGE}."
 _BOXES = (
-    "Machine-checked, under `draws` below: for every law of the draws, what a program accepts of boxes of ends, of at most 5,000 draws "
-    "each, is wrong at most with the probability that is said. Not machine-checked: that this checker computes the same, ends by bounds "
+    "Machine-checked, under `draws` below: for every law of the draws, what a program accepts of boxes of ends, "
+    "is wrong at most with the probability that is said. Not machine-checked: that this checker computes the same, ends by bounds "
     "for more draws or in closed form, products, policies behind filters and differences (written proofs in docs/certificate-samples.md, "
     f"{_COVERAGE})."
 )

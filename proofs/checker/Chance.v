@@ -7,7 +7,8 @@
 From Coq Require Import ZArith QArith List.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
 From FairauditKernel Require Import Fractions.
-From FairauditChecker Require Import Tails.
+From FairauditChecker Require Import Tails LargeTails.
+From FairauditChecker Require PairLaw.
 Import ListNotations.
 
 Set Implicit Arguments.
@@ -42,24 +43,26 @@ Record interval := Interval {
 
 Definition informative (s : sample) : bool := (0 <? draws s) && positive_fraction (worth s).
 
-(* Binomial tails are summed up to this many draws; what is said of more is not covered. *)
-Definition summed : Z := 5000.
-Definition is_summed (s : sample) : bool := negb (informative s) || (draws s <=? summed).
+(* What it takes to sum the tails of all cells, a number of terms for each that goes up with the root of its draws: what takes longer is
+   not covered, so that a browser judges the rest in seconds. *)
+Definition most_work : Z := 50000.
+Definition work (ss : list sample) : Z := fold_left (fun w s => if informative s then w + PairLaw.root (draws s) + 10 else w) ss 0.
+Definition is_short (ss : list sample) : bool := work ss <=? most_work.
 
 (* ---- The ends of a cell ---- *)
 
 Definition part_of (s : sample) (mean : Q) : Q := times mean (inverse (worth s)).
 Definition rest_of (p : Q) : Q := plus one (minus p).
 
-Definition excluded_above (level : Q) (s : sample) (hi : Q) : bool := tail_at_most (draws s) (successes s) (part_of s hi) level.
+Definition excluded_above (level : Q) (s : sample) (hi : Q) : bool := tail_holds (draws s) (successes s) (part_of s hi) level.
 Definition excluded_below (level : Q) (s : sample) (lo : Q) : bool :=
-  tail_at_most (draws s) (draws s - successes s) (rest_of (part_of s lo)) level.
+  tail_holds (draws s) (draws s - successes s) (rest_of (part_of s lo)) level.
 
 Definition ends_hold (level : Q) (s : sample) (e : ends) : bool :=
   let (lo, hi) := e in
   [&& nonnegative lo, at_most lo hi, at_most hi (worth s) &
       if informative s then
-        (draws s <=? summed) && (at_most lo zero || excluded_below level s lo) && (at_most (worth s) hi || excluded_above level s hi)
+        (at_most lo zero || excluded_below level s lo) && (at_most (worth s) hi || excluded_above level s hi)
       else at_most lo zero && at_most (worth s) hi].
 
 Fixpoint all_hold (level : Q) (ss : list sample) (es : list ends) : bool :=

@@ -10,7 +10,7 @@ From mathcomp.zify Require Import ssrZ.
 From mathcomp.algebra_tactics Require Import ring.
 From Fairaudit Require Import Definitions Binomial Draws Ends Coverage.
 From FairauditKernel Require Import Fractions FractionsSound.
-From FairauditChecker Require Import Tails TailsSound Chance.
+From FairauditChecker Require Import Tails TailsSound LargeTails LargeTailsSound Chance.
 
 Set Implicit Arguments.
 Unset Strict Implicit.
@@ -155,18 +155,18 @@ have kn : (count i w <= n i)%N by case: (drawn i).
 have lo0' := ratio_ge0 R lo0; have lohi' := at_mostP R lohi; have hiv' := at_mostP R hiv.
 have full : at_most (v i) hi -> ratio hi = val i by move=> /(at_mostP R) vhi; apply/eqP; rewrite eq_le hiv' vhi.
 case: ifP => [/andP[_ v0]|_] /andP[].
-  move=> /andP[_ below] above; have v0' := ratio_gt0 R v0.
+  move=> below above; have v0' := ratio_gt0 R v0.
   have p01' q : 0 <= ratio q <= val i -> 0 <= ratio q / val i <= 1.
     by case/andP=> q0 q1; rewrite divr_ge0 ?val_ge0 //= ler_pdivr_mulr // mul1r.
   split=> //.
     case/orP: below => [/(zeroE lo0)|] tail; first by left.
     right; rewrite at_least_flip //.
-    have := tail_at_most_sound (leq_subr (count i w) (n i)) (p := rest_of (part_of (sample_of w i) lo)) (R := R) (level := level).
+    have := tail_holds_sound (leq_subr (count i w) (n i)) (p := rest_of (part_of (sample_of w i) lo)) (R := R) (level := level).
     rewrite rest_ofE part_ofE //= subr_ge0 ler_subl_addr ler_addl andbC.
     apply; first by apply: p01'; rewrite lo0' (le_trans lohi').
     by move: tail; rewrite /excluded_below [draws _]/= [successes _]/= (sub_nat kn).
   case/orP: above => [/full|] tail; first by left.
-  right; have := tail_at_most_sound kn (p := part_of (sample_of w i) hi) (R := R) (level := level).
+  right; have := tail_holds_sound kn (p := part_of (sample_of w i) hi) (R := R) (level := level).
   by rewrite part_ofE //=; apply=> //; apply: p01'; rewrite (le_trans lo0').
 by move=> /(zeroE lo0) low /full high; split=> //; left.
 Qed.

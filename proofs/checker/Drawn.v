@@ -85,7 +85,7 @@ Definition sample_of (p : pool) : option sample :=
 (* None: not covered *)
 Definition judged_by_pools (i : interval) (ps : list pool) : option bool :=
   match all_of sample_of ps with
-  | Some ((_ :: _) as ss) => if forallb is_summed ss then Some [&& at_most (confidence i) one, in_proportion i ss & box_accepted i ss] else None
+  | Some ((_ :: _) as ss) => if is_short ss then Some [&& at_most (confidence i) one, in_proportion i ss & box_accepted i ss] else None
   | _ => None
   end.
 

@@ -72,7 +72,7 @@ Definition stairs (h l : cell) : list Z :=
 Record sums := Sums { start : Z; terms : list Z; before : Z; after : Z; sure : Z }.
 
 (* The terms on one side of the mode, the farthest first, a bound of those beyond, and a bound of the sum of all from below.  Quotients of
-   successive terms are count a / (divisor b): at most 1, so that the i-th term is too great by less than i, and a term that is no greater is the last. *)
+   successive terms are count a / (divisor b): at most 1, so that the i-th term is too great by less than i, and a term that is no greater is the last, or one after so many steps. *)
 Fixpoint side (many : nat) (count divisor i term a b : Z) (done : list Z) (least : Z) : list Z * Z * Z :=
   match many with
   | S m =>
@@ -80,8 +80,12 @@ Fixpoint side (many : nat) (count divisor i term a b : Z) (done : list Z) (least
         let next := above (term * (count * a)) (divisor * b) in
         side m (count - 1) (divisor + 1) (i + 1) next a b (next :: done) (least + (next - (i + 1)))
       else (done, above (term * (count * a)) (divisor * b - count * a), least)
-  | O => (done, 0, least)
+  | O => (done, above (term * (count * a)) (divisor * b - count * a), least)
   end.
+
+(* More steps than it takes until terms are no greater than their distance from the mode: a bound of those beyond holds after any number of
+   steps but none. *)
+Definition enough (n count : Z) : nat := let most := Z.max 0 (8 * root n) + 128 in Z.to_nat (if count <=? most then count else most).
 
 (* Of n draws, each a success with the odds a : b *)
 Definition binomial (n a b : Z) : sums :=
@@ -89,8 +93,8 @@ Definition binomial (n a b : Z) : sums :=
   else if b <=? 0 then Sums n [fixed] 0 0 fixed
   else
     let mode := (n + 1) * a / (a + b) in
-    let '(up, after, one) := side (Z.to_nat (n - mode)) (n - mode) (mode + 1) 0 fixed a b [] fixed in
-    let '(down, before, both) := side (Z.to_nat mode) mode (n - mode + 1) 0 fixed b a [] one in
+    let '(up, after, one) := side (enough n (n - mode)) (n - mode) (mode + 1) 0 fixed a b [] fixed in
+    let '(down, before, both) := side (enough n mode) mode (n - mode + 1) 0 fixed b a [] one in
     Sums (mode - Z.of_nat (length down)) (down ++ fixed :: rev_append up []) before after both.
 
 Definition law_at (n : Z) (p : Q) : sums := binomial n (Qnum p) (Zpos (Qden p) - Qnum p).

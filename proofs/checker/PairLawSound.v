@@ -85,19 +85,38 @@ Lemma sideS m count divisor i term done least : side m.+1 count divisor i term a
   else (done, above (Z.mul term (Z.mul count a)) (Z.sub (Z.mul divisor b) (Z.mul count a)), least).
 Proof. by []. Qed.
 
-Lemma side_bounds m i term done least : (m + i = C)%N -> s i <= embed term -> embed term <= s i + i%:R -> (i = 0%N -> Z.ltb 0 term) ->
-  let r := side m (Z.of_nat m) (Z.of_nat (D + i)) (Z.of_nat i) term a b done least in
+Lemma beyond_bounds c i term : (c + i = C)%N -> s i <= embed term -> (0 < i)%N || (c == 0)%N ->
+  \sum_(i.+1 <= k < C.+1) s k
+  <= embed (above (Z.mul term (Z.mul (Z.of_nat c) a)) (Z.sub (Z.mul (Z.of_nat (D + i)) b) (Z.mul (Z.of_nat c) a))).
+Proof.
+move=> ci low; case: (eqVneq c 0%N) ci => [-> ci _|c0 ci /orP[i0|//]].
+  rewrite Z.mul_0_l Z.mul_0_r Z.sub_0_r big_geq; last by rewrite -ci.
+  by rewrite (_ : above _ _ = Z0) ?embed0 // /above Z.opp_0 Zdiv_0_l.
+have cE : (c = C - i)%N by rewrite -ci addnK.
+set down := Z.mul (Z.of_nat (D + i)) b; set up := Z.mul (Z.of_nat c) a.
+have downE : embed down = X i by rewrite embedM embed_nat.
+have upE : embed up = Y i by rewrite /up embedM embed_nat cE.
+have gap0 : 0 < embed (Z.sub down up) by rewrite -Z.add_opp_r embedD embedN downE upE subr_gt0 Y_lt_X.
+rewrite -(ler_pmul2r gap0); apply: le_trans (above_ge _ gap0).
+rewrite -Z.add_opp_r embedD embedN embedM downE upE; apply: le_trans (geometric ci) _.
+by rewrite ler_wpmul2r ?Y_ge0.
+Qed.
+
+Lemma side_bounds m c i term done least : (c + i = C)%N -> (m <= c)%N -> [|| 0 < m, 0 < i | c == 0]%N ->
+  s i <= embed term -> embed term <= s i + i%:R -> (i = 0%N -> Z.ltb 0 term) ->
+  let r := side m (Z.of_nat c) (Z.of_nat (D + i)) (Z.of_nat i) term a b done least in
   exists us, [/\ r.1.1 = catrev us done, (size us <= m)%N,
     forall k, (k < size us)%N -> s (i + k).+1 <= embed (nth Z0 us k),
     \sum_((i + size us).+1 <= k < C.+1) s k <= embed r.1.2
     & embed r.2 <= embed least + \sum_(i.+1 <= k < (i + size us).+1) s k].
 Proof.
-elim: m i term done least => [|m IH] i term done least mi low high first.
+elim: m c i term done least => [|m IH] c i term done least mi mc enough_ low high first.
   exists [::]; split=> //; rewrite ?addn0 ?[in X in _ <= _ + X]big_geq ?addr0 //=.
-  by rewrite big_geq // -mi.
+  by apply: beyond_bounds => //; rewrite ltnn in enough_.
+case: c mi mc enough_ => [//|c] mi; rewrite ltnS => mc _.
 have iC : (i < C)%N by rewrite -mi addSn ltnS leq_addl.
-have mE : (m.+1 = C - i)%N by rewrite -mi addnK.
-rewrite sideS; set down := Z.mul (Z.of_nat (D + i)) b; set up := Z.mul (Z.of_nat m.+1) a.
+have mE : (c.+1 = C - i)%N by rewrite -mi addnK.
+rewrite sideS; set down := Z.mul (Z.of_nat (D + i)) b; set up := Z.mul (Z.of_nat c.+1) a.
 have downE : embed down = X i by rewrite embedM embed_nat.
 have upE : embed up = Y i by rewrite /up embedM embed_nat mE.
 have X0 : 0 < X i.
@@ -106,10 +125,7 @@ have X0 : 0 < X i.
 case: ifP => [more|stop]; last first.
   exists [::]; split=> //=; rewrite ?addn0 ?[in X in _ <= _ + X]big_geq ?addr0 //.
   have i0 : (0 < i)%N by rewrite lt0n; apply/eqP => e; move: (first e); move: stop; rewrite e /= => ->.
-  have gap0 : 0 < embed (Z.sub down up) by rewrite -Z.add_opp_r embedD embedN downE upE subr_gt0 Y_lt_X.
-  rewrite -(ler_pmul2r gap0); apply: le_trans (above_ge _ gap0).
-  rewrite -Z.add_opp_r embedD embedN embedM downE upE; apply: le_trans (geometric mi) _.
-  by rewrite ler_wpmul2r ?Y_ge0.
+  by apply: beyond_bounds => //; rewrite i0.
 set next := above _ _.
 have next_ge : s i.+1 <= embed next.
   rewrite -(ler_pmul2r X0) /X (quotient iC) -/(Y i) -/(X i) -downE.
@@ -120,12 +136,13 @@ have next_le : embed next <= s i.+1 + i.+1%:R.
   rewrite embedM upE downE mulrDl {2}/X (quotient iC) -/(Y i) -[in X in _ <= _ + X]addn1 natrD mulrDl mul1r addrA ler_add2r.
   apply: (@le_trans _ _ ((s i + i%:R) * Y i)); first by rewrite ler_wpmul2r // Y_ge0.
   by rewrite mulrDl ler_add2l ler_wpmul2l ?ler0n ?Y_le_X.
-have mi1 : (m + i.+1 = C)%N by rewrite addnS.
-have := IH i.+1 next (next :: done) (Z.add least (Z.sub next (Z.add (Z.of_nat i) 1))) mi1 next_ge next_le (fun e => match Nat.neq_succ_0 i e with end).
-rewrite addnS (of_nat_next (D + i)) (of_nat_next i) (of_nat_last m).
+have mi1 : (c + i.+1 = C)%N by rewrite addnS.
+have some : [|| 0 < m, 0 < i.+1 | c == 0]%N by rewrite orbT.
+have := IH c i.+1 next (next :: done) (Z.add least (Z.sub next (Z.add (Z.of_nat i) 1))) mi1 mc some next_ge next_le (fun e => match Nat.neq_succ_0 i e with end).
+rewrite addnS (of_nat_next (D + i)) (of_nat_next i) (of_nat_last c).
 case=> us [e size_us terms_ beyond sure_]; exists (next :: us); split.
 - by rewrite e.
-- by [].
+- by rewrite ltnS.
 - by case=> [|k] /=; rewrite ?addn0 // ltnS => /terms_; rewrite addnS.
 - by rewrite /= addnS -addSn.
 apply: le_trans sure_ _; rewrite /= [in X in _ <= _ + X]big_ltn; last by rewrite ltnS addnS leq_addr.
@@ -241,6 +258,15 @@ Proof. by have [_ _ le _] := mode_fits; rewrite -!embed_nat -!embedM embed_leE; 
 Lemma above_fits : (n - mode)%:R * embed a <= (mode + 1)%:R * embed b.
 Proof. by have [_ _ _ le] := mode_fits; rewrite -!embed_nat -!embedM embed_leE; apply/Z.leb_le. Qed.
 
+Lemma enoughP k c : exists m, [/\ enough (Z.of_nat k) (Z.of_nat c) = m, (m <= c)%N & [|| 0 < m, 0 < 0 | c == 0]%N].
+Proof.
+exists (enough (Z.of_nat k) (Z.of_nat c)); rewrite /enough; move: (root _) => r; split=> //.
+  by case: ifP => [_|/Z.leb_gt]; lia.
+have : (0 < Z.to_nat (if Z.leb (Z.of_nat c) (Z.add (Z.max 0 (Z.mul 8 r)) 128) then Z.of_nat c else Z.add (Z.max 0 (Z.mul 8 r)) 128))%N || (c == 0)%N.
+  by case: ifP => [_|_]; case: c => [|c]; rewrite ?orbT ?orbF //; lia.
+by case/orP=> ->; rewrite ?orbT.
+Qed.
+
 Lemma binomial_bounded : bounded n f (binomial (Z.of_nat n) a b) /\ embed (sure (binomial (Z.of_nat n) a b)) <= \sum_(0 <= j < n.+1) f j.
 Proof.
 have [modeE mn _ _] := mode_fits.
@@ -249,13 +275,14 @@ rewrite /binomial (no_sign _ a0) (no_sign _ b0) -modeE.
 rewrite (_ : Z.sub (Z.of_nat n) (Z.of_nat mode) = Z.of_nat (n - mode)); last by move: (mode) mn => m; lia.
 rewrite (_ : Z.add (Z.of_nat (n - mode)) 1 = Z.of_nat (n - mode + 1 + 0)); last by lia.
 rewrite (_ : Z.add (Z.of_nat mode) 1 = Z.of_nat (mode + 1 + 0)); last by lia.
-rewrite !Nat2Z.id.
-have := @side_bounds (fun i => f (mode + i)) (n - mode) (mode + 1) a b a0 b0 (fun i => f_ge0 _) up_quotient above_fits (n - mode) 0 fixed [::] fixed.
-rewrite !addn0 f_mode addr0 => /(_ erefl (lexx _) (lexx _) (fun=> isT)).
-case: (side _ _ _ _ _ _ _ _ _) => [[up after_] one] /= [us [-> size_us terms_us beyond_us sure_us]].
-have := @side_bounds (fun i => f (mode - i)) mode (n - mode + 1) b a b0 a0 (fun i => f_ge0 _) down_quotient below_fits mode 0 fixed [::] one.
-rewrite !addn0 subn0 f_mode addr0 => /(_ erefl (lexx _) (lexx _) (fun=> isT)).
-case: (side _ _ _ _ _ _ _ _ _) => [[down before_] two] /= [ds [-> size_ds terms_ds beyond_ds sure_ds]].
+have [m1 [-> m1_le m1_some]] := enoughP n (n - mode); have [m2 [-> m2_le m2_some]] := enoughP n mode.
+have := @side_bounds (fun i => f (mode + i)) (n - mode) (mode + 1) a b a0 b0 (fun i => f_ge0 _) up_quotient above_fits m1 (n - mode) 0 fixed [::] fixed.
+rewrite !addn0 f_mode addr0 => /(_ erefl m1_le m1_some (lexx _) (lexx _) (fun=> isT)).
+case: (side _ _ _ _ _ _ _ _ _) => [[up after_] one] /= [us [-> small_us terms_us beyond_us sure_us]].
+have := @side_bounds (fun i => f (mode - i)) mode (n - mode + 1) b a b0 a0 (fun i => f_ge0 _) down_quotient below_fits m2 mode 0 fixed [::] one.
+rewrite !addn0 subn0 f_mode addr0 => /(_ erefl m2_le m2_some (lexx _) (lexx _) (fun=> isT)).
+case: (side _ _ _ _ _ _ _ _ _) => [[down before_] two] /= [ds [-> small_ds terms_ds beyond_ds sure_ds]].
+have size_us := leq_trans small_us m1_le; have size_ds := leq_trans small_ds m2_le.
 rewrite -[rev_append _ _]/(rev (rev us)) revK -[(_ ++ _)%list]/(rev ds ++ fixed :: us) -[length _]/(size (rev ds)) size_rev.
 move: sure_us sure_ds beyond_us beyond_ds; rewrite !add0n sums_up sums_down ?ltnS // sums_up sums_down ?ltnS //.
 rewrite subnn !subSS subn0 addn1 !addnS subnKC // => sure_us sure_ds beyond_us beyond_ds; split.

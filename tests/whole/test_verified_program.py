@@ -213,6 +213,39 @@ def changed_plain_ends(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
                 yield put(text, ("intervals", "local", "ratio", i), str(near))
 
 
+def with_many_draws() -> list[dict[str, Any]]:
+    """True certificates of cells in which up to 40 million were drawn, some of which got nothing or next to nothing."""
+    pick, found = Pick(8), []
+    for contexts, groups, most in ((1, 2, 12_000), (2, 3, 400_000), (1, 2, 40_000_000)):
+        counts = [[[pick.choice([0, 5, pick.randrange(most)]), pick.randrange(1, most)] for _ in range(groups)] for _ in range(contexts)]
+        law = fa.Law.from_array(counts, kind="counts")
+        found += [fa.certify(law, {"0": Fraction(2, 7)}, confidence=confidence).certificate.document for confidence in ("9/10", "999/1000")]
+    return found
+
+
+def changed_ends(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    text = json.dumps(document)
+    for quantity, interval in document["intervals"].items():
+        for side in ("upper", "lower"):
+            for i, end in enumerate(interval[side]):
+                for near in (Fraction(end[s]) + k * Fraction(1, n) for s in (0, 1) for k in (-1, 1) for n in (10**4, 10**6, 10**12)):
+                    if near >= 0:
+                        yield put(text, ("intervals", quantity, side, i, int(near > Fraction(end[1]))), str(near))
+
+
+@pytest.mark.slow
+def test_ends_of_many_draws(program: Path) -> None:
+    """Beyond 5,000 draws an end has to be excluded by the bound of the page as well as by the tail itself."""
+    documents_, tally = with_many_draws(), Tally()
+    for judged in natively(program, [as_bytes(document) for document in documents_]):
+        assert {dict(judged.statements)[f"intervals.{quantity}"] for quantity in ("local", "global")} == {True}
+    altered = [as_bytes(changed) for document in documents_ for changed in changed_ends(document)]
+    tally.judge(program, [*map(as_bytes, documents_), *(altered if FULL else altered[::8])])
+    print(len(altered), dict(tally.codes))
+    assert tally.different[:3] == []
+    assert {python for python, _ in tally.codes} >= {TRUE, FALSE}
+
+
 @pytest.mark.slow
 def test_ends_in_closed_form(program: Path) -> None:
     """Intervals whose cells are not all listed are judged, and one that is narrower by a billionth as by the other checker."""
