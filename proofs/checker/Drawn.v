@@ -8,6 +8,7 @@ From Coq Require Import ZArith QArith List Ascii.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
 From FairauditKernel Require Import Fractions.
 From FairauditChecker Require Import Table Chance.
+From FairauditChecker Require Pairs.
 Import ListNotations.
 
 Set Implicit Arguments.
@@ -91,16 +92,28 @@ Definition judged_by_pools (i : interval) (ps : list pool) : option bool :=
 
 Definition proved_by_pools (i : interval) (ps : list pool) : bool := match judged_by_pools i ps with Some b => b | None => false end.
 
+(* The same of ladders for pairs of cells, which are for draws that are worth one number or nothing *)
+Definition judged_by_ladders (i : Pairs.by_pairs) (ps : list pool) : option bool :=
+  match all_of sample_of ps with
+  | Some [] => None
+  | Some ss => if forallb (fun s => draws s <=? summed) ss then Some (at_most (Pairs.sure_at i) one && Pairs.pairs_accepted i ss) else None
+  | None => Some false
+  end.
+
+Definition proved_by_ladders (i : Pairs.by_pairs) (ps : list pool) : bool := match judged_by_ladders i ps with Some b => b | None => false end.
+
 (* ---- Intervals by what proves them ---- *)
 
 Inductive proof :=
-| By_box (i : interval). (* an end for each cell *)
+| By_box (i : interval)          (* an end for each cell *)
+| By_pairs (i : Pairs.by_pairs). (* a ladder for each pair of cells *)
 
-Definition most_of (e : proof) : option Q := match e with By_box i => most i end.
-Definition least_of (e : proof) : option Q := match e with By_box i => least i end.
-Definition cells_independent (e : proof) : bool := match e with By_box i => independent i end.
+Definition most_of (e : proof) : option Q := match e with By_box i => most i | By_pairs i => Pairs.highest i end.
+Definition least_of (e : proof) : option Q := match e with By_box i => least i | By_pairs i => Some (Pairs.lowest i) end.
+Definition cells_independent (e : proof) : bool := match e with By_box i => independent i | By_pairs i => Pairs.apart i end.
 
 Definition judged_by_draws (T : table) (local : bool) (e : proof) : option bool :=
   match e with
   | By_box i => match pools_of T local with Some ps => judged_by_pools i ps | None => None end
+  | By_pairs i => match pools_of T local with Some ps => judged_by_ladders i ps | None => None end
   end.

@@ -12,7 +12,7 @@ From mathcomp.zify Require Import ssrZ.
 From Fairaudit Require Import Definitions Draws.
 From FairauditKernel Require Import Fractions FractionsSound.
 From FairauditChecker Require Import Table Chance Drawn.
-From FairauditChecker Require Statements Meaning.
+From FairauditChecker Require Statements Meaning Pairs.
 
 Set Implicit Arguments.
 Unset Strict Implicit.
@@ -65,6 +65,13 @@ Definition can_mislead (i : interval) (is_wrong : interval -> Prop) w : Prop :=
 
 Definition seldom (P : {ffun D -> 'I_decisions} -> R) (i : interval) (is_wrong : interval -> Prop) : Prop :=
   forall S : {set {ffun D -> 'I_decisions}}, (forall w, w \in S -> can_mislead i is_wrong w) -> prob P S <= 1 - ratio (confidence i).
+
+(* The same of intervals by ladders for pairs of cells, of which the levels are no choice *)
+Definition alike_pairs (i j : Pairs.by_pairs) : Prop := Pairs.sure_at j = Pairs.sure_at i /\ Pairs.one_by_one j = Pairs.one_by_one i.
+
+Definition seldom_by_pairs (P : {ffun D -> 'I_decisions} -> R) (i : Pairs.by_pairs) (is_wrong : Pairs.by_pairs -> Prop) : Prop :=
+  forall S : {set {ffun D -> 'I_decisions}},
+    (forall w, w \in S -> exists j, [/\ alike_pairs i j, proved_by_ladders j (counted_again w) & is_wrong j]) -> prob P S <= 1 - ratio (Pairs.sure_at i).
 End Population.
 
 (* Whatever the laws are whose ratio is at least this: some two groups are compared of which every explanation by a hidden factor that is too
@@ -90,7 +97,19 @@ Definition box_holds (R : realFieldType) (T : table) (local : bool) (i : interva
     if each i then seldom pool_of P i above /\ seldom pool_of P i below
     else seldom pool_of P i (fun j => above j \/ below j)].
 
+(* Likewise by ladders for pairs of cells, which are for independent cells only *)
+Definition pairs_hold (R : realFieldType) (T : table) (local : bool) (i : Pairs.by_pairs) : Prop :=
+  exists ps, [/\ pools_of T local = Some ps, proved_by_ladders i ps &
+    let d := Z.to_nat (decisions T) in
+    forall (Q : 'I_(size ps) -> 'I_d -> R) (D : finType) (pool_of : D -> 'I_(size ps)) (P : {ffun D -> 'I_d} -> R),
+    kernel Q -> drawn_from pool_of Q true P ->
+    let above j := ~ ratio_at_most Q (Pairs.highest j) in
+    let below j := ~ ratio_at_least Q (Some (Pairs.lowest j)) in
+    if Pairs.one_by_one i then seldom_by_pairs pool_of P i above /\ seldom_by_pairs pool_of P i below
+    else seldom_by_pairs pool_of P i (fun j => above j \/ below j)].
+
 Definition population_holds (R : realFieldType) (T : table) (local : bool) (e : proof) : Prop :=
   match e with
   | By_box i => box_holds R T local i
+  | By_pairs i => pairs_hold R T local i
   end.

@@ -6,7 +6,7 @@ From mathcomp.zify Require Import ssrZ.
 From Fairaudit Require Import Definitions Draws Coverage.
 From FairauditKernel Require Import Fractions FractionsSound.
 From FairauditChecker Require Import Table Chance ChanceSound Drawn DrawnMeaning.
-From FairauditChecker Require Statements Hidden HiddenSound.
+From FairauditChecker Require Statements Hidden HiddenSound Pairs PairsSound.
 
 Set Implicit Arguments.
 Unset Strict Implicit.
@@ -178,21 +178,54 @@ case apart: (each i); [split|] => S all_w; have [/none //|[w0 /[dup] w0S /all_w[
   by case: wrong => wrong; [left => /(most_trueE ok) | right => /(least_trueE laws ok)].
 Qed.
 
+Lemma proved_by_laddersP i ps : proved_by_ladders i ps ->
+  exists ss, [/\ all_of sample_of ps = Some ss, at_most (Pairs.sure_at i) one & Pairs.pairs_accepted i ss].
+Proof.
+rewrite /proved_by_ladders /judged_by_ladders; case: (all_of sample_of ps) => [[|s ss]|] //; case: ifP => // _ /andP[c1 acc].
+by exists (s :: ss).
+Qed.
+
+Theorem pairs_sound T local i : judged_by_draws T local (By_pairs i) = Some true -> pairs_hold R T local i.
+Proof.
+rewrite /judged_by_draws; case pools: (pools_of T local) => [ps|] // judged; exists ps.
+have acc : proved_by_ladders i ps by rewrite /proved_by_ladders judged.
+split=> // d Q D pool_of P laws; case/(law_of laws) => P' [lawP' eqP_ counted_ /(_ isT) indep] above below.
+have [_ [_ /(at_mostP R) c1 _]] := proved_by_laddersP acc; rewrite ratio_one in c1.
+have none S : S = set0 -> prob P S <= 1 - ratio (Pairs.sure_at i) by move=> ->; rewrite /prob big_set0 subr_ge0.
+have data w j : proved_by_ladders j (counted_again pool_of w) ->
+    Pairs.pairs_accepted j (samples (count pool_of (@good ps d)) (Draws.draws pool_of) (@blk ps) (@top ps) w)
+    /\ forall k : 'I_(size ps), nonnegative (top k) && forallb (fun q => is_nothing q || (at_most q (top k) && at_most (top k) q)) (values (pool_at k)).
+  by case/proved_by_laddersP => ss [/samples_again[-> ok] _ acc_j]; split.
+have share_each : Pairs.one_by_one i -> ratio (Pairs.share i) = 1 - ratio (Pairs.sure_at i) :> R.
+  by move=> each_; rewrite /Pairs.share each_ PairsSound.errorE.
+case apart: (Pairs.one_by_one i); [split|] => S all_w; have [/none //|[w0 /[dup] w0S /all_w[j0 [_ /data[_ ok] _]]]] := set_0Vmem S; rewrite eqP_.
+- rewrite -share_each //; apply: (PairsSound.upper_misses (blk := @blk ps) (v := @top ps) lawP' (chance01 (@good ps d) laws) counted_ indep c1).
+  by move=> w /all_w[j [alike_ /data[acc_j _] wrong]]; exists j; split; [exact: alike_ | exact: acc_j | move/(most_trueE ok)].
+- rewrite -share_each //; apply: (PairsSound.lower_misses (blk := @blk ps) (v := @top ps) lawP' (chance01 (@good ps d) laws) counted_ indep c1).
+  by move=> w /all_w[j [alike_ /data[acc_j _] wrong]]; exists j; split; [exact: alike_ | exact: acc_j | move/(least_trueE laws ok)].
+- rewrite -PairsSound.errorE; apply: (PairsSound.either_misses (blk := @blk ps) (v := @top ps) lawP' (chance01 (@good ps d) laws) counted_ indep c1); first by rewrite apart.
+  move=> w /all_w[j [alike_ /data[acc_j _] wrong]]; exists j; split; [exact: alike_ | exact: acc_j |].
+  by case: wrong => wrong; [left => /(most_trueE ok) | right => /(least_trueE laws ok)].
+Qed.
+
 Theorem drawn_sound T local e : judged_by_draws T local e = Some true -> population_holds R T local e.
-Proof. by case: e => i; apply: box_sound. Qed.
+Proof. by case: e => i; [apply: box_sound | apply: pairs_sound]. Qed.
+
+Lemma judged_pools T local e : judged_by_draws T local e = Some true -> exists ps, pools_of T local = Some ps.
+Proof. by rewrite /judged_by_draws; case: e => i; case: (pools_of T local) => // ps _; exists ps. Qed.
 
 Theorem hidden_sound T local e v ls : judged_by_draws T local e = Some true -> Hidden.frontier_fits (least_of e) v ls ->
   hidden_needs R T local (least_of e) v ls.
 Proof.
-case: e => i; rewrite /judged_by_draws /least_of; case pools: (pools_of T local) => [ps|] // _ /(@HiddenSound.frontier_levels R)[first levels].
+case/judged_pools => ps pools /(@HiddenSound.frontier_levels R)[first levels].
 split=> //; exists ps; split=> // Q l at_least_ /levels[to1 fits].
-case: (least i) at_least_ fits => [r|] /=.
+case: (least_of e) at_least_ fits => [r|] /=.
   case=> [r1|[a [b [comp le pos]]]] fits.
     by move: fits; rewrite /Hidden.level_fits; case: (Statements.balanced l) => // c /and4P[_]; rewrite (at_mostE R) -ltNge =>
       /(le_lt_trans to1)/lt_le_trans/(_ r1); rewrite ltxx.
-  exists a, b; split=> // V k m p q e e' k1 m1 weak given.
+  exists a, b; split=> // V k m p q f f' k1 m1 weak given.
   by apply: (HiddenSound.weaker_leaves (seen := Some r) to1 fits k1 m1 weak given).
-case=> a [b [comp l0 pos]] fits; exists a, b; split=> // V k m p q e e' k1 m1 weak given.
+case=> a [b [comp l0 pos]] fits; exists a, b; split=> // V k m p q f f' k1 m1 weak given.
 by apply: (HiddenSound.weaker_leaves (seen := None) to1 fits k1 m1 weak given); rewrite gt_eqF.
 Qed.
 

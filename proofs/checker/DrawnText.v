@@ -1,12 +1,12 @@
 (* Intervals and the claims about them as a certificate states them.
 
-   This file only computes.  It follows docs/certificate-samples.md.  What is read are intervals of the region "box" in tables of counts;
-   what else there is has no interval here, and is not covered. *)
+   This file only computes.  It follows docs/certificate-samples.md.  What is read are intervals of the regions "box" and "pairs" in tables
+   of counts; what else there is has no interval here, and is not covered. *)
 
 From Coq Require Import ZArith QArith List Ascii String.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
 From FairauditChecker Require Import Chance Json Reading Statements Table TableText Document Drawn.
-From FairauditChecker Require Hidden PlainEnds.
+From FairauditChecker Require Hidden Pairs PlainEnds.
 From FairauditKernel Require Import Fractions.
 Import ListNotations.
 
@@ -28,6 +28,7 @@ Definition k_lower := of_string "lower".
 Definition k_pair := of_string "pair".
 Definition k_interval := of_string "interval".
 Definition k_units := of_string "units".
+Definition k_knots := of_string "knots".
 
 Definition methods : list (text * unit) := map (fun m => (of_string m, tt)) ["hoeffding-kl"; "empirical-bernstein"; "intersection"]%string.
 
@@ -95,12 +96,40 @@ Definition read_interval (ps : list pool) (v : json) : read drawn :=
     (demand (between_0_and_1 c) "must have a confidence between 0 and 1"
       (Good (Drawn (By_box (Interval c apart ind u l up low p r.1 r.2)) ((if apart then one_sided else together) ++ written_c)))).
 
+(* An interval by ladders for pairs of cells, without a split *)
+Definition read_by_pairs (ps : list pool) (v : json) : read drawn :=
+  let* ms := fields [k_confidence; k_ends; k_region; k_independent; k_method; k_limits; k_ratio; k_levels; k_upper; k_lower] [] v in
+  let* c := get rational_of k_confidence ms in
+  let* written_c := get string_of k_confidence ms in
+  let* apart := get (choice [(of_string "together", false); (of_string "each", true)]) k_ends ms in
+  let* _ := get (choice [(of_string "pairs", tt)]) k_region ms in
+  let* ind := get boolean_of k_independent ms in
+  let* _ := get (choice methods) k_method ms in
+  let* r := get (two extended_of) k_ratio ms in
+  let* ls := get (fields [k_upper; k_lower] []) k_levels ms in
+  let* u := get not_negative k_upper ls in
+  let* l := get not_negative k_lower ls in
+  let* up := get (option_of (many (many not_negative))) k_upper ms in
+  let* low := get (option_of (fun v =>
+    let* es := fields [k_pair; k_knots] [] v in
+    let* p := get (read_pair ps) k_pair es in
+    let* knots := get (many not_negative) k_knots es in
+    match p with Some p => Good (p, knots) | None => bad "must have a pair" end)) k_lower ms in
+  demand (match found k_limits ms with Some Null => true | _ => false end) "has limits"
+    (demand (between_0_and_1 c) "must have a confidence between 0 and 1"
+      (match r.1 with
+       | Some least => Good (Drawn (By_pairs (Pairs.By c apart ind (u, l) up low least r.2)) ((if apart then one_sided else together) ++ written_c))
+       | None => bad "has a lower end that is infinite"
+       end)).
+
 (* The interval of this quantity, where it is covered: no interval of the certificate may then be about sampling units. *)
 Definition drawn_of (T : table) (local : bool) (all : list (text * json)) : option drawn :=
   let of_rows v := match v with Members ms => ~~ has k_units ms && ~~ has k_profiles ms | _ => false end in
   match found (if local then k_local else k_global) all, pools_of T local with
   | Some v, Some ps =>
-      if forallb (fun m => of_rows m.2) all then match read_interval ps v with Good i => Some i | Bad _ => None end else None
+      if forallb (fun m => of_rows m.2) all then
+        match read_interval ps v, read_by_pairs ps v with Good i, _ | _, Good i => Some i | _, _ => None end
+      else None
   | _, _ => None
   end.
 
@@ -115,16 +144,17 @@ Definition about_interval (i : drawn) (s : of_interval) : bool :=
   | Its_frontier scope v ls => same scope (its_scope i) && Hidden.frontier_fits (least_of (its_proof i)) v ls
   end.
 
-Definition binomial := of_string "binomial".
+(* The method that claims name *)
+Definition method_of (e : Drawn.proof) : text := match e with By_box _ => of_string "binomial" | By_pairs _ => of_string "pair-exact" end.
 
 Definition about_local (c : claim) : bool :=
   match key c with q :: _ => same q q_local_ratio || same q (of_string "local_hidden_context") | [] => true end.
 
-Definition population_parts (c : claim) (v : json) : read (list part) :=
+Definition population_parts (i : drawn) (c : claim) (v : json) : read (list part) :=
   match key c with
   | [q; r; b; s] =>
       let local := same q q_local_ratio in
-      if [&& same b binomial, local || same q q_global_ratio, same r upper_bound || same r lower_bound
+      if [&& same b (method_of (its_proof i)), local || same q q_global_ratio, same r upper_bound || same r lower_bound
            & begins_with together s || begins_with one_sided s] then
         let* ms := object_of v in
         let* x := get extended_of k_value ms in
@@ -166,7 +196,7 @@ Definition with_population (H : header) (gamma : text) (interval_of : bool -> op
       match interval_of (about_local c) with
       | None => Good c
       | Some i =>
-          let* ps := population_parts c v in
+          let* ps := population_parts i c v in
           Good (match ps with
             | Of_population local _ :: _ =>
                 if lists_what_it_assumes H gamma local i (assumed c) then Claim (key c) (said c) ps false (assumed c) else c
