@@ -99,6 +99,8 @@ Inductive proof :=
 Definition most_of (e : proof) : option Q := match e with By_box i => most i end.
 Definition least_of (e : proof) : option Q := match e with By_box i => least i end.
 Definition cells_independent (e : proof) : bool := match e with By_box i => independent i end.
+Definition confidence_of (e : proof) : Q := match e with By_box i => confidence i end.
+Definition ends_each (e : proof) : bool := match e with By_box i => each i end.
 
 Definition judged_by_draws (T : table) (local : bool) (e : proof) : option bool :=
   match e with
