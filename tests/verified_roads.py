@@ -167,7 +167,9 @@ UNASKED = "assumptions that it does not rest on"
 def explained(verified: Judged, label: str) -> bool:
     """Whether a statement may be false on the verified road alone, which is so only beside another one that is false on both."""
     false = {place(own) for own, true in verified.statements if true is False}
-    if label.startswith("targets["):  # a limit in nats is judged by the ratio that is stated
+    if label.startswith("targets["):  # a limit in nats is judged by the ratio that is stated, one of a population by an interval
+        if "population at confidence" in label:
+            return not {"intervals.local", "intervals.global"}.isdisjoint(false)
         return " log, limit " in label and not {"metrics.local", "metrics.global"}.isdisjoint(false)
     if label.startswith("metrics."):  # all that names columns is false where the columns are
         return "subject.columns" in false
@@ -296,7 +298,13 @@ def of_draws(seed: int) -> bytes:
         utility = fa.Utility.from_function(lambda u, x, a: worth[x] * (u == "0"), law)
     options: dict[str, Any] = {"confidence": pick.choice(["0.95", "0.5", "99/100"]), "independent": pick.random() < 0.3}
     if pick.random() < 0.4:
-        options |= {"max_local_ratio": pick.choice(["3/2", "10"]), "max_global_log": "0.2"}
+        limits = {
+            "max_local_ratio": pick.choice(["1", "3/2", "10"]),
+            "max_local_log": pick.choice(["0", "1/3", "3"]),
+            "max_global_ratio": pick.choice(["11/10", "2"]),
+            "max_global_log": pick.choice(["0.2", "1"]),
+        }
+        options |= {name: limits[name] for name in pick.sample([*limits], pick.randint(1, 4))}
     if pick.random() < 0.1:
         options["declared"] = {"gamma": 3, "m": 0}
     return fa.certify(law, utility, **options).certificate.text.encode()
@@ -422,6 +430,7 @@ POOL = [
     "each",
     "together",
     "binomial",
+    "population at confidence 9/10",
 ]
 
 

@@ -5,7 +5,7 @@
 From Coq Require Import ZArith QArith List Ascii String.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
 From FairauditKernel Require WorstCase.
-From FairauditChecker Require Import Json Canonical Reading Table Statements Checker Nats TableText ClassText Document Drawn DrawnText PolicyText PolicyDocument.
+From FairauditChecker Require Import Json Canonical Reading Table Statements Checker Nats TableText ClassText Document Drawn DrawnText Verdicts TargetText PolicyText PolicyDocument.
 From FairauditChecker Require Policy PolicyChecker.
 From FairauditKernel Require Import Fractions.
 Import ListNotations.
@@ -133,7 +133,14 @@ Definition read_table_certificate (top subject : list (text * json)) (file : opt
       | _ => [] end in
     let* claims := get (fun v => let* vs := list_of v in
       numbered_each (fun i v => let* c := read_claim digest (option_map class_of cl) i v in with_population H gamma interval_of c v) vs) k_claims top in
-    let* ts := get (fun v => let* vs := list_of v in numbered_each (read_target ratio_of (signed T) differences) vs) k_targets top in
+    let basis_of (local : bool) :=
+      if ~~ covered then Not_read
+      else match kind_of a with
+      | Probabilities => No_sample
+      | Counts => if ~~ has (if local then k_local else k_global) stated_intervals then No_interval
+                  else if existsb (is_about local) claims then An_interval else Not_read
+      end in
+    let* ts := get (fun v => let* vs := list_of v in numbered_each (read_target ratio_of basis_of (signed T) differences) vs) k_targets top in
     let* verdict := get string_of k_verdict top in
     let* last := verdict_parts ts verdict in
     let* constants := get constant_items k_utility subject in
@@ -156,7 +163,7 @@ Definition read_table_certificate (top subject : list (text * json)) (file : opt
       ++ map (fun n => Item n.1 (by_names n.2)) rate_items
       ++ [Item k_not_compared [match all_there entries_left [] with Some es => About (Not_compared_is es) | None => Fact false end]]
       ++ without_repeats [] claims
-      ++ map (fun t => Item (label t) (judged_otherwise (parts t))) (targets_once [] ts)
+      ++ map (fun t => Item (label t) (judged_otherwise (parts t))) (targets_once (shared_parts ts) [] ts)
       ++ [Item k_verdict (judged_otherwise last)] in
     demand (match cl with Some _ => ~~ has k_intervals top | None => true end) "has intervals, which do not go with a class of utilities"
     (demand (match kind_of a with Probabilities => ~~ has k_intervals top | Counts => true end) "has intervals, which are not for probabilities"
@@ -220,7 +227,7 @@ Definition read_policy_certificate (top subject : list (text * json)) (file : op
     (* claims and targets *)
     let one_release := Pos.eqb (released_times F) 1 in
     let* claims := get (fun v => let* vs := list_of v in numbered_each (read_policy_claim HT one_release ratio_of digest) vs) k_claims top in
-    let* ts := get (fun v => let* vs := list_of v in numbered_each (read_target ratio_of false differences) vs) k_targets top in
+    let* ts := get (fun v => let* vs := list_of v in numbered_each (read_target ratio_of (fun _ => Not_read) false differences) vs) k_targets top in
     let* verdict := get string_of k_verdict top in
     let special := has k_undecided subject || has k_changed top in
     let* last := verdict_parts ts verdict in
@@ -248,7 +255,7 @@ Definition read_policy_certificate (top subject : list (text * json)) (file : op
       ++ without_repeats [] claims
       ++ (if (match claims with [] => false | _ => true end) && forallb (lists_what_is_needed ds us) claims then []
           else [Item (of_string "the assumptions of the claims") [Uncovered]])
-      ++ map (fun t => Item (label t) (judged_otherwise (parts t))) (targets_once [] ts)
+      ++ map (fun t => Item (label t) (judged_otherwise (parts t))) (targets_once (shared_parts ts) [] ts)
       ++ [Item k_verdict (judged_otherwise last)] in
     demand (rows_in_order rs) "the rows of the policy are not in order"
       (demand (forallb drawn rs || forallb (fun r => ~~ drawn r) rs) "the table gives draws for some rows of the policy only"
@@ -297,6 +304,16 @@ Definition outcome_of_part (c : certificate) (D : computed) (p : part) : outcome
       | Some i => if about_interval i s then decided (if local then of_local D else of_global D) else False_
       | None => Not_covered
       end
+  | Judged_by_ends local l j =>
+      match interval_in c local with
+      | Some i => match decided (if local then of_local D else of_global D) with True_ => decided (judged_by_interval (its_proof i) l j) | o => o end
+      | None => Not_covered
+      end
+  | Hold_together on q =>
+      let known local o := match o, limits_on local on with None, S _ => false | _, _ => true end in
+      if known true (of_local D) && known false (of_global D)
+      then decided (Some (hold_together (option_map its_proof (local_interval c)) (option_map its_proof (global_interval c)) on q))
+      else Not_covered
   | Fact b => decided (Some b)
   | Uncovered => Not_covered
   end.

@@ -8,8 +8,8 @@ From mathcomp Require Import all_ssreflect all_algebra.
 From mathcomp Require Import reals.
 From FairauditKernel Require Import Fractions FractionsSound.
 From FairauditKernel Require WorstCase WorstCaseSound ClaimSound.
-From FairauditChecker Require Import Json JsonSound Reading Table Statements Meaning Checker CheckerSound Nats NatsSound Document Drawn DrawnText Certificate.
-From FairauditChecker Require Chance DrawnMeaning DrawnSound.
+From FairauditChecker Require Import Json JsonSound Reading Table Statements Meaning Checker CheckerSound Nats NatsSound Document Drawn DrawnText Verdicts TargetText Certificate.
+From FairauditChecker Require Chance DrawnMeaning DrawnSound VerdictsMeaning VerdictsSound.
 From FairauditChecker Require Policy PolicyMeaning PolicyChecker PolicyCheckerSound.
 
 Set Implicit Arguments.
@@ -38,6 +38,13 @@ Definition part_holds (c : certificate) (p : part) : Prop :=
         [/\ about_interval i s, DrawnMeaning.population_holds R (about_table c) local (its_proof i)
           & if s is Its_frontier _ v ls then DrawnMeaning.hidden_needs R (about_table c) local (Drawn.least_of (its_proof i)) v ls else True]
       else False
+  | Judged_by_ends local l j =>
+      if interval_in c local is Some i then
+        DrawnMeaning.population_holds R (about_table c) local (its_proof i) /\
+        VerdictsMeaning.verdict_follows R l (Drawn.least_of (its_proof i)) (Drawn.most_of (its_proof i)) j
+      else False
+  | Hold_together on q =>
+      VerdictsMeaning.together_at R (omap its_proof (local_interval c)) (omap its_proof (global_interval c)) on q
   | Fact b => b
   | Uncovered => False
   end.
@@ -59,25 +66,43 @@ Proof.
 by move=> ok; rewrite /outcome_of; case cov: (covered _ s) => //; case true_: (is_true_of _ s) => // _; apply: statement_sound.
 Qed.
 
+Lemma drawn_true c local i : interval_in c local = Some i ->
+  decided (if local then of_local (worked_out c) else of_global (worked_out c)) = True_ -> judged_by_draws (about_table c) local (its_proof i) = Some true.
+Proof. by move=> found /decided_true; rewrite /worked_out /= /proved_by_draws; case: local found => ->. Qed.
+
+Lemma judged_by_ends_true c local l j :
+  outcome_of_part c (worked_out c) (Judged_by_ends local l j) = True_ -> part_holds c (Judged_by_ends local l j).
+Proof.
+rewrite /outcome_of_part /part_holds; case found: (interval_in c local) => [i|] //.
+case proved_: (decided _) => // /decided_true judged_.
+have drawn_ := drawn_true found proved_.
+by split; [apply: DrawnSound.drawn_sound | apply: VerdictsSound.judged_by_interval_sound].
+Qed.
+
+Lemma hold_together_true c on q : outcome_of_part c (worked_out c) (Hold_together on q) = True_ -> part_holds c (Hold_together on q).
+Proof. by rewrite /outcome_of_part /part_holds; case: ifP => // _ /decided_true[]; apply: VerdictsSound.hold_together_sound. Qed.
+
 Lemma part_sound c p : well_formed c -> valid (about_table c) -> outcome_of_part c (worked_out c) p = True_ -> part_holds c p.
 Proof.
-move=> formed ok; case: p => [s|local v es|r low high|r limit b|s r|s|local s|b|] //=.
+move=> formed ok; case: p => [s|local v es|r low high|r limit b|s r|s|local s|local l j|on q|b|].
 - exact: statement_true.
-- case: (about_class c) => [[K T]|] //; case claimed: (WorstCase.claim_true K T local v es) => // _.
+- rewrite /=; case: (about_class c) => [[K T]|] //; case claimed: (WorstCase.claim_true K T local v es) => // _.
   exact: ClaimSound.claim_true_sound claimed.
-- by move/decided_true; apply: enclosure_sound.
-- move/decided_true; case log: (log_at_most r limit) => [b'|] //= [/Bool.eqb_prop ->].
+- by rewrite /= => /decided_true; apply: enclosure_sound.
+- rewrite /= => /decided_true; case log: (log_at_most r limit) => [b'|] //= [/Bool.eqb_prop ->].
   exact: log_at_most_sound log.
-- move: formed; rewrite /well_formed /about_policy; case: (its_subject c) => [//|B U] /andP[okB _] /decided_true.
+- move: formed; rewrite /= /well_formed /about_policy; case: (its_subject c) => [//|B U] /andP[okB _] /decided_true.
   exact: PolicyCheckerSound.policy_claim_sound.
-- move: formed; rewrite /well_formed /without_filters; case: (its_subject c) => [//|B [T|//]] /andP[_ okT] /=.
+- move: formed; rewrite /= /well_formed /without_filters; case: (its_subject c) => [//|B [T|//]] /andP[_ okT] /=.
   exact: statement_true.
-- case found: (interval_in c local) => [i|] //; case about: (about_interval i s) => // /decided_true proved_.
-  have drawn_ : judged_by_draws (about_table c) local (its_proof i) = Some true.
-    by move: found proved_; rewrite /proved_by_draws; case: local => ->.
+- rewrite /outcome_of_part /part_holds; case found: (interval_in c local) => [i|] //.
+  case about: (about_interval i s) => // /(drawn_true found) drawn_.
   split=> //; first exact: DrawnSound.drawn_sound.
   by case: s about => // scope v ls /andP[_]; apply: DrawnSound.hidden_sound.
+- exact: judged_by_ends_true.
+- exact: hold_together_true.
 - by case: b.
+- by [].
 Qed.
 
 Lemma both_true a b : both a b = True_ -> a = True_ /\ b = True_.

@@ -8,7 +8,7 @@ From Coq Require Import ZArith QArith List Ascii String.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
 From FairauditKernel Require WorstCase.
 From FairauditChecker Require Policy Drawn.
-From FairauditChecker Require Import Json Canonical Reading Table Statements TableText ClassText.
+From FairauditChecker Require Import Json Canonical Reading Table Statements TableText ClassText Verdicts.
 From FairauditKernel Require Import Fractions.
 Import ListNotations.
 
@@ -30,6 +30,8 @@ Inductive part :=
 | Of_policy (s : Policy.statement) (r : Policy.reason)          (* what is claimed of a policy behind filters, by a theorem *)
 | Unfiltered (s : statement)                                   (* what is stated of the table of the policy without its filters *)
 | Of_population (local : bool) (s : of_interval)                (* what is stated of the population that was drawn from *)
+| Judged_by_ends (local : bool) (l : limit_on) (j : judgement)  (* the verdict on a limit, by the ends of the interval *)
+| Hold_together (on : list bool) (c : Q)                        (* such verdicts, on local ratios or not, are together at this confidence *)
 | Fact (b : bool)                                              (* what the document alone decides: labels, digests *)
 | Uncovered.
 
@@ -378,16 +380,9 @@ Fixpoint without_repeats (before : list (list text)) (cs : list claim) : list it
   | [] => []
   end.
 
-(* ---- Targets ---- *)
+(* ---- What statements are about, besides this table ---- *)
 
-Inductive unit_of_limit := In_log | In_ratio | In_difference.
-
-Definition judgements : list (text * option judgement) :=
-  [(of_string "within", Some Within); (of_string "exceeds", Some Exceeds); (of_string "inconclusive", Some Inconclusive);
-   (of_string "depends", Some Depends); (of_string "changed", None)].
-
-Record target := Target { about_local : bool; limit_unit : unit_of_limit; target_said : text; target_parts : list part; verdict_of : option judgement }.
-
+(* What follows a comma in a scope, or in what is judged, says what it takes into account. *)
 Fixpoint begins_with (s t : text) : bool :=
   match s, t with [], _ => true | c :: s, d :: t => Ascii.eqb c d && begins_with s t | _, [] => false end.
 Definition ends_with (s t : text) : bool := begins_with (rev_append s []) (rev_append t []).
@@ -395,65 +390,3 @@ Definition ends_with (s t : text) : bool := begins_with (rev_append s []) (rev_a
 Definition objections : list text :=
   [of_string ", whoever the unknown are"; of_string ", with the declared hidden context"; of_string ", within the declared drift";
    of_string ", whatever the undecided meant"].
-Definition is_elsewhere (judged : text) : bool :=
-  begins_with (of_string "population at confidence ") judged || existsb (fun o => ends_with o judged) objections.
-
-Definition judged_in_log (q : quantity) (stated : option (option Q)) (limit : Q) (j : option judgement) : list part :=
-  match stated, j with
-  | Some r, Some Within => [About (Quantity_is q r); Log_at_most r limit true]
-  | Some r, Some Exceeds => [About (Quantity_is q r); Log_at_most r limit false]
-  | None, Some Inconclusive => [About (Figure_is q None)]
-  | _, _ => [Fact false]
-  end.
-
-(* [ratio_of local] is the ratio that the metrics state; [differences]: whether they state differences *)
-Definition read_target (ratio_of : bool -> option (option Q)) (is_signed differences : bool) (i : Z) (v : json) : read target :=
-  let* ms := fields [k_quantity; k_limit; k_unit; k_judged; k_verdict] [k_estimand; k_tips] v in
-  let* local := get (choice [(k_local, true); (k_global, false)]) k_quantity ms in
-  let* limit := get not_negative k_limit ms in
-  let* u := get (choice [(k_log, In_log); (k_ratio, In_ratio); (of_string "difference", In_difference)]) k_unit ms in
-  let* judged := get string_of k_judged ms in
-  let* j := get (choice judgements) k_verdict ms in
-  let text_at k := match found k ms with Some (Text t) => t | _ => [] end in
-  let said := in_a_row [in_list "targets" i; of_string ": "; text_at k_quantity; of_string " "; text_at k_unit; of_string ", limit ";
-                        text_at k_limit; of_string ": "; text_at k_verdict] in
-  let q := if local then Local else Global in
-  let plain := same judged (of_string "this table") in
-  let parts :=
-    if is_elsewhere judged then [Uncovered]
-    else if ~~ plain then [Fact false]
-    else match u with
-    | In_difference =>
-        match differences, j with
-        | true, Some j => [About (Target_is By_difference local limit j)]
-        | _, _ => [Fact false]
-        end
-    | In_ratio => match j with Some j => [Fact (~~ is_signed); About (Target_is By_ratio local limit j)] | None => [Fact false] end
-    | In_log => Fact (~~ is_signed) :: judged_in_log q (ratio_of local) limit j
-    end in
-  demand (match u with In_ratio => at_most one limit | _ => true end) "the limit of a ratio must be at least 1"
-    (demand (~~ plain || ~~ (has k_estimand ms || has k_tips ms)) "has a key that goes with other targets"
-      (Good (Target local u said parts j))).
-
-Definition same_unit (u w : unit_of_limit) : bool :=
-  match u, w with In_log, In_log | In_ratio, In_ratio | In_difference, In_difference => true | _, _ => false end.
-Definition same_target (s t : target) : bool := Bool.eqb (about_local s) (about_local t) && same_unit (limit_unit s) (limit_unit t).
-
-Fixpoint targets_once (before ts : list target) : list item :=
-  match ts with
-  | t :: rest =>
-      Item (target_said t) (if existsb (same_target t) before then [Fact false] else target_parts t) :: targets_once (t :: before) rest
-  | [] => []
-  end.
-
-Definition has_uncovered (ps : list part) : bool := existsb (fun p => if p is Uncovered then true else false) ps.
-
-(* The verdict follows from those of the targets, which have to be true, where all of these are covered. *)
-Definition verdict_parts (ts : list target) (v : text) : read (list part) :=
-  let* stated := if same v (of_string "none") then Good (Some None)
-                 else let* j := chosen judgements v in Good (option_map Some j) in
-  Good (if existsb (fun t => has_uncovered (target_parts t)) ts then [Uncovered]
-        else match all_there (map verdict_of ts) [], stated with
-        | Some js, Some v => About (Verdict_is js v) :: flat_map target_parts ts
-        | _, _ => [Fact false]
-        end).

@@ -111,6 +111,8 @@ Inductive proof :=
 Definition most_of (e : proof) : option Q := match e with By_box i => most i | By_pairs i => Pairs.highest i end.
 Definition least_of (e : proof) : option Q := match e with By_box i => least i | By_pairs i => Some (Pairs.lowest i) end.
 Definition cells_independent (e : proof) : bool := match e with By_box i => independent i | By_pairs i => Pairs.apart i end.
+Definition confidence_of (e : proof) : Q := match e with By_box i => confidence i | By_pairs i => Pairs.sure_at i end.
+Definition ends_each (e : proof) : bool := match e with By_box i => each i | By_pairs i => Pairs.one_by_one i end.
 
 Definition judged_by_draws (T : table) (local : bool) (e : proof) : option bool :=
   match e with

@@ -206,7 +206,8 @@ Definition with_population (H : header) (gamma : text) (interval_of : bool -> op
   | _ => Good c
   end.
 
-Definition is_about (local : bool) (c : claim) : bool := match proved_by c with Of_population l _ :: _ => Bool.eqb l local | _ => false end.
+Definition is_about (local : bool) (c : claim) : bool :=
+  match proved_by c with Of_population l (Its_most _ _ | Its_least _ _) :: _ => Bool.eqb l local | _ => false end.
 
 (* An interval is covered if a claim says what it rests on. *)
 Definition interval_items (interval_of : bool -> option drawn) (claims : list claim) (all : option json) : list item :=
