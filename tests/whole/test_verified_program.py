@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -19,11 +20,12 @@ from typing import Any
 import pytest
 from assumptions import complete
 from built_proofs import PROOFS, build
-from certificate_changes import put
+from certificate_changes import other_values, places, put
 from certificate_kinds import as_bytes
 from forged_certificates import FAMILIES, Forged
 from plain_certificates import make
-from verified_roads import FALSE, MALFORMED, OPEN, TRUE, Tally, documents, driver, natively
+from truth_certificates import truth_certificate
+from verified_roads import FALSE, MALFORMED, OPEN, TRUE, Tally, documents, driver, natively, of_true_labels
 
 import fairaudit as fa
 
@@ -169,3 +171,65 @@ def test_frontiers_of_hidden_factors(program: Path) -> None:
     print(len(altered), dict(tally.codes))
     assert tally.different[:3] == []
     assert {python for python, _ in tally.codes} >= {TRUE, FALSE, MALFORMED}
+
+
+def changed_rates(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Every value of rates, of their differences, of claims about them and of what is not compared by them changed; lists exchanged."""
+    text = json.dumps(document)
+    names = [name for name in document["metrics"] if "rate" in name or "opportunity" in name or "true_label" in name]
+    at: list[tuple[Any, ...]] = [("metrics", name) for name in names] + [("not_compared",), ("subject", "positive")]
+    at += [("claims", i) for i, claim in enumerate(document["claims"]) if claim["quantity"] in names]
+    pool = ["true_positive_rate", "false_positive_rate_overall", "fewer than two groups", "no decisions with another true label", "f"]
+    for path in at:
+        whole = document
+        for step in path:
+            whole = whole[step]
+        for inner, value in places(whole):
+            yield from (put(text, (*path, *inner), other) for other in other_values(value, pool) if not isinstance(other, float))
+        for name in names:
+            yield put(text, path, document["metrics"][name])
+
+
+@pytest.mark.slow
+def test_rates_with_true_labels(program: Path) -> None:
+    """Every statement of a table with true labels is judged, but for intervals; all roads agree on altered ones."""
+    given = [of_true_labels(seed) for seed in range(300 if FULL else 60)]
+    covered = Counter[str]()
+    for document, found in zip(given, natively(program, given), strict=True):
+        names = {name for name in json.loads(document)["metrics"] if "rate" in name or "opportunity" in name or "true_label" in name}
+        outcomes = dict(found.statements)
+        assert all(outcomes[f"metrics.{name}"] for name in names)
+        assert outcomes["not_compared"] is True
+        for label, true in outcomes.items():
+            assert true or (true is None and re.search(r"intervals|spellings|population|claims|rate_difference|targets|verdict", label)), (
+                label
+            )
+        claimed = [true for label, true in outcomes.items() if 'by "enumeration"' in label]
+        assert all(claimed)
+        covered.update(names)
+    assert len(covered) == 8
+    assert all(covered.values())
+    pick, tally = Pick(3), Tally()
+    for document in given[:: 1 if FULL else 6]:
+        altered = [as_bytes(changed) for changed in changed_rates(json.loads(document))]
+        tally.judge(program, [document, *pick.sample(altered, min(len(altered), 2000 if FULL else 150))])
+    print(dict(tally.codes))
+    assert tally.different[:3] == []
+    assert {python for python, _ in tally.codes} >= {TRUE, FALSE, MALFORMED}
+
+
+def test_tables_with_true_labels_at_the_edge(program: Path) -> None:
+    """One group alone, nobody with the positive true label, all with it, and a table of ten thousand cells."""
+    one = [["3", "1"], ["1", "6"]]
+    nobody = [["0", "0"], ["1", "6"]]
+    edges = [{(0, 0): one}, {(0, 0): one, (0, 1): nobody}, {(0, 0): nobody, (0, 1): nobody}, {(0, 0): one, (1, 1): one}]
+    edges += [{(0, 0): rows, (0, 1): rows} for rows in ([["1"], ["2"]], [["2", "5"]], [["0", "5"], ["0", "1"]])]
+    given = [as_bytes(complete(truth_certificate(counts))) for counts in edges]
+    many = [(u, t, f"a{a}", f"x{x}", (u + 2 * t + x * a) % 5) for x in range(500) for a in range(20) for u in range(2) for t in range(2)]
+    data = {name: list(values) for name, values in zip("utaxn", zip(*many, strict=True), strict=True)}
+    law = fa.Law.from_counts(data, decision="u", group="a", context="x", count="n", truth="t")
+    given.append(fa.certify(law, {"1": 1}, positive="1", confidence=None).certificate.text.encode())
+    tally = Tally()
+    tally.judge(program, given)
+    assert tally.different == []
+    assert tally.codes == {(TRUE, TRUE): len(given)}
