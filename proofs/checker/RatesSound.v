@@ -76,6 +76,36 @@ Local Notation all_draws := (all_draws R T).
 
 (* ---- What is counted of a cell ---- *)
 
+Lemma increasingE us : increasing us = sorted Z.ltb us.
+Proof. by elim: us => // u [|v us] // IH; rewrite -[LHS]/(Z.ltb u v && increasing (v :: us)) IH. Qed.
+
+Lemma positive_increasing : sorted Z.ltb (positive_decisions K).
+Proof. by move: ok => /and5P[_ _ _ _ /and4P[_ + _ _]]; rewrite known_ => /and4P[_ _ _]; rewrite increasingE. Qed.
+
+Lemma ratio_picked us row : sorted Z.ltb us -> all (Z.leb Z0) us ->
+  ratio (total (picked_onto [::] Z0 us row)) = \sum_(u <- us) number u row.
+Proof.
+rewrite ratio_total; suff from i done : sorted Z.ltb us -> all (Z.leb i) us ->
+    \sum_(q <- picked_onto done i us row) ratio q = \sum_(q <- done) ratio q + \sum_(u <- us) number (Z.sub u i) row.
+  by move=> srt above; rewrite from // big_nil add0r; apply: eq_bigr => u _; rewrite Z.sub_0_r.
+elim: row us i done => [|q row IH] us i done srt above.
+  have -> : picked_onto done i us [::] = done by case: us {srt above}.
+  by rewrite [X in _ + X]big1 ?addr0 // => u _; rewrite /number; case: (Z.to_nat _) => [|n]; rewrite ratio_zero.
+case: us srt above => [|u us] srt /=; first by rewrite big_nil addr0.
+case/andP => /Z.leb_le iu above.
+have later v : Z.lt i v -> number (Z.sub v i) (q :: row) = number (Z.sub v (Z.add i 1)) row.
+  by move=> iv; rewrite /number (_ : Z.to_nat (Z.sub v i) = (Z.to_nat (Z.sub v (Z.add i 1))).+1) //; lia.
+have after v : v \in us -> Z.lt u v by move=> vin; have := order_path_min ltb_trans srt => /allP/(_ _ vin)/Z.ltb_lt.
+case: Z.eqb_spec => [ui|ui].
+  rewrite IH; [|exact: path_sorted srt|by apply/allP => v /after uv; apply/Z.leb_le; lia].
+  have at_once : number Z0 (q :: row) = ratio q by [].
+  rewrite !big_cons ui Z.sub_diag at_once addrA [in RHS](addrC (\sum_(_ <- done) _)); congr (_ + _).
+  by apply: eq_big_seq => v /after uv; rewrite later //; lia.
+rewrite IH //; last first.
+  by apply/allP => v; rewrite in_cons => /orP[/eqP ->|/after uv]; apply/Z.leb_le; lia.
+congr (_ + _); apply: eq_big_seq => v; rewrite in_cons => /orP[/eqP ->|/after uv]; rewrite later //; lia.
+Qed.
+
 Lemma truth_lengths c : List.In c (cells T) ->
   of_length (labels K) (by_truth c) /\ forall row, List.In row (by_truth c) -> of_length (decisions T) row.
 Proof.
@@ -97,7 +127,7 @@ Qed.
 
 Lemma countedE r c : counted K r c =
   (group c, (total (map total (kept r (by_truth c))),
-             total (map (fun row => total (map (fun u => List.nth (Z.to_nat u) row zero) (positive_decisions K))) (kept r (by_truth c))))).
+             total (map (fun row => total (picked_onto [::] Z0 (positive_decisions K) row)) (kept r (by_truth c))))).
 Proof. by []. Qed.
 
 Lemma kept_in r xs row : List.In row (kept r xs) -> List.In row xs.
@@ -120,7 +150,8 @@ Lemma positivesE r x a : positives R T r x a = if cell_at T x a is Some c then r
 Proof.
 rewrite /positives labelledE; case e: (cell_at T x a) => [c|] //.
 rewrite countedE /= ratio_total big_map; apply: eq_bigr => row _.
-by rewrite ratio_total big_map.
+rewrite ratio_picked //; first exact: positive_increasing.
+by apply/allP => u /in_seqE; move: ok => /and5P[_ _ _ _ /and4P[_ + _ _]]; rewrite known_ => /and4P[_ _ /forallb_forall inside_ _] /inside_/andP[].
 Qed.
 
 (* ---- Of each context, and of all of them together ---- *)

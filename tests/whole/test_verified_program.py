@@ -212,7 +212,7 @@ def test_rates_with_true_labels(program: Path) -> None:
     pick, tally = Pick(3), Tally()
     for document in given[:: 1 if FULL else 6]:
         altered = [as_bytes(changed) for changed in changed_rates(json.loads(document))]
-        tally.judge(program, [document, *pick.sample(altered, min(len(altered), 2000 if FULL else 150))])
+        tally.judge(program, [document, *pick.sample(altered, min(len(altered), 2000 if FULL else 80))])
     print(dict(tally.codes))
     assert tally.different[:3] == []
     assert {python for python, _ in tally.codes} >= {TRUE, FALSE, MALFORMED}
