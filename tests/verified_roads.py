@@ -25,6 +25,7 @@ from class_certificates import Case, Solved, true_certificate
 from evaluation_changes import audited, drawn_log
 from plain_certificates import make
 from policy_certificates import Policy, write
+from truth_certificates import random_truth_certificate
 
 import fairaudit as fa
 from fairaudit import checker
@@ -310,6 +311,31 @@ def of_draws(seed: int) -> bytes:
     return fa.certify(law, utility, **options).certificate.text.encode()
 
 
+STRANGE = ["yes", "no", "*) False (*", '"', "\\u0041", "é", "e\u0301", "\u202eright", "-1", "line\n"]
+"""Labels of which some stand for nothing but themselves."""
+
+
+def of_true_labels(seed: int) -> bytes:
+    """Counts with true labels, by definition or as they are written: positive true labels missing, with columns of contexts or without."""
+    pick = Pick(f"true labels {seed}")
+    if pick.random() < 0.5:
+        return as_bytes(complete(random_truth_certificate(seed)))
+    names = pick.sample(STRANGE, len(STRANGE)) if pick.random() < 0.4 else ["one", "two", "three"]
+    contexts = names[: pick.choice([0, 1, 2, 3])]
+    groups, decisions, truths = (names[: pick.choice([least, 2, 3])] for least in (2, 1, 1))
+    counts, density = [0, 1, 1, 2, 5, 60], pick.choice([1, 0.8, 0.5])
+    rows = [[*row, pick.choice(counts)] for row in product(decisions, truths, groups, contexts or [""]) if pick.random() < density]
+    rows += [[decisions[0], pick.choice(truths), group, (contexts or [""])[0], 1] for group in groups[:2]]
+    data = {name: list(values) for name, values in zip("utaxn", zip(*rows, strict=True), strict=True)}
+    columns: dict[str, Any] = {"decision": "u", "group": "a", "count": "n", "truth": "t"} | ({"context": "x"} if contexts else {})
+    law = fa.Law.from_counts(data, **columns)
+    utility = dict.fromkeys(pick.sample(law.decisions, pick.randint(1, len(law.decisions))), 1)
+    options: dict[str, Any] = {"confidence": pick.choice([None, None, "0.9"])} | ({"max_local_ratio": 2} if pick.random() < 0.3 else {})
+    if options["confidence"] is None and pick.random() < 0.3:
+        options["difference"] = True
+    return fa.certify(law, utility, positive=pick.choice(sorted(set(data["t"]))), **options).certificate.text.encode()
+
+
 def of_kind(seed: int) -> bytes:
     """One of the tables that were made to be difficult, with limits or without."""
     made = KINDS[seed % len(KINDS)]
@@ -324,6 +350,7 @@ SOURCES: tuple[tuple[Callable[[int], bytes], int], ...] = (
     (of_class, 2),
     (of_evaluation, 1),
     (of_draws, 4),
+    (of_true_labels, 4),
 )
 """What writes true documents, and how often."""
 

@@ -63,7 +63,7 @@ Proof. by case: b => [[]|]. Qed.
 
 Lemma statement_true T s : valid T -> outcome_of (facts_of T) s = True_ -> holds R T s.
 Proof.
-by move=> ok; rewrite /outcome_of; case cov: (covered _ s) => //; case true_: (is_true_of _ s) => // _; apply: statement_sound.
+by move=> ok; rewrite /outcome_of; case true_: (is_true_of _ s) => // _; apply: statement_sound.
 Qed.
 
 Lemma drawn_true c local i : interval_in c local = Some i ->

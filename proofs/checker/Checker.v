@@ -1,7 +1,7 @@
 (* The checker of statements about a table.
 
    This file only computes; CheckerSound.v proves: what is said to be true of a valid table
-   holds of it.  Kinds of statements without a proof are not covered. *)
+   holds of it. *)
 
 From Coq Require Import ZArith QArith List.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
@@ -118,6 +118,19 @@ Definition facts_of (T : table) : facts :=
 Definition figure_in (D : facts) (q : quantity) : option figure :=
   match find (fun qf => same_quantity qf.1 q) (figures D) with Some qf => qf.2 | None => None end.
 
+(* ---- Rates ---- *)
+
+Definition rates_in (T : table) (r : Z) (overall : bool) : list (Z * Z * Q) :=
+  match known T with
+  | Some K => flat_map (fun b => map (fun t => (b.1, t.1, (rate_of t).2)) (filter drawn b.2)) (counts T K r overall)
+  | None => []
+  end.
+
+Definition same_rate (t u : Z * Z * Q) : bool := [&& t.1.1 =? u.1.1, t.1.2 =? u.1.2 & same_value t.2 u.2].
+
+Definition rates_as_stated (T : table) (r : Z) (overall : bool) (rates : list (Z * Z * Q)) : bool :=
+  match known T with Some _ => same_list same_rate rates (rates_in T r overall) | None => false end.
+
 (* ---- The constants ---- *)
 
 Definition greater (q r : Q) : Q := if at_most q r then r else q.
@@ -203,27 +216,13 @@ Definition is_true_of (D : facts) (s : statement) : bool :=
   | Target_is by_ local limit j => same_judgement j (judged (figure_in D (limited by_ local)) limit)
   | Verdict_is targets v => same_option same_judgement v (overall targets)
   | Not_compared_is entries => left_out_as_stated (subject D) (of_contexts D) (of_groups D) entries
-  | Rates_are _ _ _ => false
+  | Rates_are r overall rates => rates_as_stated (subject D) r overall rates
   end.
 
+(* Of a table every statement is judged; other parts of a certificate may not be covered. *)
 Inductive outcome := True_ | False_ | Not_covered.
 
-(* The kinds of statements of which it is proved that they hold where they are found to be true *)
-Definition covered_quantity (q : quantity) : bool :=
-  match q with Equal_opportunity _ | Odds_given_truth _ => false | _ => true end.
-
-Definition covered (T : table) (s : statement) : bool :=
-  match s with
-  | Entries_are _ | Target_is _ _ _ _ | Verdict_is _ _ => true
-  | Gamma_is _ | Least_is _ | Tau_is _ | Lipschitz_is _ | Depends_on_group_is _ => true
-  | Figure_is q _ | Quantity_is q _ => covered_quantity q
-  | Supremum_is _ _ | Quantity_at_most _ _ _ | Hidden_needs _ _ _ => true
-  | Not_compared_is _ => match known T with Some _ => false | None => true end
-  | _ => false
-  end.
-
-Definition outcome_of (D : facts) (s : statement) : outcome :=
-  if covered (subject D) s then if is_true_of D s then True_ else False_ else Not_covered.
+Definition outcome_of (D : facts) (s : statement) : outcome := if is_true_of D s then True_ else False_.
 
 (* The outcome of each statement; nothing where the table is malformed *)
 Definition check (T : table) (ss : list statement) : option (list outcome) :=

@@ -5,7 +5,7 @@ From mathcomp Require Import all_ssreflect all_algebra.
 From mathcomp.zify Require Import ssrZ.
 From FairauditKernel Require Import Fractions FractionsSound.
 From FairauditChecker Require Import Table Statements Meaning Figures Distances Checker.
-From FairauditChecker Require Import ListsSound TableSound WidestSound BlocksSound FiguresSound FarthestSound ConstantsSound ClaimsSound LeftOutSound HiddenSound.
+From FairauditChecker Require Import ListsSound TableSound WidestSound BlocksSound FiguresSound FarthestSound ConstantsSound ClaimsSound LeftOutSound RatesSound HiddenSound.
 
 Set Implicit Arguments.
 Unset Strict Implicit.
@@ -20,25 +20,31 @@ Hypothesis ok : valid T.
 Local Notation ratio := (@ratio R).
 Local Notation D := (facts_of T).
 
-Lemma compute_sound q : covered_quantity q ->
+Lemma compute_sound q :
   figure_holds R T q (compute T (rows_of T) (if with_means T then with_mass (group_rows T (rows_of T)) else [::]) q).
 Proof.
-case: q => // _; try exact: (plain_sound R ok); [exact: (equalized_odds_sound R ok) | exact: (demographic_parity_sound R ok)].
+case: q => [||||||||o|o]; try exact: (plain_sound R ok).
+- exact: (equalized_odds_sound R ok).
+- exact: (demographic_parity_sound R ok).
+- exact: (equal_opportunity_sound R ok).
+- exact: (odds_sound R ok).
 Qed.
 
-Lemma figure_in_holds q : covered_quantity q -> figure_holds R T q (figure_in D q).
+(* What is not computed of a table without true labels is that nobody is compared. *)
+Lemma figure_in_holds q : figure_holds R T q (figure_in D q).
 Proof.
-move=> cq; rewrite /figure_in; case e: (List.find _ _) => [[q' f]|].
-  have [/in_map_iff[r [[<- <-] _]] /= /same_quantityP rq] := find_some _ _ e.
-  by rewrite rq; apply: compute_sound.
-suff : List.In q (quantities T).
+have := compute_sound q; rewrite /figure_in; case e: (List.find _ _) => [[q' f]|].
+  by have [/in_map_iff[r [[<- <-] _]] /= /same_quantityP rq] := find_some _ _ e; rewrite rq.
+have q_out : ~ List.In q (quantities T).
   move=> qin; have := find_none _ _ e (q, compute T (rows_of T) _ q) (in_map _ _ _ qin).
   by case: (q) => //= b; rewrite Bool.eqb_reflx.
-by rewrite /quantities; apply: (in_or_app [:: _; _; _; _; _; _; _; _]); left; case: q cq {e} => // _ /=; tauto.
+have [of_q unknown] : of_rate q /\ known T = None.
+  by move: q_out; rewrite /quantities; case: (known T) => [K|]; case: (q) => [||||||||[]|[]] out; try (by split); case: out => /=; tauto.
+by case: q of_q {e q_out} => // o _; rewrite /compute /figure_by_rates unknown.
 Qed.
 
-Lemma figure_is q f : covered_quantity q -> is_true_of D (Figure_is q f) -> holds R T (Figure_is q f).
-Proof. by move=> cq /(@same_figure_holds R T q); apply; apply: figure_in_holds. Qed.
+Lemma figure_is q f : is_true_of D (Figure_is q f) -> holds R T (Figure_is q f).
+Proof. by move/(@same_figure_holds R T q); apply; apply: figure_in_holds. Qed.
 
 (* the greatest value, where the figure is one *)
 Lemma figure_value q f : figure_holds R T q (Some f) -> exists_at_all R T q /\ greatest T q (extended R (value f)).
@@ -47,21 +53,18 @@ move=> [ex [[comp firsts] value _]]; split=> //; split; first by exists (witness
 by move=> p /firsts[le _]; rewrite -value.
 Qed.
 
-Lemma quantity_is q v : covered_quantity q -> is_true_of D (Quantity_is q v) -> holds R T (Quantity_is q v).
+Lemma quantity_is q v : is_true_of D (Quantity_is q v) -> holds R T (Quantity_is q v).
 Proof.
-move=> cq; rewrite /= /equals; have := figure_in_holds cq; case: (figure_in D q) => // f /figure_value[ex great].
+rewrite /= /equals; have := figure_in_holds q; case: (figure_in D q) => // f /figure_value[ex great].
 by move/(@same_extended R) => <-.
 Qed.
 
 Lemma same_judgementP j k : same_judgement j k -> j = k.
 Proof. by case: j; case: k. Qed.
 
-Lemma limited_covered by_ local : covered_quantity (limited by_ local).
-Proof. by case: by_; case: local. Qed.
-
 Lemma target_is by_ local limit j : is_true_of D (Target_is by_ local limit j) -> holds R T (Target_is by_ local limit j).
 Proof.
-move/same_judgementP => -> /=; have := figure_in_holds (limited_covered by_ local); rewrite /judged.
+move/same_judgementP => -> /=; have := figure_in_holds (limited by_ local); rewrite /judged.
 case: (figure_in D _) => [f /figure_value[ex [[p comp value] bound]]|//] /=.
 rewrite (not_aboveE R); case: ifP => [le|/negbT gt]; first by split=> // p' /bound; move/no_more_trans; apply.
 by exists p; rewrite // value.
@@ -89,15 +92,15 @@ Proof. by rewrite /=; case e: (least_in _) => [g|] // /(same_valueE R) ->; apply
 Lemma lipschitz_is_ v : is_true_of D (Lipschitz_is v) -> holds R T (Lipschitz_is v).
 Proof. by move=> /(same_valueE R) /= ->; apply: lipschitz_sound. Qed.
 
-Lemma equals_value q v : covered_quantity q -> equals (figure_in D q) v -> exists_at_all R T q /\ greatest T q (extended R v).
+Lemma equals_value q v : equals (figure_in D q) v -> exists_at_all R T q /\ greatest T q (extended R v).
 Proof. exact: quantity_is. Qed.
 
 Lemma supremum_is local v : is_true_of D (Supremum_is local v) -> holds R T (Supremum_is local v).
-Proof. by move=> /= /equals_value[|_]; [case: local | apply: supremum_sound]. Qed.
+Proof. by move=> /= /equals_value[_]; apply: supremum_sound. Qed.
 
-Lemma bounds_hold q v : covered_quantity q -> bounds (figure_in D q) v -> bounded_by T q (extended R v).
+Lemma bounds_hold q v : bounds (figure_in D q) v -> bounded_by T q (extended R v).
 Proof.
-move=> cq; rewrite /bounds; have := figure_in_holds cq; case: (figure_in D q) => // f /figure_value[ex [_ below]].
+rewrite /bounds; have := figure_in_holds q; case: (figure_in D q) => // f /figure_value[ex [_ below]].
 by rewrite (not_aboveE R) => le; split=> // p /below; move/no_more_trans; apply.
 Qed.
 
@@ -106,25 +109,30 @@ Proof.
 case: by_ => /=.
   case/and4P => /same_quantityP -> indep _ le; split=> //; last exact: bounds_hold.
   exact: independent_sound.
-by case/andP => sup; apply: bounds_hold; case: q sup.
+by case/andP => _; apply: bounds_hold.
 Qed.
 
 Lemma hidden_needs_ local v ls : is_true_of D (Hidden_needs local v ls) -> holds R T (Hidden_needs local v ls).
 Proof.
-have cq : covered_quantity (if local then Local else Global) by case: local.
-rewrite /=; have := figure_in_holds cq; case: (figure_in D _) => [f|//] fits; apply: (frontier_sound _ fits).
+rewrite /=; have := figure_in_holds (if local then Local else Global); case: (figure_in D _) => [f|//] fits; apply: (frontier_sound _ fits).
 by case: (local).
 Qed.
 
-Lemma not_compared_is entries : covered T (Not_compared_is entries) -> is_true_of D (Not_compared_is entries) ->
-  holds R T (Not_compared_is entries).
-Proof. by rewrite /=; case unknown: (known T) => // _; apply: left_out_sound. Qed.
-
-Lemma statement_sound s : covered T s -> is_true_of D s -> holds R T s.
+Lemma rates_are r o rates : is_true_of D (Rates_are r o rates) -> holds R T (Rates_are r o rates).
 Proof.
-case: s => // [n|q f|v|v|v|v|b|entries|q v|local v|by_ q v|local v ls|by_ local limit j|targets v] cov.
+move=> stated; case known_: (known T) => [K|]; first exact: (@rates_sound R T ok K known_ r o rates).
+by rewrite /= /rates_as_stated known_ in stated.
+Qed.
+
+Lemma not_compared_is entries : is_true_of D (Not_compared_is entries) -> holds R T (Not_compared_is entries).
+Proof. exact/(left_out_sound ok)/rates_left_out_sound. Qed.
+
+Lemma statement_sound s : is_true_of D s -> holds R T s.
+Proof.
+case: s => [n|q f|r o rates|v|v|v|v|b|entries|q v|local v|by_ q v|local v ls|by_ local limit j|targets v].
 - exact: entries_are.
 - exact: figure_is.
+- exact: rates_are.
 - exact: gamma_is.
 - exact: least_is.
 - exact: tau_sound.
@@ -146,5 +154,5 @@ Theorem check_sound (R : realFieldType) (T : table) (ss : list statement) (os : 
 Proof.
 rewrite /check; case ok: (valid T) => // -[<-] s.
 elim: ss => //= t ss IH [[<-]|/IH //].
-by rewrite /outcome_of; case cov: (covered _ t) => //; case true_: (is_true_of _ t) => // _; apply: statement_sound.
+by rewrite /outcome_of; case true_: (is_true_of _ t) => // _; apply: statement_sound.
 Qed.

@@ -95,9 +95,16 @@ Definition with_means (T : table) : bool := match population T with Alike => ful
 
 Definition numbered {A} (xs : list A) : list (Z * A) := combine (map Z.of_nat (seq 0 (length xs))) xs.
 
+(* The entries at increasing places, in reverse; the first of the row is at i. *)
+Fixpoint picked_onto (done : list Q) (i : Z) (us : list Z) (row : list Q) : list Q :=
+  match us, row with
+  | u :: more, q :: rest => if u =? i then picked_onto (q :: done) (i + 1) more rest else picked_onto done (i + 1) us rest
+  | _, _ => done
+  end.
+
 Definition counted (K : truth) (r : Z) (c : cell) : Z * (Q * Q) :=
   let rows := map snd (filter (fun t => Bool.eqb (t.1 =? positive_label K) (r =? true_positives)) (numbered (by_truth c))) in
-  (group c, (total (map total rows), total (map (fun row => total (map (fun u => nth (Z.to_nat u) row zero) (positive_decisions K))) rows))).
+  (group c, (total (map total rows), total (map (fun row => total (picked_onto [] 0 (positive_decisions K) row)) rows))).
 
 (* by context, or all of a group together *)
 Definition counted_in (T : table) (K : truth) (r : Z) : list (Z * list (Z * (Q * Q))) :=

@@ -93,14 +93,19 @@ case: q => //= _; [apply: cover_local | apply: cover_global | apply: cover_local
   | apply: cover_local | apply: cover_global] => //; by [left | right].
 Qed.
 
+Lemma found_witnessed q f : is_distance q = false -> figure_sound R T q (Some f) -> witnessed R T q (figure_of f).
+Proof.
+move=> nd [first value sides]; rewrite /witnessed -[witness _]/(place_found f) nd; split=> //; split=> //; exists ((high f).2, (low f).2) => //.
+by rewrite /place_found setting_of_place higher_of_place lower_of_place.
+Qed.
+
 Lemma found_holds q f : is_distance q = false -> (forall o, q <> Odds_given_truth o) ->
   figure_sound R T q f -> figure_holds R T q (option_map figure_of f).
 Proof.
 move=> nd no_odds; have exE : exists_at_all R T q = exists p, compares R T q p by case: q no_odds {nd} => // o /(_ o).
-case: f => [f [first value sides]|nobody]; last by rewrite /figure_holds exE.
-rewrite /figure_holds [option_map _ _]/= exE; split; first by exists (place_found f); case: first.
-rewrite /witnessed -[witness _]/(place_found f) nd; split=> //; split=> //; exists ((high f).2, (low f).2) => //.
-by rewrite /place_found setting_of_place higher_of_place lower_of_place.
+case: f => [f sound|nobody]; last by rewrite /figure_holds exE.
+rewrite /figure_holds [option_map _ _]/= exE; split; last exact: found_witnessed.
+by case: sound => first _ _; exists (place_found f); case: first.
 Qed.
 
 Lemma plain_sound q : plain q -> figure_holds R T q (compute T F G q).

@@ -65,6 +65,19 @@ Definition further_left_out (T : table) (xks : list (Z * list Z)) (A : list row)
   ++ (let empty := map who (filter (fun r => negb (positive_fraction (bulk r))) A) in one_entry (some_of empty) (No_population empty))
   ++ (if with_means T then one_entry (negb (two_of (filter (fun r => positive_fraction (bulk r)) A))) No_means_alone else [No_means_missing]).
 
+(* By a rate, in a context or over all of them: groups that have a cell and no draws with the true label *)
+Definition without_rate (r x : Z) (ts : list (Z * (Q * Q))) : list left_out :=
+  let lacking := map fst (filter (fun t => negb (drawn t)) ts) in
+  one_entry (some_of lacking) (No_rate r x lacking) ++ one_entry (two_of ts && negb (two_of (filter drawn ts))) (Rate_alone r x).
+
+Definition rates_left_out (T : table) : list left_out :=
+  match known T with
+  | Some K =>
+      flat_map (fun r => flat_map (fun b => without_rate r b.1 b.2)
+                           (counts T K r false ++ if pooled K then counts T K r true else [])) [true_positives; false_positives]
+  | None => []
+  end.
+
 Definition same_entry (e f : left_out) : bool :=
   let same := fix same (xs ys : list Z) : bool :=
     match xs, ys with x :: xs, y :: ys => if x =? y then same xs ys else false | [], [] => true | _, _ => false end in
@@ -85,11 +98,10 @@ Fixpoint same_entries (es fs : list left_out) : bool :=
   | _, _ => false
   end.
 
-(* Of a table whose true labels are unknown *)
 Definition left_out_as_stated (T : table) (F : list (Z * list row)) (A : list row) (stated : list left_out) : bool :=
   let xks := aligned (range (contexts T)) F in
   if existsb is_missing stated then false
   else match after_missing (range (groups T)) xks stated with
-       | Some rest => same_entries rest (further_left_out T xks A)
+       | Some rest => same_entries rest (further_left_out T xks A ++ rates_left_out T)
        | None => false
        end.

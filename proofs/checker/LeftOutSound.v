@@ -215,16 +215,24 @@ case: e f same => [x gs|x|gs|||r x gs|r x] [y hs|y|hs|||s y hs|s y] //=.
 - by case/andP => /Z.eqb_eq -> /Z.eqb_eq ->.
 Qed.
 
-Lemma left_out_sound stated : known T = None -> left_out_as_stated T F A stated -> stated = all_left_out R T.
+(* What is said of rates is proved in RatesSound.v. *)
+Definition all_rates_left_out : list left_out :=
+  if known T is Some K then
+    flatten [seq flatten [seq rate_left_out R T r x | x <- range (contexts T)] ++ (if pooled K then rate_left_out R T r nothing else [::])
+            | r <- [:: true_positives; false_positives]]
+  else [::].
+
+Lemma left_out_sound stated : rates_left_out T = all_rates_left_out -> left_out_as_stated T F A stated -> stated = all_left_out R T.
 Proof.
-move=> unknown; rewrite /left_out_as_stated aligned_rows; case none_empty: (existsb is_missing stated) => //.
+move=> of_rates; rewrite /left_out_as_stated aligned_rows; case none_empty: (existsb is_missing stated) => //.
 case after: (after_missing _ _ _) => [rest|] // /same_entriesP e.
 rewrite (after_missingP (range_sorted _) _ (negbT none_empty) after); last first.
   move=> xk /in_map_iff[x [<- _]] /=; split; first exact: (sorted_filter ltb_trans) (range_sorted _).
   by move=> a; rewrite mem_filter => /andP[].
-rewrite /all_left_out unknown cats0 -map_comp; congr (_ ++ _).
+rewrite /all_left_out -map_comp; congr (_ ++ _).
   by congr flatten; apply: eq_map => x; rewrite /= /of_missing /= missing_without.
-rewrite e /further_left_out; congr (_ ++ _).
+have appE (s t : list left_out) : (s ++ t)%list = s ++ t by [].
+rewrite e /further_left_out of_rates !appE -!catA; congr (_ ++ _).
   elim: (range (contexts T)) => //= x xs ->; congr (_ ++ _).
   by rewrite two_ofE /at_least_two; case: (_ < _)%N.
 rewrite empty_rows' two_populated (with_meansE ok); congr (_ ++ _).

@@ -66,7 +66,9 @@ Definition valid_gains (T : table) (c : cell) : bool :=
   | None => of_length (decisions T) (gains c) && forallb (fun wg => gained wg.1 wg.2) (combine (weights c) (gains c))
   end.
 
-Definition column_sum (rows : list (list Q)) (u : nat) : Q := total (map (fun row => nth u row zero) rows).
+(* The sums of the rows, entry by entry *)
+Definition added_up (n : Z) (rows : list (list Q)) : list Q :=
+  fold_left (fun sums row => map (fun sr => plus sr.1 sr.2) (combine sums row)) rows (map (fun=> zero) (range n)).
 
 Definition valid_truth (T : table) (c : cell) : bool :=
   match known T with
@@ -74,7 +76,7 @@ Definition valid_truth (T : table) (c : cell) : bool :=
   | Some K =>
       [&& of_length (labels K) (by_truth c), forallb (of_length (decisions T)) (by_truth c),
           forallb (forallb nonnegative) (by_truth c)
-        & forallb (fun uw => equal (column_sum (by_truth c) uw.1) (reduced uw.2)) (combine (seq 0 (length (weights c))) (weights c))]
+        & forallb (fun sw => equal sw.1 (reduced sw.2)) (combine (added_up (decisions T) (by_truth c)) (weights c))]
   end.
 
 Definition valid_cell (T : table) (c : cell) : bool :=
@@ -93,13 +95,19 @@ Fixpoint in_order (cs : list cell) : bool :=
   | _ => true
   end.
 
+Fixpoint increasing (us : list Z) : bool :=
+  match us with
+  | u :: (v :: _) as rest => (u <? v) && increasing rest
+  | _ => true
+  end.
+
 Definition valid (T : table) : bool :=
   [&& 0 <? contexts T, 0 <? groups T, 0 <? decisions T,
       match utility T with Some gs => of_length (decisions T) gs | None => match cells T with [] => false | _ => true end end,
       match population T with Given => is_one (total (map mass (cells T))) | _ => true end,
       match known T with
-      | Some K => [&& match population T with Counted => true | _ => false end, inside (labels K) (positive_label K)
-                    & forallb (inside (decisions T)) (positive_decisions K)]
+      | Some K => [&& match population T with Counted => true | _ => false end, inside (labels K) (positive_label K),
+                      forallb (inside (decisions T)) (positive_decisions K) & increasing (positive_decisions K)]
       | None => true
       end,
       forallb (valid_cell T) (cells T) & in_order (cells T)].

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -19,11 +20,12 @@ from typing import Any
 import pytest
 from assumptions import complete
 from built_proofs import PROOFS, build
-from certificate_changes import put
+from certificate_changes import other_values, places, put
 from certificate_kinds import as_bytes
 from forged_certificates import FAMILIES, Forged
 from plain_certificates import make
-from verified_roads import FALSE, MALFORMED, OPEN, TRUE, Tally, documents, driver, natively
+from truth_certificates import truth_certificate
+from verified_roads import FALSE, MALFORMED, OPEN, TRUE, Tally, documents, driver, natively, of_true_labels
 
 import fairaudit as fa
 
@@ -171,89 +173,63 @@ def test_frontiers_of_hidden_factors(program: Path) -> None:
     assert {python for python, _ in tally.codes} >= {TRUE, FALSE, MALFORMED}
 
 
-def with_plain_ends() -> list[dict[str, Any]]:
-    """True certificates whose intervals list the ends of the cells that decide alone: of few and of many draws, none in some cells."""
-    pick, found = Pick(7), []
-    for contexts, groups, most in ((60, 3, 40), (120, 2, 6), (30, 5, 300)):
-        counts = [[[pick.randrange(most), pick.randrange(1, most)] for _ in range(groups)] for _ in range(contexts)]
-        law = fa.Law.from_array(counts, kind="counts")
-        for worth, options in (("1", {}), ("2/7", {"confidence": "9/10"}), ("3", {"max_local_ratio": "3/2"})):
-            found.append(fa.certify(law, {"0": Fraction(worth)}, **{"confidence": "19/20", **options}).certificate.document)
-    return found
-
-
-def changed_plain_ends(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    text, interval = json.dumps(document), document["intervals"]["local"]
-    for side, other in (("upper", "lower"), ("lower", "upper")):
-        at, cells, ends = ("intervals", "local", side), interval[side]["cells"], interval[side]["ends"]
-        for listed in (
-            [],
-            cells[1:],
-            cells[::-1],
-            [*cells[:-1], sum(cells[-1:]) + 1],
-            [*cells[:-1], 10**6],
-            [*cells, 10**30],
-            [-1, *cells[1:]],
-            None,
-        ):
-            yield put(text, (*at, "cells"), listed)
-        for listed in ([], ends[1:], ends[::-1], [[high, low] for low, high in ends], [["0", "1000"]] * len(ends), None):
-            yield put(text, (*at, "ends"), listed)
-        yield put(text, at, {"cells": [], "ends": []})
-        yield put(text, at, {"cells": [10**6], "ends": [["0", "1"]]})
-        yield put(text, at, {**interval[side], "more": []})
-        yield put(text, at, interval[other])
-        yield put(text, at, ends)
-        level = Fraction(interval["levels"][side])
-        for near in (level / 2, 2 * level, level + Fraction(1, 10**12), Fraction(0), Fraction(1)):
-            yield put(text, ("intervals", "local", "levels", side), str(near))
-    for i, end in enumerate(interval["ratio"]):
-        if end != "inf":
-            for near in (Fraction(end) * (1 + Fraction(s, 10**9)) for s in (-1, 1)):
-                yield put(text, ("intervals", "local", "ratio", i), str(near))
-
-
-def with_many_draws() -> list[dict[str, Any]]:
-    """True certificates of cells in which up to 40 million were drawn, some of which got nothing or next to nothing."""
-    pick, found = Pick(8), []
-    for contexts, groups, most in ((1, 2, 12_000), (2, 3, 400_000), (1, 2, 40_000_000)):
-        counts = [[[pick.choice([0, 5, pick.randrange(most)]), pick.randrange(1, most)] for _ in range(groups)] for _ in range(contexts)]
-        law = fa.Law.from_array(counts, kind="counts")
-        found += [fa.certify(law, {"0": Fraction(2, 7)}, confidence=confidence).certificate.document for confidence in ("9/10", "999/1000")]
-    return found
-
-
-def changed_ends(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
+def changed_rates(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Every value of rates, of their differences, of claims about them and of what is not compared by them changed; lists exchanged."""
     text = json.dumps(document)
-    for quantity, interval in document["intervals"].items():
-        for side in ("upper", "lower"):
-            for i, end in enumerate(interval[side]):
-                for near in (Fraction(end[s]) + k * Fraction(1, n) for s in (0, 1) for k in (-1, 1) for n in (10**4, 10**6, 10**12)):
-                    if near >= 0:
-                        yield put(text, ("intervals", quantity, side, i, int(near > Fraction(end[1]))), str(near))
+    names = [name for name in document["metrics"] if "rate" in name or "opportunity" in name or "true_label" in name]
+    at: list[tuple[Any, ...]] = [("metrics", name) for name in names] + [("not_compared",), ("subject", "positive")]
+    at += [("claims", i) for i, claim in enumerate(document["claims"]) if claim["quantity"] in names]
+    pool = ["true_positive_rate", "false_positive_rate_overall", "fewer than two groups", "no decisions with another true label", "f"]
+    for path in at:
+        whole = document
+        for step in path:
+            whole = whole[step]
+        for inner, value in places(whole):
+            yield from (put(text, (*path, *inner), other) for other in other_values(value, pool) if not isinstance(other, float))
+        for name in names:
+            yield put(text, path, document["metrics"][name])
 
 
 @pytest.mark.slow
-def test_ends_of_many_draws(program: Path) -> None:
-    """Beyond 5,000 draws an end has to be excluded by the bound of the page as well as by the tail itself."""
-    documents_, tally = with_many_draws(), Tally()
-    for judged in natively(program, [as_bytes(document) for document in documents_]):
-        assert {dict(judged.statements)[f"intervals.{quantity}"] for quantity in ("local", "global")} == {True}
-    altered = [as_bytes(changed) for document in documents_ for changed in changed_ends(document)]
-    tally.judge(program, [*map(as_bytes, documents_), *(altered if FULL else altered[::8])])
-    print(len(altered), dict(tally.codes))
-    assert tally.different[:3] == []
-    assert {python for python, _ in tally.codes} >= {TRUE, FALSE}
-
-
-@pytest.mark.slow
-def test_ends_in_closed_form(program: Path) -> None:
-    """Intervals whose cells are not all listed are judged, and one that is narrower by a billionth as by the other checker."""
-    documents_, tally = with_plain_ends(), Tally()
-    for judged in natively(program, [as_bytes(document) for document in documents_]):
-        assert dict(judged.statements)["intervals.local"] is True
-    altered = [as_bytes(changed) for document in documents_ for changed in changed_plain_ends(document)]
-    tally.judge(program, [*map(as_bytes, documents_), *(altered if FULL else altered[::8])])
-    print(len(altered), dict(tally.codes))
+def test_rates_with_true_labels(program: Path) -> None:
+    """Every statement of a table with true labels is judged, but for intervals; all roads agree on altered ones."""
+    given = [of_true_labels(seed) for seed in range(300 if FULL else 60)]
+    covered = Counter[str]()
+    for document, found in zip(given, natively(program, given), strict=True):
+        names = {name for name in json.loads(document)["metrics"] if "rate" in name or "opportunity" in name or "true_label" in name}
+        outcomes = dict(found.statements)
+        assert all(outcomes[f"metrics.{name}"] for name in names)
+        assert outcomes["not_compared"] is True
+        for label, true in outcomes.items():
+            assert true or (true is None and re.search(r"intervals|spellings|population|claims|rate_difference|targets|verdict", label)), (
+                label
+            )
+        claimed = [true for label, true in outcomes.items() if 'by "enumeration"' in label]
+        assert all(claimed)
+        covered.update(names)
+    assert len(covered) == 8
+    assert all(covered.values())
+    pick, tally = Pick(3), Tally()
+    for document in given[:: 1 if FULL else 6]:
+        altered = [as_bytes(changed) for changed in changed_rates(json.loads(document))]
+        tally.judge(program, [document, *pick.sample(altered, min(len(altered), 2000 if FULL else 80))])
+    print(dict(tally.codes))
     assert tally.different[:3] == []
     assert {python for python, _ in tally.codes} >= {TRUE, FALSE, MALFORMED}
+
+
+def test_tables_with_true_labels_at_the_edge(program: Path) -> None:
+    """One group alone, nobody with the positive true label, all with it, and a table of ten thousand cells."""
+    one = [["3", "1"], ["1", "6"]]
+    nobody = [["0", "0"], ["1", "6"]]
+    edges = [{(0, 0): one}, {(0, 0): one, (0, 1): nobody}, {(0, 0): nobody, (0, 1): nobody}, {(0, 0): one, (1, 1): one}]
+    edges += [{(0, 0): rows, (0, 1): rows} for rows in ([["1"], ["2"]], [["2", "5"]], [["0", "5"], ["0", "1"]])]
+    given = [as_bytes(complete(truth_certificate(counts))) for counts in edges]
+    many = [(u, t, f"a{a}", f"x{x}", (u + 2 * t + x * a) % 5) for x in range(500) for a in range(20) for u in range(2) for t in range(2)]
+    data = {name: list(values) for name, values in zip("utaxn", zip(*many, strict=True), strict=True)}
+    law = fa.Law.from_counts(data, decision="u", group="a", context="x", count="n", truth="t")
+    given.append(fa.certify(law, {"1": 1}, positive="1", confidence=None).certificate.text.encode())
+    tally = Tally()
+    tally.judge(program, given)
+    assert tally.different == []
+    assert tally.codes == {(TRUE, TRUE): len(given)}
