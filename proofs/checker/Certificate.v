@@ -218,8 +218,7 @@ Definition read_policy_certificate (top subject : list (text * json)) (file : op
     let ratio_of (local : bool) := match in_table metrics (if local then k_local else k_global) with Some (_, r) => r | None => None end in
     let* entries_left := get (many (left_out_of a HT false)) k_not_compared top in
     (* claims and targets *)
-    let one_release := Pos.eqb (released_times F) 1 in
-    let* claims := get (fun v => let* vs := list_of v in numbered_each (read_policy_claim HT one_release ratio_of digest) vs) k_claims top in
+    let* claims := get (fun v => let* vs := list_of v in numbered_each (read_policy_claim HT ratio_of digest) vs) k_claims top in
     let* ts := get (fun v => let* vs := list_of v in numbered_each (read_target ratio_of false differences) vs) k_targets top in
     let* verdict := get string_of k_verdict top in
     let special := has k_undecided subject || has k_changed top in
@@ -246,7 +245,7 @@ Definition read_policy_certificate (top subject : list (text * json)) (file : op
       ++ [Item (label unfiltered) (by_names (parts unfiltered))]
       ++ [Item k_not_compared [match all_there entries_left [] with Some es => About (Not_compared_is es) | None => Fact false end]]
       ++ without_repeats [] claims
-      ++ (if (match claims with [] => false | _ => true end) && forallb (lists_what_is_needed ds us) claims then []
+      ++ (if (match claims with [] => false | _ => true end) && forallb (lists_what_is_needed ds us (Zpos (released_times F))) claims then []
           else [Item (of_string "the assumptions of the claims") [Uncovered]])
       ++ map (fun t => Item (label t) (judged_otherwise (parts t))) (targets_once [] ts)
       ++ [Item k_verdict (judged_otherwise last)] in

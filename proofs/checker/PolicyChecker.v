@@ -1,7 +1,7 @@
 (* The checker of claims about a policy behind filters: true, false, or not covered.
 
    This file only computes; PolicyCheckerSound.v proves: of a policy that is well formed ([valid] of Policy.v), what is said to be
-   true holds.  By T13 the greatest local ratio over all policies is covered, where it is finite, and the bound for
+   true holds.  By T13 the greatest ratio over all policies is covered, and the bound on the local ratio for
    all utilities of a range, where the group is released once; no other claim by T13 is. *)
 
 From Coq Require Import ZArith QArith List.
@@ -13,9 +13,9 @@ Unset Strict Implicit.
 Unset Printing Implicit Defensive.
 
 Definition supremum_claim (S : behind) (s : statement) (attained : option pair) : option bool :=
-  match about s, value s with
-  | AnyPolicy, Some V => if [&& exactly s, ~~ of_means s & one_release S] then Some (supremum_accepted S V attained) else None
-  | _, _ => None
+  match about s with
+  | AnyPolicy => if exactly s then supremum_accepted S (of_means s) (value s) attained else None
+  | _ => None
   end.
 
 Definition range_claim (S : behind) (s : statement) (multipliers : list Q) : option bool :=

@@ -86,7 +86,9 @@ Definition declared_items (D : Policy.declared) (v : json) : read (list item) :=
 
 Definition any_policy := of_string "any policy behind this filter".
 Definition floored := any_policy ++ of_string " that keeps the declared floor".
+Definition near_this := any_policy ++ of_string " within the declared drift of this one".
 Definition any_range := any_policy ++ of_string ", any utility of the declared range".
+Definition floored_range := floored ++ of_string ", any utility of the declared range".
 Definition any_group_filter := of_string "this policy and context filter, any group filter at most this epsilon that releases the same values".
 Definition any_context_filter := of_string "this policy and group filter, any context filter that releases these contexts".
 
@@ -122,13 +124,15 @@ Definition reasons_in (s : Policy.scope) (means : bool) : list (text * (json -> 
 
 Section Claims.
 (* The header of the induced law; and the ratio that the metrics state, local or not: a bound below it is of no use. *)
-Variables (H : header) (one_release : bool) (ratio_of : bool -> option (option Q)).
+Variables (H : header) (ratio_of : bool -> option (option Q)).
 
 Definition and_no_metric_exceeds (local : bool) (x : option Q) (p : part) : list part :=
   match ratio_of local with
   | Some r => [p; About (Quantity_is (if local then Local else Global) r); Fact (PolicyClaims.no_more r x)]
   | None => [Fact false]
   end.
+
+Definition suprema : list (text * bool) := [(of_string "local_ratio_supremum", false); (of_string "global_ratio_supremum", true)].
 
 (* Where a greatest ratio is attained; nothing where no such place is compared *)
 Definition attained_of (e : json) : read (option (option Policy.pair)) :=
@@ -141,9 +145,9 @@ Definition attained_of (e : json) : read (option (option Policy.pair)) :=
       let* l := get (many string_of) k_lower ps in
       let hi := number_of (groups_of H) h in
       let lo := number_of (groups_of H) l in
-      let xi := match x with Some ls => number_of (contexts_of H) ls | None => missing end in
+      let xi := match x with Some ls => number_of (contexts_of H) ls | None => 0%Z end in
       Good (if ((0 <=? hi) && (0 <=? lo) && (0 <=? xi))%Z
-            then Some (Some (Policy.Pair (Some (Z.to_nat xi)) (Z.to_nat hi) (Z.to_nat lo))) else None)
+            then Some (Some (Policy.Pair (option_map (fun=> Z.to_nat xi) x) (Z.to_nat hi) (Z.to_nat lo))) else None)
   | Some Null => Good (Some None)
   | _ => bad "must be an object or null"
   end.
@@ -157,11 +161,11 @@ Definition policy_parts (q r b s : text) (x : option Q) (e : json) : read (list 
       | _, _ => Good [Uncovered]
       end
   | None, Some Policy.AnyPolicy =>
-      match [&& same q (of_string "local_ratio_supremum"), same r equality, same b t13 & one_release], x with
-      | true, Some _ =>
+      match in_table suprema q, same r equality && same b t13 with
+      | Some means, true =>
           let* place := attained_of e in
           Good (match place with
-            | Some p => and_no_metric_exceeds true x (Of_policy (Policy.Statement false true x Policy.AnyPolicy) (Policy.ByT13 p))
+            | Some p => and_no_metric_exceeds (~~ means) x (Of_policy (Policy.Statement means true x Policy.AnyPolicy) (Policy.ByT13 p))
             | None => [Fact false] end)
       | _, _ => Good [Uncovered]
       end
@@ -194,24 +198,77 @@ Definition declared_range (m gamma l : text) : text :=
   of_string "every utility is between " ++ m ++ of_string " and " ++ gamma
   ++ of_string ", and for the same decision and context the utilities of two groups differ by at most " ++ l ++ of_string " (declared)".
 
-(* Of what was declared, and of the constants that are stated of the table; where single contexts are declared of, a bound for a
-   range has further ones, which are left to others. *)
-Definition needed_for (declared constants : list (text * json)) (c : claim) : option (list text) :=
-  let text_of ms k := match found k ms with Some (Text t) => t | _ => [] end in
-  let of_declared := text_of declared in
+Definition declared_floor_in (context tau : text) : text :=
+  of_string "in context " ++ context ++ of_string ", every compared group's expected utility is at least " ++ tau
+  ++ of_string " behind the filter (declared)".
+Definition declared_mean_floor (tau : text) : text :=
+  of_string "every compared group's mean utility is at least " ++ tau ++ of_string " behind the filter (declared)".
+Definition declared_range_in (context m gamma : text) : text :=
+  of_string "in context " ++ context ++ of_string ", every utility is between " ++ m ++ of_string " and " ++ gamma ++ of_string " (declared)".
+Definition declared_drift (drift : text) : text :=
+  of_string "for everything that the filters release, the law of the decision is within total variation " ++ drift
+  ++ of_string " of the law of this policy (declared)".
+Definition so_many_releases (n : Z) : text :=
+  of_string "one memory sees at most " ++ decimal n ++ of_string " releases of a group, each drawn afresh (declared)".
+
+(* A list of labels as JSON, with other characters than ASCII as they are *)
+Definition written_byte (c : ascii) : text :=
+  match c with
+  | Ascii _ _ _ _ _ _ _ true => [c]
+  | _ => if (c =? "127")%char then [c] else escaped_byte c
+  end.
+Definition written_labels (v : json) : text :=
+  let label l := match l with Text t => quote :: flat_map written_byte t ++ [quote] | _ => [] end in
+  match v with
+  | Items (l :: ls) => of_string "[" ++ label l ++ flat_map (fun l => of_string ", " ++ label l) ls ++ of_string "]"
+  | _ => of_string "[]"
+  end.
+
+(* Of what was declared, of the constants that are stated of the table, and of so many releases *)
+Section Needed.
+Variables (declared constants : list (text * json)) (releases : Z).
+
+Definition text_in (ms : list (text * json)) (k : text) : text := match found k ms with Some (Text t) => t | _ => [] end.
+Definition of_own (f : list (text * json) -> list text) : list text :=
+  match found k_by_context declared with
+  | Some (Items vs) => flat_map (fun v => match v with Members ms => f ms | _ => [] end) vs
+  | _ => []
+  end.
+Definition above_zero (ms : list (text * json)) (k : text) (sentence : text -> text) : list text :=
+  match found k ms with Some (Text t) => if same t (of_string "0") then [] else [sentence t] | _ => [] end.
+Definition context_in (ms : list (text * json)) : text := match found k_context ms with Some v => written_labels v | None => [] end.
+
+Definition floors_needed : list text :=
+  above_zero declared k_tau declared_floor
+  ++ of_own (fun ms => above_zero ms k_tau (declared_floor_in (context_in ms)))
+  ++ above_zero declared k_global_tau declared_mean_floor.
+
+Definition ranges_needed (local : bool) : list text :=
+  let otherwise ms k := text_in (if has k ms then ms else declared) k in
+  declared_range (text_in declared k_m) (text_in declared k_gamma) (text_in (if has k_lipschitz declared then declared else constants) k_lipschitz)
+  :: (if local then of_own (fun ms =>
+        if has k_gamma ms || has k_m ms then [declared_range_in (context_in ms) (otherwise ms k_m) (otherwise ms k_gamma)] else []) else []).
+
+Definition needed_by_t13 (means : bool) (s : text) : list text :=
+  key_if means stated_population
+  ++ (if same s floored || same s floored_range then floors_needed else [])
+  ++ (if same s any_range || same s floored_range then ranges_needed (~~ means) else [])
+  ++ (if same s near_this then [declared_drift (text_in declared k_max_drift)] else [])
+  ++ key_if (1 <? releases)%Z (so_many_releases releases).
+
+Definition needed_for (c : claim) : option (list text) :=
   match key c with
-  | [_; _; b; s] =>
-      if same s any_range then
-        if has k_by_context declared then None
-        else Some [fresh; declared_range (of_declared k_m) (of_declared k_gamma)
-                            (if has k_lipschitz declared then of_declared k_lipschitz else text_of constants k_lipschitz)]
-      else Some (fresh :: key_if (same s any_policy && (same b t5 || same b t5_decision)) stated_population
-                 ++ key_if (same s floored) (declared_floor (of_declared k_tau)))
+  | [q; _; b; s] =>
+      Some (fresh ::
+        (if same b t13 then needed_by_t13 (same q q_global_ratio || same q (of_string "global_ratio_supremum")) s
+         else key_if (same s any_policy && (same b t5 || same b t5_decision)) stated_population
+              ++ key_if (same s floored) (declared_floor (text_in declared k_tau))))
   | _ => None
   end.
 
-Definition lists_what_is_needed (declared constants : list (text * json)) (c : claim) : bool :=
-  match needed_for declared constants c with
+Definition lists_what_is_needed (c : claim) : bool :=
+  match needed_for c with
   | Some needed => of_length (size needed) (assumed c) && forallb (among (assumed c)) needed
   | None => false
   end.
+End Needed.
