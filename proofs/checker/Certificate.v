@@ -6,7 +6,7 @@ From Coq Require Import ZArith QArith List Ascii String.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
 From FairauditKernel Require WorstCase.
 From FairauditChecker Require Import Json Canonical Reading Table Statements Checker Nats TableText ClassText Document Drawn DrawnText PolicyText PolicyDocument.
-From FairauditChecker Require Policy PolicyChecker.
+From FairauditChecker Require Policy PolicyChecker PolicyShown.
 From FairauditKernel Require Import Fractions.
 Import ListNotations.
 
@@ -290,6 +290,7 @@ Definition outcome_of_part (c : certificate) (D : computed) (p : part) : outcome
   | Log_is r low high => decided (enclosure_is r low high)
   | Log_at_most r limit b => decided (option_map (Bool.eqb b) (log_at_most r limit))
   | Of_policy s r => match about_policy c with Some B => decided (PolicyChecker.policy_claim B s r) | None => False_ end
+  | Allowed a => match about_policy c with Some B => decided (Some (PolicyShown.allowed B a)) | None => False_ end
   | Unfiltered s => match of_unfiltered D with Some D => outcome_of D s | None => False_ end
   | Of_population local s =>
       match interval_in c local with

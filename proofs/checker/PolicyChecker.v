@@ -1,12 +1,12 @@
 (* The checker of claims about a policy behind filters: true, false, or not covered.
 
    This file only computes; PolicyCheckerSound.v proves: of a policy that is well formed ([valid] of Policy.v), what is said to be
-   true holds.  By T13 the greatest ratio over all policies is covered, and the bound on the local ratio for
-   all utilities of a range, where the group is released once; no other claim by T13 is. *)
+   true holds.  By T13 the greatest ratio over all policies is covered and that over those that keep the declared
+   floors, and the bound on the local ratio for all utilities of a range, where the group is released once; no other claim by T13 is. *)
 
 From Coq Require Import ZArith QArith List.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
-From FairauditChecker Require Import Policy PolicyClaims PolicySuprema PolicyRange.
+From FairauditChecker Require Import Policy PolicyClaims PolicySuprema PolicyFloors PolicyRange.
 
 Set Implicit Arguments.
 Unset Strict Implicit.
@@ -15,6 +15,12 @@ Unset Printing Implicit Defensive.
 Definition supremum_claim (S : behind) (s : statement) (attained : option pair) : option bool :=
   match about s with
   | AnyPolicy => if exactly s then supremum_accepted S (of_means s) (value s) attained else None
+  | _ => None
+  end.
+
+Definition floored_claim (S : behind) (s : statement) (ks : list Q) (pairs : list priced) (policy : option (pair * list (list vector))) : option bool :=
+  match about s with
+  | KeepingFloors => floored_accepted S (of_means s) (exactly s) (value s) ks pairs policy
   | _ => None
   end.
 
@@ -28,6 +34,6 @@ Definition policy_claim (S : behind) (s : statement) (r : reason) : option bool 
   match r with
   | ByT13 attained => supremum_claim S s attained
   | ByT13range multipliers => range_claim S s multipliers
-  | ByT13floors _ _ _ => None
+  | ByT13floors ks pairs policy => floored_claim S s ks pairs policy
   | _ => Some [&& consistent S, ~~ exactly s & bound_accepted S s r]
   end.

@@ -2,7 +2,7 @@
 
 From Coq Require Import ZArith QArith List.
 From mathcomp Require Import all_ssreflect all_algebra.
-From FairauditChecker Require Import Policy PolicyMeaning PolicyClaims PolicyMeans PolicySuprema PolicySupremaSound PolicyRange PolicyRangeSound PolicyChecker.
+From FairauditChecker Require Import Policy PolicyMeaning PolicyClaims PolicyMeans PolicySuprema PolicySupremaSound PolicyFloors PolicyFloorsSound PolicyRange PolicyRangeSound PolicyChecker.
 
 Set Implicit Arguments.
 Unset Strict Implicit.
@@ -18,6 +18,9 @@ case: r sound => [ks||  |ks|ks|  |c|  |raw|  |p|ks ps w|ks] sound //; try by mov
 - rewrite /policy_claim /supremum_claim /policy_holds {sound}; case: s => means exact V sc; cbn [about Policy.value exactly of_means].
   case: sc => //; case: exact => // accepted.
   exact: (@supremum_sound R S ok means V p accepted).
+- rewrite /policy_claim /floored_claim /policy_holds {sound}; case: s => means exact V sc; cbn [about Policy.value exactly of_means].
+  case: sc => // /(@floored_sound R S ok means exact V ks ps w).
+  by case: exact.
 rewrite /policy_claim /range_claim /policy_holds {sound}; case: s => means exact V sc; cbn [about Policy.value exactly of_means].
 case: sc => //; case: V => [V|] //; case: ks => //; case: ifP => // /and3P[/negbTE-> /negbTE-> _] /some accepted.
 by apply: (@range_sound R S ok _ V accepted); move: accepted; rewrite /range_accepted; do 2 case: (_ (stated S)) => // ?; case/and5P.

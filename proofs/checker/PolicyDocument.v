@@ -23,6 +23,8 @@ Definition k_raw_ratio := of_string "raw_ratio".
 Definition k_composition := of_string "composition".
 Definition k_attained := of_string "attained".
 Definition k_unfiltered := of_string "unfiltered".
+Definition k_policy := of_string "policy".
+Definition k_floors := of_string "floors".
 
 (* ---- Privacy: e^epsilon as Policy.v defines it, of each factor and of all of them ---- *)
 
@@ -64,7 +66,7 @@ Fixpoint own_items (i last : Z) (ds : list Policy.declared_in) : list item :=
   match ds with
   | d :: rest =>
       let x := Policy.in_context d in
-      Item (in_list "subject.declared.by_context" i) (if (last <? x)%Z then [Uncovered] else [Fact false])
+      Item (in_list "subject.declared.by_context" i) (if (last <? x)%Z then [Allowed (Policy.In_context d)] else [Fact false])
       :: own_items (i + 1) (Z.max last x) rest
   | [] => []
   end.
@@ -79,7 +81,9 @@ Definition declared_items (D : Policy.declared) (v : json) : read (list item) :=
         ++ declared_item k_m (Policy.m D) (Least_is m) (fun q => Fractions.at_most q m)
         ++ declared_item k_tau (Policy.tau D) (Tau_is tau) (fun q => match tau with Some t => Fractions.at_most q t | None => false end)
         ++ declared_item k_lipschitz (Policy.lipschitz D) (Lipschitz_is l) (Fractions.at_most l)
-        ++ (match Policy.global_tau D with Some _ => [Item (of_string "subject.declared.global_tau") [Uncovered]] | None => [] end)
+        ++ (match Policy.global_tau D with
+            | Some t => [Item (of_string "subject.declared.global_tau") [Allowed (Policy.Of_means t)]]
+            | None => [] end)
         ++ own_items 0 (-1) (Policy.by_context D)).
 
 (* ---- Claims ---- *)
@@ -132,25 +136,67 @@ Definition and_no_metric_exceeds (local : bool) (x : option Q) (p : part) : list
   | None => [Fact false]
   end.
 
+Definition suprema_scopes : list (text * Policy.scope) := [(any_policy, Policy.AnyPolicy); (floored, Policy.KeepingFloors)].
 Definition suprema : list (text * bool) := [(of_string "local_ratio_supremum", false); (of_string "global_ratio_supremum", true)].
 
-(* Where a greatest ratio is attained; nothing where no such place is compared *)
+(* A place where groups are compared; nothing where there is no such place *)
+Definition place_in (ms : list (text * json)) : read (option Policy.pair) :=
+  let* x := get (option_of (many string_of)) k_context ms in
+  let* h := get (many string_of) k_higher ms in
+  let* l := get (many string_of) k_lower ms in
+  let hi := number_of (groups_of H) h in
+  let lo := number_of (groups_of H) l in
+  let xi := match x with Some ls => number_of (contexts_of H) ls | None => 0%Z end in
+  Good (if ((0 <=? hi) && (0 <=? lo) && (0 <=? xi))%Z
+        then Some (Policy.Pair (option_map (fun=> Z.to_nat xi) x) (Z.to_nat hi) (Z.to_nat lo)) else None).
+Definition place_of (v : json) : read (option Policy.pair) := let* ms := fields [k_context; k_higher; k_lower] [] v in place_in ms.
+
+(* Where a greatest ratio is attained *)
 Definition attained_of (e : json) : read (option (option Policy.pair)) :=
   let* ms := fields [k_attained] [] e in
   match found k_attained ms with
-  | Some (Members _ as v) =>
-      let* ps := at_place k_attained (fields [k_context; k_higher; k_lower] [] v) in
-      let* x := get (option_of (many string_of)) k_context ps in
-      let* h := get (many string_of) k_higher ps in
-      let* l := get (many string_of) k_lower ps in
-      let hi := number_of (groups_of H) h in
-      let lo := number_of (groups_of H) l in
-      let xi := match x with Some ls => number_of (contexts_of H) ls | None => 0%Z end in
-      Good (if ((0 <=? hi) && (0 <=? lo) && (0 <=? xi))%Z
-            then Some (Some (Policy.Pair (option_map (fun=> Z.to_nat xi) x) (Z.to_nat hi) (Z.to_nat lo))) else None)
+  | Some (Members _ as v) => let* p := at_place k_attained (place_of v) in Good (option_map Some p)
   | Some Null => Good (Some None)
   | _ => bad "must be an object or null"
   end.
+
+(* A floor, of a context or of a mean, with its multiplier; numbers that are too great are of nothing. *)
+Definition at_the_most (n : Z) (v : json) : read nat :=
+  let* i := integer_of v in demand (0 <=? i)%Z "is out of range" (Good (Z.to_nat (Z.min i n))).
+Definition floor_in_list (v : json) : read (option nat * nat * Q) :=
+  let* vs := list_of v in
+  match vs with
+  | [x; a; y] =>
+      let* x := option_of (at_the_most (size (contexts_of H))) x in
+      let* a := at_the_most (size (groups_of H)) a in
+      let* y := not_negative y in
+      demand (positive_fraction y) "must be positive" (Good (x, a, y))
+  | _ => bad "must have 3 entries"
+  end.
+Definition priced_of (v : json) : read (option Policy.priced) :=
+  let* ms := fields [k_context; k_higher; k_lower; k_floors] [] v in
+  let* p := place_in ms in
+  let* fs := get (many floor_in_list) k_floors ms in
+  Good (option_map (fun p => Policy.Priced p fs) p).
+
+(* A policy that attains a ratio *)
+Definition shown_policy_of (v : json) : read (option (Policy.pair * list (list Policy.vector))) :=
+  let* ms := fields [k_attained; k_rows] [] v in
+  let* p := get place_of k_attained ms in
+  let* rows := get (many (many (many not_negative))) k_rows ms in
+  Good (option_map (fun p => (p, rows)) p).
+
+(* What proves a greatest ratio over the policies that keep the floors; nothing where it names what is not there *)
+Definition floored_of (e : json) : read (option Policy.reason) :=
+  let* ms := fields [k_multipliers; k_pairs; k_policy] [] e in
+  let* ks := get (many not_negative) k_multipliers ms in
+  let* ps := get (many priced_of) k_pairs ms in
+  let* w := get (option_of shown_policy_of) k_policy ms in
+  Good (match all_there ps [], w with
+    | Some ps, Some (Some w) => Some (Policy.ByT13floors ks ps (Some w))
+    | Some ps, None => Some (Policy.ByT13floors ks ps None)
+    | _, _ => None
+    end).
 
 Definition policy_parts (q r b s : text) (x : option Q) (e : json) : read (list part) :=
   let of_means := if same q q_global_ratio then Some true else if same q q_local_ratio then Some false else None in
@@ -160,14 +206,19 @@ Definition policy_parts (q r b s : text) (x : option Q) (e : json) : read (list 
       | true, Some f => let* why := f e in Good (and_no_metric_exceeds (~~ means) x (Of_policy (Policy.Statement means false x sc) why))
       | _, _ => Good [Uncovered]
       end
-  | None, Some Policy.AnyPolicy =>
-      match in_table suprema q, same r equality && same b t13 with
-      | Some means, true =>
-          let* place := attained_of e in
-          Good (match place with
-            | Some p => and_no_metric_exceeds (~~ means) x (Of_policy (Policy.Statement means true x Policy.AnyPolicy) (Policy.ByT13 p))
-            | None => [Fact false] end)
-      | _, _ => Good [Uncovered]
+  | None, _ =>
+      let exact := same r equality in
+      match in_table suprema q, same b t13 && (exact || same r upper_bound), in_table suprema_scopes s with
+      | Some means, true, Some sc =>
+          let claimed why := match why with
+            | Some why => and_no_metric_exceeds (~~ means) x (Of_policy (Policy.Statement means exact x sc) why)
+            | None => [Fact false] end in
+          match sc, exact with
+          | Policy.AnyPolicy, true => let* place := attained_of e in Good (claimed (option_map Policy.ByT13 place))
+          | Policy.KeepingFloors, _ => let* why := floored_of e in Good (claimed why)
+          | _, _ => Good [Uncovered]
+          end
+      | _, _, _ => Good [Uncovered]
       end
   | _, _ => Good [Uncovered]
   end.
