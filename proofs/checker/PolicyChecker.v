@@ -1,12 +1,12 @@
 (* The checker of claims about a policy behind filters: true, false, or not covered.
 
    This file only computes; PolicyCheckerSound.v proves: of a policy that is well formed ([valid] of Policy.v), what is said to be
-   true holds.  By T13 the greatest ratio over all policies is covered and that over those that keep the declared
-   floors, and the bound on the local ratio for all utilities of a range, where the group is released once; no other claim by T13 is. *)
+   true holds.  By T13 the greatest ratio over all policies is covered, that over those that keep the declared
+   floors and over those near the one of the certificate, and the bound on the local ratio for all utilities of a range, where the group is released once; no other claim by T13 is. *)
 
 From Coq Require Import ZArith QArith List.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
-From FairauditChecker Require Import Policy PolicyClaims PolicySuprema PolicyFloors PolicyRange.
+From FairauditChecker Require Import Policy PolicyClaims PolicySuprema PolicyFloors PolicyNear PolicyRange.
 
 Set Implicit Arguments.
 Unset Strict Implicit.
@@ -15,6 +15,7 @@ Unset Printing Implicit Defensive.
 Definition supremum_claim (S : behind) (s : statement) (attained : option pair) : option bool :=
   match about s with
   | AnyPolicy => if exactly s then supremum_accepted S (of_means s) (value s) attained else None
+  | NearThis => if exactly s then near_accepted S (of_means s) (value s) attained else None
   | _ => None
   end.
 

@@ -136,7 +136,7 @@ Definition and_no_metric_exceeds (local : bool) (x : option Q) (p : part) : list
   | None => [Fact false]
   end.
 
-Definition suprema_scopes : list (text * Policy.scope) := [(any_policy, Policy.AnyPolicy); (floored, Policy.KeepingFloors)].
+Definition suprema_scopes : list (text * Policy.scope) := [(any_policy, Policy.AnyPolicy); (near_this, Policy.NearThis); (floored, Policy.KeepingFloors)].
 Definition suprema : list (text * bool) := [(of_string "local_ratio_supremum", false); (of_string "global_ratio_supremum", true)].
 
 (* A place where groups are compared; nothing where there is no such place *)
@@ -214,7 +214,7 @@ Definition policy_parts (q r b s : text) (x : option Q) (e : json) : read (list 
             | Some why => and_no_metric_exceeds (~~ means) x (Of_policy (Policy.Statement means exact x sc) why)
             | None => [Fact false] end in
           match sc, exact with
-          | Policy.AnyPolicy, true => let* place := attained_of e in Good (claimed (option_map Policy.ByT13 place))
+          | Policy.AnyPolicy, true | Policy.NearThis, true => let* place := attained_of e in Good (claimed (option_map Policy.ByT13 place))
           | Policy.KeepingFloors, _ => let* why := floored_of e in Good (claimed why)
           | _, _ => Good [Uncovered]
           end
