@@ -6,7 +6,7 @@ From Coq Require Import ZArith QArith List Ascii String.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
 From FairauditKernel Require WorstCase.
 From FairauditChecker Require Import Json Canonical Reading Table Statements Checker Nats TableText ClassText Document Drawn DrawnText Verdicts TargetText PolicyText PolicyDocument.
-From FairauditChecker Require Policy PolicyChecker.
+From FairauditChecker Require Policy PolicyChecker PolicyShown.
 From FairauditKernel Require Import Fractions.
 Import ListNotations.
 
@@ -225,8 +225,7 @@ Definition read_policy_certificate (top subject : list (text * json)) (file : op
     let ratio_of (local : bool) := match in_table metrics (if local then k_local else k_global) with Some (_, r) => r | None => None end in
     let* entries_left := get (many (left_out_of a HT false)) k_not_compared top in
     (* claims and targets *)
-    let one_release := Pos.eqb (released_times F) 1 in
-    let* claims := get (fun v => let* vs := list_of v in numbered_each (read_policy_claim HT one_release ratio_of digest) vs) k_claims top in
+    let* claims := get (fun v => let* vs := list_of v in numbered_each (read_policy_claim HT ratio_of digest) vs) k_claims top in
     let* ts := get (fun v => let* vs := list_of v in numbered_each (read_target ratio_of (fun _ => Not_read) false differences) vs) k_targets top in
     let* verdict := get string_of k_verdict top in
     let special := has k_undecided subject || has k_changed top in
@@ -253,7 +252,7 @@ Definition read_policy_certificate (top subject : list (text * json)) (file : op
       ++ [Item (label unfiltered) (by_names (parts unfiltered))]
       ++ [Item k_not_compared [match all_there entries_left [] with Some es => About (Not_compared_is es) | None => Fact false end]]
       ++ without_repeats [] claims
-      ++ (if (match claims with [] => false | _ => true end) && forallb (lists_what_is_needed ds us) claims then []
+      ++ (if (match claims with [] => false | _ => true end) && forallb (lists_what_is_needed ds us (Zpos (released_times F))) claims then []
           else [Item (of_string "the assumptions of the claims") [Uncovered]])
       ++ map (fun t => Item (label t) (judged_otherwise (parts t))) (targets_once (shared_parts ts) [] ts)
       ++ [Item k_verdict (judged_otherwise last)] in
@@ -298,6 +297,7 @@ Definition outcome_of_part (c : certificate) (D : computed) (p : part) : outcome
   | Log_is r low high => decided (enclosure_is r low high)
   | Log_at_most r limit b => decided (option_map (Bool.eqb b) (log_at_most r limit))
   | Of_policy s r => match about_policy c with Some B => decided (PolicyChecker.policy_claim B s r) | None => False_ end
+  | Allowed a => match about_policy c with Some B => decided (Some (PolicyShown.allowed B a)) | None => False_ end
   | Unfiltered s => match of_unfiltered D with Some D => outcome_of D s | None => False_ end
   | Of_population local s =>
       match interval_in c local with

@@ -10,7 +10,7 @@ From FairauditKernel Require Import Fractions FractionsSound.
 From FairauditKernel Require WorstCase WorstCaseSound ClaimSound.
 From FairauditChecker Require Import Json JsonSound Reading Table Statements Meaning Checker CheckerSound Nats NatsSound Document Drawn DrawnText Verdicts TargetText Certificate.
 From FairauditChecker Require Chance DrawnMeaning DrawnSound VerdictsMeaning VerdictsSound.
-From FairauditChecker Require Policy PolicyMeaning PolicyChecker PolicyCheckerSound.
+From FairauditChecker Require Policy PolicyMeaning PolicyChecker PolicyCheckerSound PolicyShownSound.
 
 Set Implicit Arguments.
 Unset Strict Implicit.
@@ -32,6 +32,7 @@ Definition part_holds (c : certificate) (p : part) : Prop :=
   | Log_is r low high => encloses_log low high (omap (@ratio R) r)
   | Log_at_most r limit b => b = in_nats_at_most (omap (@ratio R) r) limit
   | Of_policy s _ => if about_policy c is Some B then PolicyMeaning.policy_holds R B s else False
+  | Allowed a => if about_policy c is Some B then PolicyMeaning.allows R B a else False
   | Unfiltered s => if without_filters c is Some T then holds R T s else False
   | Of_population local s =>
       if interval_in c local is Some i then
@@ -84,7 +85,7 @@ Proof. by rewrite /outcome_of_part /part_holds; case: ifP => // _ /decided_true[
 
 Lemma part_sound c p : well_formed c -> valid (about_table c) -> outcome_of_part c (worked_out c) p = True_ -> part_holds c p.
 Proof.
-move=> formed ok; case: p => [s|local v es|r low high|r limit b|s r|s|local s|local l j|on q|b|].
+move=> formed ok; case: p => [s|local v es|r low high|r limit b|s r|a|s|local s|local l j|on q|b|].
 - exact: statement_true.
 - rewrite /=; case: (about_class c) => [[K T]|] //; case claimed: (WorstCase.claim_true K T local v es) => // _.
   exact: ClaimSound.claim_true_sound claimed.
@@ -93,6 +94,8 @@ move=> formed ok; case: p => [s|local v es|r low high|r limit b|s r|s|local s|lo
   exact: log_at_most_sound log.
 - move: formed; rewrite /= /well_formed /about_policy; case: (its_subject c) => [//|B U] /andP[okB _] /decided_true.
   exact: PolicyCheckerSound.policy_claim_sound.
+- move: formed; rewrite /= /well_formed /about_policy; case: (its_subject c) => [//|B U] /andP[okB _].
+  by case fits: (PolicyShown.allowed B a) => // _; apply: PolicyShownSound.allowed_sound fits.
 - move: formed; rewrite /= /well_formed /without_filters; case: (its_subject c) => [//|B [T|//]] /andP[_ okT] /=.
   exact: statement_true.
 - rewrite /outcome_of_part /part_holds; case found: (interval_in c local) => [i|] //.

@@ -28,6 +28,7 @@ Inductive part :=
 | Log_is (r : option Q) (low high : text)                      (* the two decimals enclose log r *)
 | Log_at_most (r : option Q) (limit : Q) (b : bool)            (* whether log r is at most the limit *)
 | Of_policy (s : Policy.statement) (r : Policy.reason)          (* what is claimed of a policy behind filters, by a theorem *)
+| Allowed (a : Policy.allowance)                                (* what was declared of a policy allows for what its table has *)
 | Unfiltered (s : statement)                                   (* what is stated of the table of the policy without its filters *)
 | Of_population (local : bool) (s : of_interval)                (* what is stated of the population that was drawn from *)
 | Judged_by_ends (local : bool) (l : limit_on) (j : judgement)  (* the verdict on a limit, by the ends of the interval *)

@@ -8,7 +8,7 @@ From Coq Require Import ZArith QArith List Ascii.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
 From FairauditKernel Require Import Fractions.
 From FairauditChecker Require Import Table Chance.
-From FairauditChecker Require Pairs.
+From FairauditChecker Require Pairs LargeTails.
 Import ListNotations.
 
 Set Implicit Arguments.
@@ -96,7 +96,7 @@ Definition proved_by_pools (i : interval) (ps : list pool) : bool := match judge
 Definition judged_by_ladders (i : Pairs.by_pairs) (ps : list pool) : option bool :=
   match all_of sample_of ps with
   | Some [] => None
-  | Some ss => if forallb (fun s => draws s <=? summed) ss then Some (at_most (Pairs.sure_at i) one && Pairs.pairs_accepted i ss) else None
+  | Some ss => if forallb (fun s => draws s <=? LargeTails.summed) ss then Some (at_most (Pairs.sure_at i) one && Pairs.pairs_accepted i ss) else None
   | None => Some false
   end.
 

@@ -221,6 +221,12 @@ Definition induced_table (S : behind) : Table.table :=
     (match utility S with OfDecision g => Some g | OfCell _ => None end) None
     (flat_map (fun row => map (fun cell => induced_cell S row.1 cell.1 cell.2) (numbered row.2)) (numbered (induced_weights S))).
 
+(* ---- What was declared allows for what the table has ---- *)
+
+Inductive allowance :=
+| In_context (d : declared_in)  (* of one context *)
+| Of_means (tau : Q).           (* the floor of the means of groups *)
+
 (* ---- What a claim about a policy says, and how it is proved ---- *)
 
 (* scope, as it is in the page's table *)

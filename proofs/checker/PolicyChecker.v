@@ -1,21 +1,28 @@
 (* The checker of claims about a policy behind filters: true, false, or not covered.
 
    This file only computes; PolicyCheckerSound.v proves: of a policy that is well formed ([valid] of Policy.v), what is said to be
-   true holds.  By T13 the greatest local ratio over all policies is covered, where it is finite, and the bound for
-   all utilities of a range, where the group is released once; no other claim by T13 is. *)
+   true holds.  By T13 the greatest ratio over all policies is covered, that over those that keep the declared
+   floors and over those near the one of the certificate, and the bound on the local ratio for all utilities of a range, where the group is released once; no other claim by T13 is. *)
 
 From Coq Require Import ZArith QArith List.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
-From FairauditChecker Require Import Policy PolicyClaims PolicySuprema PolicyRange.
+From FairauditChecker Require Import Policy PolicyClaims PolicySuprema PolicyFloors PolicyNear PolicyRange.
 
 Set Implicit Arguments.
 Unset Strict Implicit.
 Unset Printing Implicit Defensive.
 
 Definition supremum_claim (S : behind) (s : statement) (attained : option pair) : option bool :=
-  match about s, value s with
-  | AnyPolicy, Some V => if [&& exactly s, ~~ of_means s & one_release S] then Some (supremum_accepted S V attained) else None
-  | _, _ => None
+  match about s with
+  | AnyPolicy => if exactly s then supremum_accepted S (of_means s) (value s) attained else None
+  | NearThis => if exactly s then near_accepted S (of_means s) (value s) attained else None
+  | _ => None
+  end.
+
+Definition floored_claim (S : behind) (s : statement) (ks : list Q) (pairs : list priced) (policy : option (pair * list (list vector))) : option bool :=
+  match about s with
+  | KeepingFloors => floored_accepted S (of_means s) (exactly s) (value s) ks pairs policy
+  | _ => None
   end.
 
 Definition range_claim (S : behind) (s : statement) (multipliers : list Q) : option bool :=
@@ -28,6 +35,6 @@ Definition policy_claim (S : behind) (s : statement) (r : reason) : option bool 
   match r with
   | ByT13 attained => supremum_claim S s attained
   | ByT13range multipliers => range_claim S s multipliers
-  | ByT13floors _ _ _ => None
+  | ByT13floors ks pairs policy => floored_claim S s ks pairs policy
   | _ => Some [&& consistent S, ~~ exactly s & bound_accepted S s r]
   end.

@@ -2,7 +2,7 @@
 
 From Coq Require Import ZArith QArith List.
 From mathcomp Require Import all_ssreflect all_algebra.
-From FairauditChecker Require Import Policy PolicyMeaning PolicyClaims PolicyMeans PolicySuprema PolicySupremaSound PolicyRange PolicyRangeSound PolicyChecker.
+From FairauditChecker Require Import Policy PolicyMeaning PolicyClaims PolicyMeans PolicySuprema PolicySupremaSound PolicyFloors PolicyFloorsSound PolicyNear PolicyNearSound PolicyRange PolicyRangeSound PolicyChecker.
 
 Set Implicit Arguments.
 Unset Strict Implicit.
@@ -16,8 +16,12 @@ have sound : [&& consistent S, ~~ exactly s & bound_accepted S s r] -> valid S -
 move=> ok; have some b : Some b = Some true -> b by case=> ->.
 case: r sound => [ks||  |ks|ks|  |c|  |raw|  |p|ks ps w|ks] sound //; try by move=> /some/sound; apply.
 - rewrite /policy_claim /supremum_claim /policy_holds {sound}; case: s => means exact V sc; cbn [about Policy.value exactly of_means].
-  case: sc => //; case: V => [V|] //; case: ifP => // /and3P[-> /negbTE-> one] /some accepted.
-  exact: (@supremum_sound R S ok one V p accepted).
+  case: sc => //; case: exact => // accepted; first exact: (@supremum_sound R S ok means V p accepted).
+  case drift: (max_drift (stated S)) => [eta|]; first exact: (@near_sound R S ok eta means V p drift accepted).
+  by move: accepted; rewrite /near_accepted drift.
+- rewrite /policy_claim /floored_claim /policy_holds {sound}; case: s => means exact V sc; cbn [about Policy.value exactly of_means].
+  case: sc => // /(@floored_sound R S ok means exact V ks ps w).
+  by case: exact.
 rewrite /policy_claim /range_claim /policy_holds {sound}; case: s => means exact V sc; cbn [about Policy.value exactly of_means].
 case: sc => //; case: V => [V|] //; case: ks => //; case: ifP => // /and3P[/negbTE-> /negbTE-> _] /some accepted.
 by apply: (@range_sound R S ok _ V accepted); move: accepted; rewrite /range_accepted; do 2 case: (_ (stated S)) => // ?; case/and5P.

@@ -23,6 +23,8 @@ Definition k_raw_ratio := of_string "raw_ratio".
 Definition k_composition := of_string "composition".
 Definition k_attained := of_string "attained".
 Definition k_unfiltered := of_string "unfiltered".
+Definition k_policy := of_string "policy".
+Definition k_floors := of_string "floors".
 
 (* ---- Privacy: e^epsilon as Policy.v defines it, of each factor and of all of them ---- *)
 
@@ -64,7 +66,7 @@ Fixpoint own_items (i last : Z) (ds : list Policy.declared_in) : list item :=
   match ds with
   | d :: rest =>
       let x := Policy.in_context d in
-      Item (in_list "subject.declared.by_context" i) (if (last <? x)%Z then [Uncovered] else [Fact false])
+      Item (in_list "subject.declared.by_context" i) (if (last <? x)%Z then [Allowed (Policy.In_context d)] else [Fact false])
       :: own_items (i + 1) (Z.max last x) rest
   | [] => []
   end.
@@ -79,14 +81,18 @@ Definition declared_items (D : Policy.declared) (v : json) : read (list item) :=
         ++ declared_item k_m (Policy.m D) (Least_is m) (fun q => Fractions.at_most q m)
         ++ declared_item k_tau (Policy.tau D) (Tau_is tau) (fun q => match tau with Some t => Fractions.at_most q t | None => false end)
         ++ declared_item k_lipschitz (Policy.lipschitz D) (Lipschitz_is l) (Fractions.at_most l)
-        ++ (match Policy.global_tau D with Some _ => [Item (of_string "subject.declared.global_tau") [Uncovered]] | None => [] end)
+        ++ (match Policy.global_tau D with
+            | Some t => [Item (of_string "subject.declared.global_tau") [Allowed (Policy.Of_means t)]]
+            | None => [] end)
         ++ own_items 0 (-1) (Policy.by_context D)).
 
 (* ---- Claims ---- *)
 
 Definition any_policy := of_string "any policy behind this filter".
 Definition floored := any_policy ++ of_string " that keeps the declared floor".
+Definition near_this := any_policy ++ of_string " within the declared drift of this one".
 Definition any_range := any_policy ++ of_string ", any utility of the declared range".
+Definition floored_range := floored ++ of_string ", any utility of the declared range".
 Definition any_group_filter := of_string "this policy and context filter, any group filter at most this epsilon that releases the same values".
 Definition any_context_filter := of_string "this policy and group filter, any context filter that releases these contexts".
 
@@ -122,7 +128,7 @@ Definition reasons_in (s : Policy.scope) (means : bool) : list (text * (json -> 
 
 Section Claims.
 (* The header of the induced law; and the ratio that the metrics state, local or not: a bound below it is of no use. *)
-Variables (H : header) (one_release : bool) (ratio_of : bool -> option (option Q)).
+Variables (H : header) (ratio_of : bool -> option (option Q)).
 
 Definition and_no_metric_exceeds (local : bool) (x : option Q) (p : part) : list part :=
   match ratio_of local with
@@ -130,23 +136,67 @@ Definition and_no_metric_exceeds (local : bool) (x : option Q) (p : part) : list
   | None => [Fact false]
   end.
 
-(* Where a greatest ratio is attained; nothing where no such place is compared *)
+Definition suprema_scopes : list (text * Policy.scope) := [(any_policy, Policy.AnyPolicy); (near_this, Policy.NearThis); (floored, Policy.KeepingFloors)].
+Definition suprema : list (text * bool) := [(of_string "local_ratio_supremum", false); (of_string "global_ratio_supremum", true)].
+
+(* A place where groups are compared; nothing where there is no such place *)
+Definition place_in (ms : list (text * json)) : read (option Policy.pair) :=
+  let* x := get (option_of (many string_of)) k_context ms in
+  let* h := get (many string_of) k_higher ms in
+  let* l := get (many string_of) k_lower ms in
+  let hi := number_of (groups_of H) h in
+  let lo := number_of (groups_of H) l in
+  let xi := match x with Some ls => number_of (contexts_of H) ls | None => 0%Z end in
+  Good (if ((0 <=? hi) && (0 <=? lo) && (0 <=? xi))%Z
+        then Some (Policy.Pair (option_map (fun=> Z.to_nat xi) x) (Z.to_nat hi) (Z.to_nat lo)) else None).
+Definition place_of (v : json) : read (option Policy.pair) := let* ms := fields [k_context; k_higher; k_lower] [] v in place_in ms.
+
+(* Where a greatest ratio is attained *)
 Definition attained_of (e : json) : read (option (option Policy.pair)) :=
   let* ms := fields [k_attained] [] e in
   match found k_attained ms with
-  | Some (Members _ as v) =>
-      let* ps := at_place k_attained (fields [k_context; k_higher; k_lower] [] v) in
-      let* x := get (option_of (many string_of)) k_context ps in
-      let* h := get (many string_of) k_higher ps in
-      let* l := get (many string_of) k_lower ps in
-      let hi := number_of (groups_of H) h in
-      let lo := number_of (groups_of H) l in
-      let xi := match x with Some ls => number_of (contexts_of H) ls | None => missing end in
-      Good (if ((0 <=? hi) && (0 <=? lo) && (0 <=? xi))%Z
-            then Some (Some (Policy.Pair (Some (Z.to_nat xi)) (Z.to_nat hi) (Z.to_nat lo))) else None)
+  | Some (Members _ as v) => let* p := at_place k_attained (place_of v) in Good (option_map Some p)
   | Some Null => Good (Some None)
   | _ => bad "must be an object or null"
   end.
+
+(* A floor, of a context or of a mean, with its multiplier; numbers that are too great are of nothing. *)
+Definition at_the_most (n : Z) (v : json) : read nat :=
+  let* i := integer_of v in demand (0 <=? i)%Z "is out of range" (Good (Z.to_nat (Z.min i n))).
+Definition floor_in_list (v : json) : read (option nat * nat * Q) :=
+  let* vs := list_of v in
+  match vs with
+  | [x; a; y] =>
+      let* x := option_of (at_the_most (size (contexts_of H))) x in
+      let* a := at_the_most (size (groups_of H)) a in
+      let* y := not_negative y in
+      demand (positive_fraction y) "must be positive" (Good (x, a, y))
+  | _ => bad "must have 3 entries"
+  end.
+Definition priced_of (v : json) : read (option Policy.priced) :=
+  let* ms := fields [k_context; k_higher; k_lower; k_floors] [] v in
+  let* p := place_in ms in
+  let* fs := get (many floor_in_list) k_floors ms in
+  Good (option_map (fun p => Policy.Priced p fs) p).
+
+(* A policy that attains a ratio *)
+Definition shown_policy_of (v : json) : read (option (Policy.pair * list (list Policy.vector))) :=
+  let* ms := fields [k_attained; k_rows] [] v in
+  let* p := get place_of k_attained ms in
+  let* rows := get (many (many (many not_negative))) k_rows ms in
+  Good (option_map (fun p => (p, rows)) p).
+
+(* What proves a greatest ratio over the policies that keep the floors; nothing where it names what is not there *)
+Definition floored_of (e : json) : read (option Policy.reason) :=
+  let* ms := fields [k_multipliers; k_pairs; k_policy] [] e in
+  let* ks := get (many not_negative) k_multipliers ms in
+  let* ps := get (many priced_of) k_pairs ms in
+  let* w := get (option_of shown_policy_of) k_policy ms in
+  Good (match all_there ps [], w with
+    | Some ps, Some (Some w) => Some (Policy.ByT13floors ks ps (Some w))
+    | Some ps, None => Some (Policy.ByT13floors ks ps None)
+    | _, _ => None
+    end).
 
 Definition policy_parts (q r b s : text) (x : option Q) (e : json) : read (list part) :=
   let of_means := if same q q_global_ratio then Some true else if same q q_local_ratio then Some false else None in
@@ -156,14 +206,19 @@ Definition policy_parts (q r b s : text) (x : option Q) (e : json) : read (list 
       | true, Some f => let* why := f e in Good (and_no_metric_exceeds (~~ means) x (Of_policy (Policy.Statement means false x sc) why))
       | _, _ => Good [Uncovered]
       end
-  | None, Some Policy.AnyPolicy =>
-      match [&& same q (of_string "local_ratio_supremum"), same r equality, same b t13 & one_release], x with
-      | true, Some _ =>
-          let* place := attained_of e in
-          Good (match place with
-            | Some p => and_no_metric_exceeds true x (Of_policy (Policy.Statement false true x Policy.AnyPolicy) (Policy.ByT13 p))
-            | None => [Fact false] end)
-      | _, _ => Good [Uncovered]
+  | None, _ =>
+      let exact := same r equality in
+      match in_table suprema q, same b t13 && (exact || same r upper_bound), in_table suprema_scopes s with
+      | Some means, true, Some sc =>
+          let claimed why := match why with
+            | Some why => and_no_metric_exceeds (~~ means) x (Of_policy (Policy.Statement means exact x sc) why)
+            | None => [Fact false] end in
+          match sc, exact with
+          | Policy.AnyPolicy, true | Policy.NearThis, true => let* place := attained_of e in Good (claimed (option_map Policy.ByT13 place))
+          | Policy.KeepingFloors, _ => let* why := floored_of e in Good (claimed why)
+          | _, _ => Good [Uncovered]
+          end
+      | _, _, _ => Good [Uncovered]
       end
   | _, _ => Good [Uncovered]
   end.
@@ -194,24 +249,77 @@ Definition declared_range (m gamma l : text) : text :=
   of_string "every utility is between " ++ m ++ of_string " and " ++ gamma
   ++ of_string ", and for the same decision and context the utilities of two groups differ by at most " ++ l ++ of_string " (declared)".
 
-(* Of what was declared, and of the constants that are stated of the table; where single contexts are declared of, a bound for a
-   range has further ones, which are left to others. *)
-Definition needed_for (declared constants : list (text * json)) (c : claim) : option (list text) :=
-  let text_of ms k := match found k ms with Some (Text t) => t | _ => [] end in
-  let of_declared := text_of declared in
+Definition declared_floor_in (context tau : text) : text :=
+  of_string "in context " ++ context ++ of_string ", every compared group's expected utility is at least " ++ tau
+  ++ of_string " behind the filter (declared)".
+Definition declared_mean_floor (tau : text) : text :=
+  of_string "every compared group's mean utility is at least " ++ tau ++ of_string " behind the filter (declared)".
+Definition declared_range_in (context m gamma : text) : text :=
+  of_string "in context " ++ context ++ of_string ", every utility is between " ++ m ++ of_string " and " ++ gamma ++ of_string " (declared)".
+Definition declared_drift (drift : text) : text :=
+  of_string "for everything that the filters release, the law of the decision is within total variation " ++ drift
+  ++ of_string " of the law of this policy (declared)".
+Definition so_many_releases (n : Z) : text :=
+  of_string "one memory sees at most " ++ decimal n ++ of_string " releases of a group, each drawn afresh (declared)".
+
+(* A list of labels as JSON, with other characters than ASCII as they are *)
+Definition written_byte (c : ascii) : text :=
+  match c with
+  | Ascii _ _ _ _ _ _ _ true => [c]
+  | _ => if (c =? "127")%char then [c] else escaped_byte c
+  end.
+Definition written_labels (v : json) : text :=
+  let label l := match l with Text t => quote :: flat_map written_byte t ++ [quote] | _ => [] end in
+  match v with
+  | Items (l :: ls) => of_string "[" ++ label l ++ flat_map (fun l => of_string ", " ++ label l) ls ++ of_string "]"
+  | _ => of_string "[]"
+  end.
+
+(* Of what was declared, of the constants that are stated of the table, and of so many releases *)
+Section Needed.
+Variables (declared constants : list (text * json)) (releases : Z).
+
+Definition text_in (ms : list (text * json)) (k : text) : text := match found k ms with Some (Text t) => t | _ => [] end.
+Definition of_own (f : list (text * json) -> list text) : list text :=
+  match found k_by_context declared with
+  | Some (Items vs) => flat_map (fun v => match v with Members ms => f ms | _ => [] end) vs
+  | _ => []
+  end.
+Definition above_zero (ms : list (text * json)) (k : text) (sentence : text -> text) : list text :=
+  match found k ms with Some (Text t) => if same t (of_string "0") then [] else [sentence t] | _ => [] end.
+Definition context_in (ms : list (text * json)) : text := match found k_context ms with Some v => written_labels v | None => [] end.
+
+Definition floors_needed : list text :=
+  above_zero declared k_tau declared_floor
+  ++ of_own (fun ms => above_zero ms k_tau (declared_floor_in (context_in ms)))
+  ++ above_zero declared k_global_tau declared_mean_floor.
+
+Definition ranges_needed (local : bool) : list text :=
+  let otherwise ms k := text_in (if has k ms then ms else declared) k in
+  declared_range (text_in declared k_m) (text_in declared k_gamma) (text_in (if has k_lipschitz declared then declared else constants) k_lipschitz)
+  :: (if local then of_own (fun ms =>
+        if has k_gamma ms || has k_m ms then [declared_range_in (context_in ms) (otherwise ms k_m) (otherwise ms k_gamma)] else []) else []).
+
+Definition needed_by_t13 (means : bool) (s : text) : list text :=
+  key_if means stated_population
+  ++ (if same s floored || same s floored_range then floors_needed else [])
+  ++ (if same s any_range || same s floored_range then ranges_needed (~~ means) else [])
+  ++ (if same s near_this then [declared_drift (text_in declared k_max_drift)] else [])
+  ++ key_if (1 <? releases)%Z (so_many_releases releases).
+
+Definition needed_for (c : claim) : option (list text) :=
   match key c with
-  | [_; _; b; s] =>
-      if same s any_range then
-        if has k_by_context declared then None
-        else Some [fresh; declared_range (of_declared k_m) (of_declared k_gamma)
-                            (if has k_lipschitz declared then of_declared k_lipschitz else text_of constants k_lipschitz)]
-      else Some (fresh :: key_if (same s any_policy && (same b t5 || same b t5_decision)) stated_population
-                 ++ key_if (same s floored) (declared_floor (of_declared k_tau)))
+  | [q; _; b; s] =>
+      Some (fresh ::
+        (if same b t13 then needed_by_t13 (same q q_global_ratio || same q (of_string "global_ratio_supremum")) s
+         else key_if (same s any_policy && (same b t5 || same b t5_decision)) stated_population
+              ++ key_if (same s floored) (declared_floor (text_in declared k_tau))))
   | _ => None
   end.
 
-Definition lists_what_is_needed (declared constants : list (text * json)) (c : claim) : bool :=
-  match needed_for declared constants c with
+Definition lists_what_is_needed (c : claim) : bool :=
+  match needed_for c with
   | Some needed => of_length (size needed) (assumed c) && forallb (among (assumed c)) needed
   | None => false
   end.
+End Needed.

@@ -64,6 +64,15 @@ Definition m_at (x : X) : R := own_number m_in x (m (stated S)).
 Definition spread : R := \big[Num.max/0]_u \big[Num.max/0]_x \big[Num.max/0]_a \big[Num.max/0]_a' (g u x a - g u x a').
 Definition effective_L : R := if lipschitz (stated S) is Some L then ratio L else spread.
 
+(* In a context no utility is above gamma or below m, and no expectation below tau; no mean of a group that has some mass is below a floor. *)
+Definition allows (a : allowance) : Prop :=
+  match a with
+  | In_context d => exists x : X,
+      [/\ Z.of_nat x = in_context d, if gamma_in d is Some q then forall u a, g u x a <= ratio q else True,
+          if m_in d is Some q then forall u a, ratio q <= g u x a else True & if tau_in d is Some q then forall a, ratio q <= E0 x a else True]
+  | Of_means t => forall a, 0 < mass_of a -> ratio t <= mean E0 a
+  end.
+
 (* ---- The greatest ratio of a class of expectations ---- *)
 
 (* E(x,a) <= V E(x,a') for every two groups in every context; or the same of the means of groups that have some mass *)
