@@ -23,6 +23,7 @@ from certificate_kinds import FOUR, KINDS, as_bytes
 from certificates import random_certificate
 from class_certificates import Case, Solved, true_certificate
 from evaluation_changes import audited, drawn_log
+from paired_certificates import honest
 from plain_certificates import make
 from policy_certificates import Policy, write
 from truth_certificates import random_truth_certificate
@@ -336,6 +337,11 @@ def of_true_labels(seed: int) -> bytes:
     return fa.certify(law, utility, positive=pick.choice(sorted(set(data["t"]))), **options).certificate.text.encode()
 
 
+def of_units(seed: int) -> bytes:
+    """Groups that were seen in the same units, with one row or several each."""
+    return as_bytes(honest(Pick(f"units {seed}")))
+
+
 def of_kind(seed: int) -> bytes:
     """One of the tables that were made to be difficult, with limits or without."""
     made = KINDS[seed % len(KINDS)]
@@ -351,6 +357,7 @@ SOURCES: tuple[tuple[Callable[[int], bytes], int], ...] = (
     (of_evaluation, 1),
     (of_draws, 4),
     (of_true_labels, 4),
+    (of_units, 2),
 )
 """What writes true documents, and how often."""
 

@@ -74,9 +74,9 @@ _PAIRS = (
     f"outcomes, splits and differences (written proofs in docs/certificate-samples.md, {_COVERAGE})."
 )
 _UNITS = (
-    "Machine-checked, under `bets` below: whatever the laws of the units are, an end that the bets of the pairs prove is wrong at most "
-    "with the probability that is said. Not machine-checked: that this checker computes such bets, rounded down, of the contrasts that "
-    f"the profiles list (written proofs in docs/certificate-samples.md, {_COVERAGE})."
+    "Machine-checked, under `bets` below: whatever the laws of the units are, an end that a program accepts of the profiles of units is "
+    "wrong at most with the probability that is said. Not machine-checked: that this checker computes the same (written proofs in "
+    f"docs/certificate-samples.md, {_COVERAGE})."
 )
 _OF_INTERVALS = ("chosen", *OF_DRAWS, "past", "own-past", "mix", "order")
 

@@ -5,7 +5,7 @@
 From Coq Require Import ZArith QArith List Ascii String.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
 From FairauditKernel Require WorstCase.
-From FairauditChecker Require Import Json Canonical Reading Table Statements Checker Nats TableText ClassText Document Drawn DrawnText Verdicts TargetText PolicyText PolicyDocument.
+From FairauditChecker Require Import Json Canonical Reading Table Statements Checker Nats TableText ClassText Document Drawn DrawnText BetsText Verdicts TargetText PolicyText PolicyDocument.
 From FairauditChecker Require Policy PolicyChecker PolicyShown.
 From FairauditKernel Require Import Fractions.
 Import ListNotations.
@@ -125,8 +125,9 @@ Definition read_table_certificate (top subject : list (text * json)) (file : opt
     let special := [|| has_unknown H, has k_undecided subject | has k_changed top] in
     let stated_intervals := match found k_intervals top with Some (Members ms) => ms | _ => [] end in
     let covered := ~~ (special || has k_preparation subject || has k_evaluation subject) in
-    let of_local := if covered then drawn_of T true stated_intervals else None in
-    let of_global := if covered then drawn_of T false stated_intervals else None in
+    let is_named v := match profiles_digest first with Some d => same d (sha256 (table_text [v])) | None => false end in
+    let of_local := if covered then drawn_with_units is_named a H T true stated_intervals else None in
+    let of_global := if covered then drawn_with_units is_named a H T false stated_intervals else None in
     let interval_of (local : bool) := if local then of_local else of_global in
     let gamma := match found k_utility subject with
       | Some (Members us) => match found k_gamma us with Some (Text t) => t | _ => [] end
@@ -138,7 +139,10 @@ Definition read_table_certificate (top subject : list (text * json)) (file : opt
       else match kind_of a with
       | Probabilities => No_sample
       | Counts => if ~~ has (if local then k_local else k_global) stated_intervals then No_interval
-                  else if existsb (is_about local) claims then An_interval else Not_read
+                  else match interval_of local with
+                       | Some i => if existsb (is_about local) claims then An_interval (over_units (its_proof i)) (besides i) else Not_read
+                       | None => Not_read
+                       end
       end in
     let* ts := get (fun v => let* vs := list_of v in numbered_each (read_target ratio_of basis_of (signed T) differences) vs) k_targets top in
     let* verdict := get string_of k_verdict top in
@@ -314,6 +318,7 @@ Definition outcome_of_part (c : certificate) (D : computed) (p : part) : outcome
       if known true (of_local D) && known false (of_global D)
       then decided (Some (hold_together (option_map its_proof (local_interval c)) (option_map its_proof (global_interval c)) on q))
       else Not_covered
+  | Of_means T s => if valid T then outcome_of (facts_of T) s else False_
   | Fact b => decided (Some b)
   | Uncovered => Not_covered
   end.

@@ -1,7 +1,7 @@
 (* What it means that the checker calls a statement of a certificate true, and that it is so.
 
-   The first part has to be read, with Document.v, PolicyDocument.v, DrawnText.v and Certificate.v, which say what the parts of each statement
-   are, Meaning.v, which says when a statement about a table holds, and PolicyMeaning.v, which says it of a policy behind filters. *)
+   The first part has to be read, with Document.v, PolicyDocument.v, DrawnText.v, BetsText.v and Certificate.v, which say what the parts of
+   each statement are, Meaning.v, which says when a statement about a table holds, and PolicyMeaning.v, which says it of a policy behind filters. *)
 
 From Coq Require Import ZArith QArith List.
 From mathcomp Require Import all_ssreflect all_algebra.
@@ -46,6 +46,7 @@ Definition part_holds (c : certificate) (p : part) : Prop :=
       else False
   | Hold_together on q =>
       VerdictsMeaning.together_at R (omap its_proof (local_interval c)) (omap its_proof (global_interval c)) on q
+  | Of_means T s => holds R T s
   | Fact b => b
   | Uncovered => False
   end.
@@ -85,7 +86,7 @@ Proof. by rewrite /outcome_of_part /part_holds; case: ifP => // _ /decided_true[
 
 Lemma part_sound c p : well_formed c -> valid (about_table c) -> outcome_of_part c (worked_out c) p = True_ -> part_holds c p.
 Proof.
-move=> formed ok; case: p => [s|local v es|r low high|r limit b|s r|a|s|local s|local l j|on q|b|].
+move=> formed ok; case: p => [s|local v es|r low high|r limit b|s r|a|s|local s|local l j|on q|T s|b|].
 - exact: statement_true.
 - rewrite /=; case: (about_class c) => [[K T]|] //; case claimed: (WorstCase.claim_true K T local v es) => // _.
   exact: ClaimSound.claim_true_sound claimed.
@@ -104,6 +105,7 @@ move=> formed ok; case: p => [s|local v es|r low high|r limit b|s r|a|s|local s|
   by case: s about => // scope v ls /andP[_]; apply: DrawnSound.hidden_sound.
 - exact: judged_by_ends_true.
 - exact: hold_together_true.
+- by rewrite /outcome_of_part /part_holds; case ok': (valid T) => // /(statement_true ok').
 - by case: b.
 - by [].
 Qed.

@@ -33,6 +33,7 @@ Inductive part :=
 | Of_population (local : bool) (s : of_interval)                (* what is stated of the population that was drawn from *)
 | Judged_by_ends (local : bool) (l : limit_on) (j : judgement)  (* the verdict on a limit, by the ends of the interval *)
 | Hold_together (on : list bool) (c : Q)                        (* such verdicts, on local ratios or not, are together at this confidence *)
+| Of_means (T : table) (s : statement)                          (* what is stated of the means over units, which are those of this table *)
 | Fact (b : bool)                                              (* what the document alone decides: labels, digests *)
 | Uncovered.
 
@@ -42,8 +43,9 @@ Inductive subject :=
 | A_table (T : table) (C : option (WorstCase.utilities * WorstCase.table)) (* with a class of utilities, if there is one *)
 | A_policy (B : Policy.behind) (unfiltered : option table).                (* without its filters, where that makes sense *)
 
-(* An interval as it is stated, with what proves it, and the scope of the claims about it *)
-Record drawn := Drawn { its_proof : Drawn.proof; its_scope : text }.
+(* An interval as it is stated, with what proves it, and the scope of the claims about it; what is stated with it of the draws; what claims
+   say of the range, if it is declared *)
+Record drawn := Drawn { its_proof : Drawn.proof; its_scope : text; besides : list part; declared_range : option text }.
 
 Record certificate := Certificate {
   its_subject : subject;

@@ -12,7 +12,7 @@ From mathcomp.zify Require Import ssrZ.
 From Fairaudit Require Import Definitions Draws.
 From FairauditKernel Require Import Fractions FractionsSound.
 From FairauditChecker Require Import Table Chance Drawn.
-From FairauditChecker Require Statements Meaning Pairs.
+From FairauditChecker Require Statements Meaning Pairs Bets BetsMeaning.
 
 Set Implicit Arguments.
 Unset Strict Implicit.
@@ -37,11 +37,12 @@ Definition are_compared (i j : 'I_(size ps)) : bool := (of_block (pool_at i) == 
 (* The greatest quotient of two means that are compared is at most r, or at least r; 0/0 = 1, and none: infinite. *)
 Definition ratio_at_most Q (r : option QArith_base.Q) : Prop :=
   if r is Some r then forall i j, are_compared i j -> mean Q i <= ratio r * mean Q j else True.
-Definition ratio_at_least Q (r : option QArith_base.Q) : Prop :=
+Definition means_at_least (E : 'I_(size ps) -> R) (r : option QArith_base.Q) : Prop :=
   match r with
-  | Some r => ratio r <= 1 :> R \/ exists i j, [/\ are_compared i j, ratio r * mean Q j <= mean Q i & 0 < mean Q i]
-  | None => exists i j, [/\ are_compared i j, mean Q j = 0 & 0 < mean Q i]
+  | Some r => ratio r <= 1 :> R \/ exists i j, [/\ are_compared i j, ratio r * E j <= E i & 0 < E i]
+  | None => exists i j, [/\ are_compared i j, E j = 0 & 0 < E i]
   end.
+Definition ratio_at_least Q : option QArith_base.Q -> Prop := means_at_least (mean Q).
 
 (* ---- The draws ---- *)
 
@@ -74,16 +75,16 @@ Definition seldom_by_pairs (P : {ffun D -> 'I_decisions} -> R) (i : Pairs.by_pai
     (forall w, w \in S -> exists j, [/\ alike_pairs i j, proved_by_ladders j (counted_again w) & is_wrong j]) -> prob P S <= 1 - ratio (Pairs.sure_at i).
 End Population.
 
-(* Whatever the laws are whose ratio is at least this: some two groups are compared of which every explanation by a hidden factor that is too
+(* Whatever the means are whose ratio is at least this: some two groups are compared of which every explanation by a hidden factor that is too
    weak leaves a ratio above the number, at some value of the factor. *)
 Definition hidden_needs (R : realFieldType) (T : table) (local : bool) (least v : option QArith_base.Q) (ls : list Statements.level) : Prop :=
   (if ls is l :: _ then ratio (Statements.down_to l) = 1 :> R /\ Meaning.extended R v = Meaning.extended R (Statements.balanced l) else False) /\
   exists ps, pools_of T local = Some ps /\
-    forall (Q : 'I_(size ps) -> 'I_(Z.to_nat (decisions T)) -> R) (l : Statements.level),
-    ratio_at_least Q least -> List.In l ls ->
+    forall (E : 'I_(size ps) -> R) (l : Statements.level),
+    means_at_least E least -> List.In l ls ->
     exists i j, are_compared i j /\
       forall (V : finType) (k m : R) (p q e e' : V -> R), 1 <= k -> 1 <= m -> Meaning.too_weak l k m ->
-        Meaning.explained_by k m p q e e' (mean Q i) (mean Q j) ->
+        Meaning.explained_by k m p q e e' (E i) (E j) ->
         exists v, ~~ Meaning.no_more (Meaning.quotient (e v) (e' v)) (Some (ratio (Statements.down_to l))).
 
 (* Both ends hold together at the confidence, or each of them by itself. *)
@@ -112,4 +113,5 @@ Definition population_holds (R : realFieldType) (T : table) (local : bool) (e : 
   match e with
   | By_box i => box_holds R T local i
   | By_pairs i => pairs_hold R T local i
+  | By_bets i => local /\ BetsMeaning.bets_hold R T i
   end.

@@ -6,7 +6,7 @@ From mathcomp.zify Require Import ssrZ.
 From Fairaudit Require Import Definitions Draws Coverage.
 From FairauditKernel Require Import Fractions FractionsSound.
 From FairauditChecker Require Import Table Chance ChanceSound Drawn DrawnMeaning.
-From FairauditChecker Require Statements Hidden HiddenSound Pairs PairsSound.
+From FairauditChecker Require Statements Hidden HiddenSound Pairs PairsSound Bets BetsHold.
 
 Set Implicit Arguments.
 Unset Strict Implicit.
@@ -209,7 +209,7 @@ case apart: (Pairs.one_by_one i); [split|] => S all_w; have [/none //|[w0 /[dup]
 Qed.
 
 Theorem drawn_sound T local e : judged_by_draws T local e = Some true -> population_holds R T local e.
-Proof. by case: e => i; [apply: box_sound | apply: pairs_sound]. Qed.
+Proof. by case: e => i; [apply: box_sound | apply: pairs_sound | apply: BetsHold.bets_sound]. Qed.
 
 Lemma judged_pools T local e : judged_by_draws T local e = Some true -> exists ps, pools_of T local = Some ps.
 Proof. by rewrite /judged_by_draws; case: e => i; case: (pools_of T local) => // ps _; exists ps. Qed.
@@ -218,14 +218,14 @@ Theorem hidden_sound T local e v ls : judged_by_draws T local e = Some true -> H
   hidden_needs R T local (least_of e) v ls.
 Proof.
 case/judged_pools => ps pools /(@HiddenSound.frontier_levels R)[first levels].
-split=> //; exists ps; split=> // Q l at_least_ /levels[to1 fits].
+split=> //; exists ps; split=> // E l at_least_ /levels[to1 fits].
 case: (least_of e) at_least_ fits => [r|] /=.
-  case=> [r1|[a [b [comp le pos]]]] fits.
+  case=> [r1|[i [j [comp le pos]]]] fits.
     by move: fits; rewrite /Hidden.level_fits; case: (Statements.balanced l) => // c /and4P[_]; rewrite (at_mostE R) -ltNge =>
       /(le_lt_trans to1)/lt_le_trans/(_ r1); rewrite ltxx.
-  exists a, b; split=> // V k m p q f f' k1 m1 weak given.
+  exists i, j; split=> // V k m p q f f' k1 m1 weak given.
   by apply: (HiddenSound.weaker_leaves (seen := Some r) to1 fits k1 m1 weak given).
-case=> a [b [comp l0 pos]] fits; exists a, b; split=> // V k m p q f f' k1 m1 weak given.
+case=> i [j [comp l0 pos]] fits; exists i, j; split=> // V k m p q f f' k1 m1 weak given.
 by apply: (HiddenSound.weaker_leaves (seen := None) to1 fits k1 m1 weak given); rewrite gt_eqF.
 Qed.
 

@@ -6,7 +6,7 @@
 From Coq Require Import ZArith QArith List Ascii String.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
 From FairauditChecker Require Import Chance Json Reading Statements Table TableText Document Drawn.
-From FairauditChecker Require Hidden Pairs PlainEnds.
+From FairauditChecker Require Hidden Pairs PlainEnds Bets.
 From FairauditKernel Require Import Fractions.
 Import ListNotations.
 
@@ -94,7 +94,7 @@ Definition read_interval (ps : list pool) (v : json) : read drawn :=
   let* p := get (read_pair ps) k_pair ms in
   demand (match found k_limits ms with Some Null => true | _ => false end) "has limits"
     (demand (between_0_and_1 c) "must have a confidence between 0 and 1"
-      (Good (Drawn (By_box (Interval c apart ind u l up low p r.1 r.2)) ((if apart then one_sided else together) ++ written_c)))).
+      (Good (Drawn (By_box (Interval c apart ind u l up low p r.1 r.2)) ((if apart then one_sided else together) ++ written_c) [] None))).
 
 (* An interval by ladders for pairs of cells, without a split *)
 Definition read_by_pairs (ps : list pool) (v : json) : read drawn :=
@@ -118,7 +118,7 @@ Definition read_by_pairs (ps : list pool) (v : json) : read drawn :=
   demand (match found k_limits ms with Some Null => true | _ => false end) "has limits"
     (demand (between_0_and_1 c) "must have a confidence between 0 and 1"
       (match r.1 with
-       | Some least => Good (Drawn (By_pairs (Pairs.By c apart ind (u, l) up low least r.2)) ((if apart then one_sided else together) ++ written_c))
+       | Some least => Good (Drawn (By_pairs (Pairs.By c apart ind (u, l) up low least r.2)) ((if apart then one_sided else together) ++ written_c) [] None)
        | None => bad "has a lower end that is infinite"
        end)).
 
@@ -145,7 +145,8 @@ Definition about_interval (i : drawn) (s : of_interval) : bool :=
   end.
 
 (* The method that claims name *)
-Definition method_of (e : Drawn.proof) : text := match e with By_box _ => of_string "binomial" | By_pairs _ => of_string "pair-exact" end.
+Definition method_of (e : Drawn.proof) : text :=
+  of_string match e with By_box _ => "binomial" | By_pairs _ => "pair-exact" | By_bets _ => "paired-betting" end.
 
 Definition about_local (c : claim) : bool :=
   match key c with q :: _ => same q q_local_ratio || same q (of_string "local_hidden_context") | [] => true end.
@@ -159,14 +160,14 @@ Definition population_parts (i : drawn) (c : claim) (v : json) : read (list part
         let* ms := object_of v in
         let* x := get extended_of k_value ms in
         let* name := get (fun e => let* es := fields [k_interval] [] e in get string_of k_interval es) k_evidence ms in
-        Good [Of_population local (if same r upper_bound then Its_most s x else Its_least s x);
-              Fact (same name (if local then k_local else k_global))]
+        Good (Of_population local (if same r upper_bound then Its_most s x else Its_least s x)
+              :: Fact (same name (if local then k_local else k_global)) :: besides i)
       else if [&& same b t14, among [of_string "local_hidden_context"; of_string "global_hidden_context"] q, same r lower_bound,
                   begins_with together s || begins_with one_sided s & ~~ existsb (fun o => ends_with o s) objections] then
         let* ms := object_of v in
         let* x := get extended_of k_value ms in
         let* ls := get (fun e => let* es := fields [k_frontier] [] e in get frontier_of k_frontier es) k_evidence ms in
-        Good [Of_population (about_local c) (Its_frontier s x ls)]
+        Good (Of_population (about_local c) (Its_frontier s x ls) :: besides i)
       else Good (proved_by c)
   | _ => Good (proved_by c)
   end.
@@ -182,11 +183,19 @@ Definition own_range_sentence := of_string
 Definition chosen_sentence := of_string "utility, method and confidence were chosen without looking at the draws".
 Definition cells_sentence := of_string "the draws of different cells are independent of each other".
 Definition one_row_sentence := of_string "a sampling unit can have no more than one row in a cell, as is the case here".
+Definition paired_sentence := of_string
+  "different sampling units are independent, how many there are does not depend on how they came out, and what a unit gets in a group of a context, the mean over its rows there, has the same expectation for all units of the context, also for those not seen in that group; what a unit gets in one group may depend in any way on what it gets in another".
+Definition by_design_sentence := of_string
+  "in which groups a unit was not seen is by design: it does not depend on what the unit got, or would have got".
 
 Definition lists_what_it_assumes (H : header) (gamma : text) (local : bool) (i : drawn) (listed : list text) : bool :=
-  let needed := [draws_sentence; chosen_sentence; if utility_of H is Some _ then range_sentence gamma else own_range_sentence]
-                ++ key_if (~~ local) pooled_sentence ++ key_if (cells_independent (its_proof i)) cells_sentence in
-  let allowed := needed ++ key_if local one_row_sentence in
+  let range := match declared_range i with Some t => t | None => if utility_of H is Some _ then range_sentence gamma else own_range_sentence end in
+  let common := [chosen_sentence; range] ++ key_if (~~ local) pooled_sentence in
+  let needed := match its_proof i with
+    | By_bets b => paired_sentence :: common ++ key_if (Bets.drop b) by_design_sentence
+    | e => draws_sentence :: common ++ key_if (cells_independent e) cells_sentence
+    end in
+  let allowed := needed ++ match its_proof i with By_bets _ => [] | _ => key_if local one_row_sentence end in
   [&& forallb (among listed) needed, forallb (among allowed) listed & distinct listed].
 
 (* A claim about an interval that is covered, if it lists all that it assumes and nothing else *)
@@ -218,7 +227,8 @@ Definition interval_items (interval_of : bool -> option drawn) (claims : list cl
       let one (name : text) (local : bool) :=
         if has name ms then
           [Item (k_intervals ++ of_string "." ++ name)
-            (if existsb (is_about local) claims then [Of_population local The_interval] else [Uncovered])]
+            (if existsb (is_about local) claims then
+               Of_population local The_interval :: match interval_of local with Some i => besides i | None => [] end else [Uncovered])]
         else [] in
       one k_local true ++ one k_global false
       ++ (match ms with

@@ -15,6 +15,8 @@ Unset Printing Implicit Defensive.
 
 Local Open Scope list_scope.
 
+Definition over_units_text := of_string "mean over units".
+
 Inductive unit_of_limit := In_log | In_ratio | In_difference.
 
 Definition judgements : list (text * option judgement) :=
@@ -25,7 +27,7 @@ Definition judgements : list (text * option judgement) :=
 Inductive basis :=
 | No_sample      (* probabilities were not drawn from one *)
 | No_interval    (* no interval is stated *)
-| An_interval    (* and what it rests on *)
+| An_interval (of_units : bool) (besides : list part) (* whether it is about means over units, and what is stated with it *)
 | Not_read.      (* what is not covered *)
 
 Record target := Target {
@@ -60,7 +62,7 @@ Definition judged_by (b : basis) (local is_signed : bool) (l : limit_on) (j : op
   | No_sample, _ | _, None => [Fact false]
   | No_interval, Some Inconclusive => [Fact (~~ is_signed)]
   | No_interval, _ => [Fact false]
-  | An_interval, Some j => [Fact (~~ is_signed); Judged_by_ends local l j]
+  | An_interval _ ps, Some j => Fact (~~ is_signed) :: Judged_by_ends local l j :: ps
   | Not_read, _ => [Uncovered]
   end.
 
@@ -86,6 +88,8 @@ Definition read_target (ratio_of : bool -> option (option Q)) (basis_of : bool -
     end in
   let covered_here := match at_ with Some (Some _) => true | _ => false end in
   let plain := same judged (of_string "this table") in
+  let of_units := match b with An_interval over_units _ => covered_here && over_units | _ => false end in
+  let* _ := if has k_estimand ms then get (choice [(over_units_text, tt)]) k_estimand ms else Good tt in
   let parts :=
     match at_ with
     | Some _ => judged_by b local is_signed (Limit (match u with In_log => true | _ => false end) limit) j
@@ -103,9 +107,9 @@ Definition read_target (ratio_of : bool -> option (option Q)) (basis_of : bool -
         end
     end in
   demand (match u with In_ratio => at_most one limit | _ => true end) "the limit of a ratio must be at least 1"
-    (demand (~~ (plain || covered_here) || ~~ (has k_estimand ms || has k_tips ms)) "has a key that goes with other targets"
+    (demand (~~ (plain || covered_here) || Bool.eqb (has k_estimand ms) of_units && ~~ has k_tips ms) "has a key that goes with other targets, or lacks one"
       (Good (Target local u said parts j (match at_ with Some c => c | None => None end)
-        (match b with An_interval => covered_here | _ => false end)))).
+        (match b with An_interval _ _ => covered_here | _ => false end)))).
 
 Definition same_unit (u w : unit_of_limit) : bool :=
   match u, w with In_log, In_log | In_ratio, In_ratio | In_difference, In_difference => true | _, _ => false end.
