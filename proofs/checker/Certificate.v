@@ -136,7 +136,7 @@ Definition read_table_certificate (top subject : list (text * json)) (file : opt
       numbered_each (fun i v => let* c := read_claim digest (option_map class_of cl) i v in with_population H gamma interval_of c v) vs) k_claims top in
     let basis_of (local : bool) :=
       if ~~ covered then Not_read
-      else match kind_of a with
+      else match kind_of (about_of H) with
       | Probabilities => No_sample
       | Counts => if ~~ has (if local then k_local else k_global) stated_intervals then No_interval
                   else match interval_of local with

@@ -5,9 +5,10 @@
 
 From Coq Require Import ZArith QArith List.
 From mathcomp Require Import all_ssreflect all_algebra.
-From mathcomp Require Import reals.
+From mathcomp.analysis Require Import reals sequences exp.
 From FairauditKernel Require Import Fractions FractionsSound.
-From FairauditChecker Require Import Statements NatsSound Drawn Verdicts.
+From Fairaudit Require Import Definitions.
+From FairauditChecker Require Import Statements NatsSound Table Chance Drawn DrawnMeaning Verdicts.
 
 Set Implicit Arguments.
 Unset Strict Implicit.
@@ -19,6 +20,9 @@ Local Open Scope ring_scope.
 (* A ratio (none: infinite) is at most the limit, or its logarithm is. *)
 Definition keeps (R : realType) (l : limit_on) (v : option R) : bool :=
   if in_nats l then in_nats_at_most v (limit l) else if v is Some v then v <= ratio (limit l) else false.
+
+(* The number that a positive ratio then is at most *)
+Definition number_of (R : realType) (l : limit_on) : R := if in_nats l then expR (ratio (limit l)) else ratio (limit l).
 
 (* What follows from the ends [least] and [most] *)
 Definition verdict_follows (R : realType) (l : limit_on) (least most : option Q) (j : judgement) : Prop :=
@@ -42,3 +46,24 @@ Definition risk_of (R : realFieldType) (e : option proof) (n : nat) : R := if e 
 (* [on]: of each limit, whether it is on the local ratio *)
 Definition together_at (R : realFieldType) (of_local of_global : option proof) (on : list bool) (c : Q) : Prop :=
   risk_of R of_local (count id on) + risk_of R of_global (count negb on) <= 1 - ratio c.
+
+(* ---- How often one of several verdicts is wrong: TogetherSound.v proves that it is at most the risk ---- *)
+
+Section Wrong.
+Variables (R : realFieldType) (ps : list pool) (d : nat) (Q : 'I_(size ps) -> 'I_d -> R).
+
+(* No two means that are compared have a quotient of more than t. *)
+Definition ratio_keeps (t : R) : bool := [forall i, forall j, are_compared i j ==> (mean Q i <= t * mean Q j)].
+
+(* The ends say "within" of the limit t, or "exceeds", which is false of the population. *)
+Definition verdict_wrong (t : R) (j : interval) : bool :=
+  if ratio_keeps t then if least j is Some r then t < ratio r else true
+  else if most j is Some r then ratio r <= t else false.
+
+(* About the data w somebody can write an interval that is accepted, but whose verdict on the limit t is wrong. *)
+Definition can_err (D : finType) (pool_of : D -> 'I_(size ps)) (i : interval) (t : R) (w : {ffun D -> 'I_d}) : Prop :=
+  can_mislead pool_of i (verdict_wrong t) w.
+End Wrong.
+
+(* The law of what is made of o, which has the law P *)
+Definition law_of_data (R : realFieldType) (O W : finType) (P : O -> R) (f : O -> W) (w : W) : R := \sum_(o | f o == w) P o.

@@ -191,7 +191,7 @@ def applied(proofs: Path) -> dict[str, tuple[str, str]]:
     return found
 
 
-FURTHER = ("DP", "bets", "one-k", *(f"T{n}" for n in range(1, 19)), "products", "sampler")
+FURTHER = ("DP", "bets", "one-k", *(f"T{n}" for n in range(1, 19)), "products", "sampler", "verdicts")
 """Further theorems that have an example as well: what their ids begin with."""
 
 

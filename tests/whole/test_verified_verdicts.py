@@ -122,6 +122,7 @@ def altered(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
         yield put(text, ("targets",), [{**one, "judged": f"population at confidence {c}"} for one in targets])
     yield put(text, ("targets",), [{**one, "judged": "this table"} for one in targets])
     yield put(text, ("targets",), [])
+    yield put(text, ("subject", "kind"), "probabilities")
     intervals = document.get("intervals", {})
     for name, interval in intervals.items():
         for ends in (interval["ratio"][::-1], ["1", "inf"], ["1", interval["ratio"][1]], ["inf", "inf"], ["1", "1"], ["1/2", "3"]):
@@ -131,6 +132,16 @@ def altered(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
         yield put(text, ("intervals",), {other: intervals[other] for other in intervals if other != name})
         kept = [claim for claim in document["claims"] if claim["evidence"].get("interval") != name]
         yield {**document, "claims": kept}
+
+
+def of_probabilities() -> Iterator[dict[str, Any]]:
+    """Probabilities were drawn from no population, whatever kind of subject is stated."""
+    law = fa.Law.from_array([[["1/2", "1/2"], ["1/4", "3/4"]]], kind="probabilities")
+    document = fa.certify(law, {"0": 1}, max_local_ratio="5/4").certificate.document
+    for verdict in ("inconclusive", "exceeds"):
+        judged = {**document, "targets": [target("local", "ratio", "5/4", verdict)], "verdict": verdict}
+        yield judged
+        yield put(json.dumps(judged), ("subject", "kind"), "counts")
 
 
 def documents() -> list[dict[str, Any]]:
@@ -158,7 +169,7 @@ def test_true_verdicts(program: Path) -> None:
 
 def test_altered_verdicts(program: Path) -> None:
     tally, changes = Tally(), [as_bytes(changed) for document in documents() for changed in altered(document)]
-    chosen = changes if FULL else changes[::20]
+    chosen = [*map(as_bytes, of_probabilities()), *(changes if FULL else changes[::20])]
     for first in range(0, len(chosen), 1000):  # so that a process judges a thousand documents
         tally.judge(program, chosen[first : first + 1000])
     print(len(changes), dict(tally.codes), dict(tally.open))
