@@ -1,0 +1,142 @@
+"""Intervals by ladders for pairs of cells, as the verified program and the Python checker judge them.
+
+One alteration in 12 in .ci/run; all: FAIRAUDIT_FULL=1 pytest -s tests/whole/test_verified_ladders.py
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+from built_proofs import PROOFS, build
+from certificate_changes import put
+from certificate_kinds import as_bytes
+from verified_roads import FALSE, MALFORMED, OPEN, TRUE, Tally, driver, natively
+
+import fairaudit as fa
+
+FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
+
+
+@pytest.fixture(scope="module")
+def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    if os.environ.get("FAIRAUDIT_COQ") != "1" and not (PROOFS / "checker" / "Certificate.vo").is_file():
+        pytest.skip("the proofs are not built: make -C proofs, see docs/proofs.md")
+    return driver(build("build/fairaudit-check") / "build", tmp_path_factory.mktemp("driver"))
+
+
+def with_ladders() -> list[dict[str, Any]]:
+    """True certificates whose intervals rest on ladders for pairs of cells: together and each, of no successes, with other values and without limits."""
+    found = []
+    for counts, worth, options in (
+        ([[[30, 70], [55, 45]]], "1", {}),
+        ([[[9, 31], [22, 18], [40, 3]]], "7/3", {"confidence": "99/100"}),
+        ([[[0, 12], [8, 4]], [[5, 5], [1, 30]]], "1", {"max_local_ratio": "3/2", "max_global_log": "0.2"}),
+        ([[[3, 0], [2, 2]]] * 3, "1/2", {"confidence": "1/2"}),
+    ):
+        law = fa.Law.from_array(counts, kind="counts")
+        options = {"confidence": "19/20", "independent": True, **options}
+        found.append(fa.certify(law, {"0": Fraction(worth)}, **options).certificate.document)
+    law = fa.Law.from_array([[[4, 40], [30, 12]], [[20, 15], [9, 33]]], kind="counts")
+    worth_of = dict(zip(law.groups, (1, 3), strict=True))
+    utility = fa.Utility.from_function(lambda u, x, a: worth_of[a] * (u == "0"), law)
+    return [*found, fa.certify(law, utility, confidence="9/10", independent=True).certificate.document]
+
+
+def changed_ladders(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    text = json.dumps(document)
+    for name, interval in document["intervals"].items():
+        at = "intervals", name
+        places = [(*at, "upper", n) for n in range(len(interval["upper"] or []))]
+        places += [(*at, "lower", "knots")] if interval["lower"] else []
+        ladders = [*(interval["upper"] or []), *([interval["lower"]["knots"]] if interval["lower"] else [])]
+        for place, knots in zip(places, ladders, strict=True):
+            middle = len(knots) // 2
+            for other in (knots[1:], knots[:-1], knots[::-1], knots[: middle or 1], knots[:middle] + knots[middle + 1 :], [], None):
+                yield put(text, place, other)
+            for other in (["0", *knots], [*knots, "1"], [*knots, "2"], ["-1", *knots], knots * 2, ["0"], ["1"], ["0", "1"], knots[:1]):
+                yield put(text, place, other)
+            for n in {0, middle, len(knots) - 1}:
+                for part in (Fraction(-1, 100), Fraction(-1, 10**6), Fraction(1, 10**6), Fraction(1, 100)):
+                    yield put(text, (*place, n), str(Fraction(knots[n]) * (1 + part)))
+        if interval["upper"]:
+            listed = interval["upper"]
+            for other in (listed[::-1], listed[1:], [*listed, listed[0]], [], [*listed[1:], listed[0]], None, listed[0]):
+                yield put(text, (*at, "upper"), other)
+            yield put(text, (*at, "ratio", 1), "inf")
+            yield put(text, at, {**interval, "upper": None, "ratio": [interval["ratio"][0], "inf"]})
+        for place in ([0, 1, 0], [0, 0, 1], [0, 0, 0], [0, 0, 2], [1, 0, 1], [1, 1, 0], [9, 0, 1], [0, 0, -1], [0, 1], None):
+            if interval["lower"]:
+                yield put(text, (*at, "lower", "pair"), place)
+        for other in (None, {}, {"pair": [0, 0, 1]}, {"pair": [0, 0, 1], "knots": ["1/2"], "more": 1}, []):
+            yield put(text, (*at, "lower"), other)
+        yield put(text, at, {**interval, "lower": None, "ratio": ["1", interval["ratio"][1]]})
+        yield put(text, at, {**interval, "lower": None, "upper": None, "ratio": ["1", "inf"]})
+        for side in ("upper", "lower"):
+            level = Fraction(interval["levels"][side])
+            for near in (level / 2, 2 * level, level + Fraction(1, 10**12), level - Fraction(1, 10**12), Fraction(0), Fraction(1)):
+                yield put(text, (*at, "levels", side), str(near))
+        yield put(text, (*at, "levels"), {"upper": interval["levels"]["lower"], "lower": interval["levels"]["upper"]})
+        for i, end in enumerate(interval["ratio"]):
+            for part in (Fraction(-1, 50), Fraction(-1, 10**9), Fraction(1, 10**9), Fraction(1, 50)):
+                if end != "inf":
+                    yield put(text, (*at, "ratio", i), str(Fraction(end) * (1 + part)))
+            for other in ("1", "1/2", "0", "inf", "-1"):
+                yield put(text, (*at, "ratio", i), other)
+        for key, others in (
+            ("independent", [False]),
+            ("ends", ["each", "together", "upper"]),
+            ("region", ["box", "product", "contrasts", "paired"]),
+            ("method", ["empirical-bernstein", "pair-exact", "betting"]),
+            ("limits", [["0", "1"], ["0", "7/3"], ["1/2", "1"]]),
+            ("confidence", ["9/10", "19/20", "96/100", "999/1000", "1/3", "1", "0", "2"]),
+        ):
+            for other in others:
+                yield put(text, (*at, key), other)
+        yield put(text, at, {**interval, "split": {"seed": "0" * 64}})
+        yield put(text, at, {**interval, "pair": [0, 0, 1]})
+        yield put(text, at, {key: value for key, value in interval.items() if key != "lower"})
+    for i, claim in enumerate(document["claims"]):
+        if claim["by"] != "pair-exact":
+            continue
+        for other in ("binomial", "hoeffding-kl", "symmetric-betting", "T14"):
+            yield put(text, ("claims", i, "by"), other)
+        yield put(text, ("claims", i, "scope"), "this law")
+        yield put(text, ("claims", i, "value"), str(Fraction(2) if claim["value"] == "inf" else Fraction(claim["value"]) + Fraction(1, 10**6)))
+        yield put(text, ("claims", i, "value"), "1")
+        yield put(text, ("claims", i, "evidence", "interval"), "local")
+        for n in range(len(claim["assumptions"])):
+            yield put(text, ("claims", i, "assumptions"), claim["assumptions"][:n] + claim["assumptions"][n + 1 :])
+
+
+@pytest.mark.slow
+def test_ladders_of_pairs(program: Path) -> None:
+    """Intervals by pair-exact are judged, with all that is claimed of them, and what is altered as by the other checker."""
+    documents_, tally = with_ladders(), Tally()
+    for document, judged in zip(documents_, natively(program, [as_bytes(document) for document in documents_]), strict=True):
+        assert {interval["region"] for interval in document["intervals"].values()} == {"pairs"}
+        for label, true in judged.statements:
+            if label.startswith("intervals") or "pair-exact" in label:
+                means = "global" in label and document["subject"]["utility"]["depends_on_group"]  # their pools are not covered
+                assert true is (None if means else True), label
+    assert {interval["lower"] is None for document in documents_ for interval in document["intervals"].values()} == {True, False}
+    assert {interval["upper"] is None for document in documents_ for interval in document["intervals"].values()} == {True, False}
+    altered = [as_bytes(changed) for document in documents_ for changed in changed_ladders(document)]
+    tally.judge(program, [*map(as_bytes, documents_), *(altered if FULL else altered[::12])])
+    print(len(altered), dict(tally.codes))
+    assert tally.different[:3] == []
+    assert {python for python, _ in tally.codes} >= {TRUE, FALSE, MALFORMED}
+    assert tally.codes[FALSE, OPEN] * 2 < tally.codes[FALSE, FALSE]
+
+
+def test_too_many_draws_for_ladders_are_not_covered(program: Path) -> None:
+    law = fa.Law.from_array([[[2600, 2401], [1900, 2400]]], kind="counts")
+    document = fa.certify(law, {"0": 1}, confidence="19/20", independent=True).certificate.document
+    assert document["intervals"]["local"]["region"] == "pairs"
+    [judged] = natively(program, [as_bytes(document)])
+    assert {label: true for label, true in judged.statements if "intervals" in label} == {"intervals.local": None, "intervals.global": None}
