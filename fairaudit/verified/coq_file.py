@@ -147,8 +147,11 @@ def _opening(raw: bytes, digest: str, left: Sequence[Statement]) -> Iterator[lis
 def _labels(header: Mapping[str, Any]) -> Iterator[list[str]]:
     columns = header["columns"]
     yield [
-        comment("What the numbers of decisions, groups and contexts stand for. Signs that could mean something to Coq are codes."),
+        comment(
+            "What the numbers of decisions, groups, contexts and true labels stand for. Signs that could mean something to Coq are codes."
+        ),
         *(comment(f"decision {i}: {named([columns['decision']], [text])}") for i, text in enumerate(header["decisions"])),
         *(comment(f"group {i}: {named(columns['group'], labels)}") for i, labels in enumerate(header["groups"])),
         *(comment(f"context {i}: {named(columns['context'], labels)}") for i, labels in enumerate(header["contexts"])),
+        *(comment(f"true label {i}: {named([columns['truth']], [text])}") for i, text in enumerate(header.get("truths", []))),
     ]

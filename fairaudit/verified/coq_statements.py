@@ -8,28 +8,7 @@ from typing import Any
 
 from fairaudit.verified.coq_text import boolean, comment, entries, integer, items, label, named, option, pair, rational
 
-__all__ = ["COVERED", "NOT_COVERED", "Statement", "definitions", "induced_table", "stated_table", "statements", "theorem"]
-
-COVERED: tuple[str, ...] = (
-    "Entries_are",
-    "Gamma_is",
-    "Least_is",
-    "Tau_is",
-    "Lipschitz_is",
-    "Depends_on_group_is",
-    "Figure_is",
-    "Quantity_is",
-    "Supremum_is",
-    "Quantity_at_most",
-    "Hidden_needs",
-    "Not_compared_is",
-    "Target_is",
-    "Verdict_is",
-)
-"""The kinds of statements for which `covered` of proofs/checker/Checker.v has a proof."""
-
-NOT_COVERED: tuple[str, ...] = ("Equal_opportunity", "Odds_given_truth")
-"""The quantities for which it has none."""
+__all__ = ["Statement", "definitions", "induced_table", "stated_table", "statements", "theorem"]
 
 _POPULATIONS = {"counts": "Counted", "weights": "Given", "equal": "Alike"}
 
@@ -49,6 +28,19 @@ _FIGURES = {
 }
 _RATES = {"true_positive_rate": 0, "false_positive_rate": 1}
 
+_APART = {
+    "class": "that the utility of the table is one of the class",
+    "privacy": "what the filters let through",
+    "declared": "that what was declared holds of the policy and its utility",
+    "preparation": "what was done to the log before it was counted",
+    "evaluation": "the log of a model's evaluation that was counted, and which of its answers decide nothing",
+    "spellings": "labels that differ in spelling alone",
+    "undecided": "decisions that may have meant anything",
+    "unknown_shares": "the shares of decisions of unknown group",
+    "max_drift": "how far the laws may have moved",
+}
+"""What a subject can hold besides its table, and what is said by it."""
+
 
 @dataclass(frozen=True)
 class Statement:
@@ -60,9 +52,8 @@ class Statement:
 
     @property
     def covered(self) -> bool:
-        """Whether it is one of a kind of which a proof can be computed."""
-        kind, _, rest = self.term.partition(" ")
-        return kind in COVERED and not rest.startswith(tuple(f"({quantity}" for quantity in NOT_COVERED))
+        """Whether Coq can say it: all that it can say of a table, `is_true_of` of proofs/checker/Checker.v decides."""
+        return bool(self.term)
 
 
 def definitions(table: Sequence[str], proved: Sequence[Statement]) -> list[str]:
@@ -123,6 +114,15 @@ def stated_table(header: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], s
     return [
         comment("A cell has its context, its group, the weights of the decisions, their utilities where these depend on more"),
         comment("than the decision, its mass where masses are given, and the weights by true label where that is known."),
+        *(
+            [
+                comment(
+                    "Known are the positive decisions, the positive true label, how many labels there are, and whether contexts are pooled."
+                )
+            ]
+            if "truths" in header
+            else []
+        ),
         "Definition T : table := {|",
         f"  contexts := {len(header['contexts'])};",
         f"  groups := {len(header['groups'])};",
@@ -193,6 +193,21 @@ def _of_utility(utility: Mapping[str, Any]) -> Iterator[Statement]:
     ):
         stated = utility[key]
         yield Statement(f"subject.utility.{key}", label("none" if stated is None else str(stated)), term)
+
+
+def _of_subject(subject: Mapping[str, Any]) -> Iterator[Statement]:
+    """What is stated of more than the table, none of which Coq can say."""
+    for key, said in _APART.items():
+        if key in subject:
+            yield Statement(f"subject.{key}", said)
+
+
+def _of_draws(document: Mapping[str, Any]) -> Iterator[Statement]:
+    """What is stated of a population, or of a stream."""
+    for key in document.get("intervals", {}):
+        yield Statement(f"intervals.{label(key)}", "not written out")
+    if "changed" in document:
+        yield Statement("changed", "that a window of the stream contradicts what is stated of all of it")
 
 
 def _of_metrics(metrics: Mapping[str, Any], number: _Numbers) -> Iterator[Statement]:
@@ -278,11 +293,10 @@ def statements(document: Mapping[str, Any], header: Mapping[str, Any]) -> list[S
     cells = integer(subject["table"]["cells"])  # of a policy: of its rows, not of the law that it induces
     found = [Statement("subject.table.cells", cells, f"Entries_are {cells}" if subject["kind"] != "policy" else "")]
     found += _of_utility(subject["utility"])
+    found += _of_subject(subject)
     found += _of_metrics(document["metrics"], number)
     left_out = items(_left_out(entry, number) for entry in document["not_compared"])
-    found.append(
-        Statement("not_compared", f"{len(document['not_compared'])} entries", "" if "truths" in header else f"Not_compared_is {left_out}")
-    )
+    found.append(Statement("not_compared", f"{len(document['not_compared'])} entries", f"Not_compared_is {left_out}"))
     found += _of_claims(document["claims"])
     found += _of_targets(document["targets"])
     verdicts = [target["verdict"] for target in document["targets"]]
@@ -292,4 +306,5 @@ def statements(document: Mapping[str, Any], header: Mapping[str, Any]) -> list[S
         found.append(Statement("verdict", label(verdict), f"Verdict_is {items(text.capitalize() for text in verdicts)} {stated}"))
     else:
         found.append(Statement("verdict", label(verdict)))
+    found += _of_draws(document)
     return found

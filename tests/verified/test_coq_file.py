@@ -6,6 +6,7 @@ What reads only text runs everywhere; what needs Coq skips without it, or fails 
 from __future__ import annotations
 
 import copy
+import json
 import os
 import re
 from fractions import Fraction
@@ -16,6 +17,8 @@ import pytest
 from built_proofs import make_proofs, run_coq
 from class_certificates import Case, Solved, tampered, true_certificate
 from plain_certificates import checker, lines_of, raw
+from truth_certificates import truth_certificate
+from verified_roads import place, true_document
 
 import fairaudit as fa
 from fairaudit.cli import main
@@ -101,6 +104,19 @@ def of_any_utility(releases: int = 1) -> dict[str, Any]:
     deployment = given.behind(group=group, releases=releases)
     declared = {"gamma": 3, "m": 1, "lipschitz": "1/2"}
     return dict(fa.certify(deployment, {"yes": 2, "no": 1}, declared=declared, confidence=None).certificate.document)
+
+
+def with_true_labels() -> dict[str, Any]:
+    """A certificate of a table with true labels, of which a group lacks a positive one, without the figures that have logarithms."""
+    counts = {
+        (0, 0): [["3", "1"], ["1", "6"]],
+        (0, 1): [["1/2", "4"], ["2", "0"]],
+        (1, 0): [["2", "0"], ["0", "5"]],
+        (1, 2): [["0", "0"], ["1", "1"]],
+    }
+    document = truth_certificate(counts, shape=(2, 3))
+    own = {name: metric for name, metric in document["metrics"].items() if metric is None or "log" not in metric}
+    return {**document, "metrics": own}
 
 
 # Without Coq
@@ -194,6 +210,48 @@ def test_what_is_not_proved_is_listed() -> None:
             assert (f"(* claims[{i}]:" in opening) is not stated or claim["by"] not in ("T14", "T16")
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(0, 60, 3))
+def test_every_statement_is_written_or_listed(seed: int) -> None:
+    """What the checker found of a certificate stands in the file, but for what says which table it is about."""
+    document = true_document(seed)
+    text = coq_file(json.loads(document), document).text
+    for finding in checker.check(document).findings:
+        at = place(finding.statement).replace("the utility is in ", "")
+        steps = at.split(".")
+        whole = [".".join(steps[:n]) for n in range(1, len(steps) + 1)]
+        table = at.startswith(("subject.table.", "subject.kind", "subject.population", "subject.columns"))
+        proved = at.startswith("claims[") and f"Module Claim_{at[7:-1]}." in text
+        assert table or proved or any(f"(* {part}: " in text for part in whole), finding.statement
+
+
+@pytest.mark.parametrize("key", ["preparation", "evaluation", "spellings", "undecided", "unknown_shares", "max_drift"])
+def test_what_a_subject_has_besides_its_table_is_listed(key: str) -> None:
+    document = of_table()
+    assert f"(* subject.{key}: " not in written(document)
+    document["subject"][key] = []
+    assert f"(* subject.{key}: " in written(document).partition("From Coq")[0]
+
+
+def test_what_is_stated_of_a_stream_is_listed() -> None:
+    document = of_table() | {"changed": {}, "intervals": {"local": {}, '*) Axiom every : False. (* "': {}}}
+    opening = written(document).partition("From Coq")[0]
+    assert "(* changed: " in opening
+    assert "(* intervals.local: " in opening
+    assert without_comments(written(document)).split() == without_comments(written(of_table())).split()
+
+
+def test_rates_stand_in_the_file() -> None:
+    text = written(with_true_labels())
+    assert "known := (Some (Truth [0]%Z 0 2 true));" in text
+    assert "Cell 1 2 [1; 1] [] 0 [[0; 0]; [1; 1]] (* C = x1; G = a2 *)" in text
+    assert "(* true label 1: T = t1 *)" in text
+    assert "Rates_are 0 false [(0%Z, 0%Z, (3 # 4)); (0%Z, 1%Z, (1 # 9)); (1%Z, 0%Z, 1)]" in text
+    assert "Figure_is (Odds_given_truth true) (Some (Figure (Some " in text
+    assert "No_rate 0 1 [2]%Z" in text
+    assert "Quantity_is (Equal_opportunity false) (Some " in text
+
+
 @pytest.mark.parametrize("nasty", NASTY)
 def test_no_label_is_more_than_a_comment(nasty: str) -> None:
     plain = without_comments(written(worst()))
@@ -283,6 +341,20 @@ def test_coq_proves_what_is_true_of_a_table_and_not_what_was_altered(compiled: P
     for old, new in [("Cell 0 0 [512;", "Cell 0 0 [513;"), ('"0.382975148509"', '"0.382975148508"')]:
         assert old in text
         assert by_coq(compiled, tmp_path, text.replace(old, new)) is None, old
+
+
+@pytest.mark.slow
+def test_coq_proves_rates_and_not_what_was_altered(compiled: Path, tmp_path: Path) -> None:
+    document = with_true_labels()
+    assert by_coq(compiled, tmp_path, written(document)) == CLOSED
+    altered = [copy.deepcopy(document) for _ in range(4)]
+    altered[0]["metrics"]["false_positive_rate"][0]["rate"] = "1/8"
+    del altered[1]["metrics"]["true_positive_rate_overall"][-1]
+    altered[2]["not_compared"] = [entry for entry in document["not_compared"] if entry.get("quantity") != "true_positive_rate"]
+    witness = altered[3]["metrics"]["equalized_odds_true_label"]["witness"]
+    witness["higher"], witness["lower"] = witness["lower"], witness["higher"]
+    for one in altered:
+        assert by_coq(compiled, tmp_path, written(one)) is None
 
 
 def test_coq_proves_what_is_true_of_a_policy_and_not_what_was_altered(compiled: Path, tmp_path: Path) -> None:

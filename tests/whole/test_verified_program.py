@@ -218,6 +218,7 @@ def test_rates_with_true_labels(program: Path) -> None:
     assert {python for python, _ in tally.codes} >= {TRUE, FALSE, MALFORMED}
 
 
+@pytest.mark.slow
 def test_tables_with_true_labels_at_the_edge(program: Path) -> None:
     """One group alone, nobody with the positive true label, all with it, and a table of ten thousand cells."""
     one = [["3", "1"], ["1", "6"]]
