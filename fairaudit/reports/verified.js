@@ -3,144 +3,144 @@
 globalThis!=="object"&&(this?b():(a.defineProperty(a.prototype,"_T_",{configurable:true,get:b}),_T_));function
 b(){var
 b=this||self;b.globalThis=b;delete
-a.prototype._T_}}(Object));(function(Y){"use strict";var
-lZ="%Li",mq=" : flags Open_text and Open_binary are not compatible",c=115,d=105,mj="Invalid_argument",f=111,fw='"',hh=1255,hn=-15,hg=255,mx=0x800,bN=0xffff,ht=123,l8="jsError",bL=0x8000,mi="%ni",md=12520,aD=107,mw=256,l7="End_of_file",hm="Unix.Unix_error",hf="Failure",mC="infinity",b4=0xff,q=109,he="mkdir",ft=1000,mB=126,W="",mp="Stack_overflow",hp="ENOENT",mc="^",cG=122,fs=": No such file or directory",ba="0",mo="/static/",mv="([^/]+)",de=0x3f,mn=-97,mm="Not_found",ho=0xf,dg=128,l5=-48,l6=0xdc00,mh="Sys_blocked_io",mF="fd ",d3=125,mu="ENOTEMPTY",w=112,mb="Match_failure",a1=248,aH="camlinternalFormat.ml",mt="Division_by_zero",mE=1027,l4="Sys_error",df=".",dd="+",hl="rmdir",mA=0xf0,mg="%u",g=110,l3="EEXIST",ms="%d",b=116,ma="%li",ml=1026,B=118,N=121,mr="buffer.ml",E=119,j=108,fu=127,d2=1024,m=104,mz=-32,lX="Pervasives.do_at_exit",lY="utf8",ao=106,b1=" ",bz=0x80,hs="e",lW="Undefined_recursive_module",aa=120,D=103,mf=" : flags Open_rdonly and Open_wronly are not compatible",z=102,l2=512,cF="-",hj="nan",b3=113,l1=0x7ff0,hr=": Not a directory",l$=0xe0,me=" : file already exists",a=101,l=117,l_=0xdfff,b2=0xffffff,bM="/",hk="compare: functional value",my="Assert_failure",l0="0x",lV="%i",mD="Out_of_memory",hi="ENOTDIR",i=114,mk="true",fv=254,hq="index out of bounds",o=100,l9=250,fx="_bigarr02";function
-Ak(d,b,e,c,f){if(c<=b)for(var
+a.prototype._T_}}(Object));(function(ae){"use strict";var
+oe="%Li",oH=" : flags Open_text and Open_binary are not compatible",d=115,e=105,oA="Invalid_argument",g=111,gy='"',iE=1255,iK=-15,iD=255,oO=0x800,b4=0xffff,iQ=123,on="jsError",b2=0x8000,oz="%ni",ou=12520,aL=107,oN=256,om="End_of_file",iJ="Unix.Unix_error",iC="Failure",oT="infinity",cq=0xff,t=109,iB="mkdir",gw=1000,oS=126,ab="",oG="Stack_overflow",iM="ENOENT",ot="^",dd=122,gv=": No such file or directory",bu="0",oF="/static/",oM="([^/]+)",dV=0x3f,oE=-97,oD="Not_found",iL=0xf,dc=128,ok=-48,ol=0xdc00,oy="Sys_blocked_io",oW="fd ",eT=125,oL="ENOTEMPTY",v=112,os="Match_failure",a$=248,aS="camlinternalFormat.ml",oK="Division_by_zero",oV=1027,oj="Sys_error",dW=".",dU="+",iI="rmdir",oR=0xf0,ox="%u",f=110,oi="EEXIST",oJ="%d",b=116,or="%li",oC=1026,C=118,L=121,oI="buffer.ml",H=119,j=108,eR=127,eS=1024,l=104,oQ=-32,oc="Pervasives.do_at_exit",od="utf8",aB=106,cn=" ",bP=0x80,iP="e",ob="Undefined_recursive_module",aa=120,F=103,ow=" : flags Open_rdonly and Open_wronly are not compatible",A=102,oh=512,db="-",iG="nan",cp=113,og=0x7ff0,iO=": Not a directory",oq=0xe0,ov=" : file already exists",a=101,m=117,op=0xdfff,co=0xffffff,b3="/",iH="compare: functional value",oP="Assert_failure",of="0x",oa="%i",oU="Out_of_memory",iF="ENOTDIR",h=114,oB="true",gx=254,iN="index out of bounds",p=100,oo=250,gz="_bigarr02";function
+Em(d,b,e,c,f){if(c<=b)for(var
 a=1;a<=f;a++)e[c+a]=d[b+a];else
 for(var
 a=f;a>=1;a--)e[c+a]=d[b+a];return 0}function
-An(e,f,d){var
+Ep(e,f,d){var
 a=new
 Array(d+1);a[0]=0;for(var
 b=1,c=f+1;b<=d;b++,c++)a[b]=e[c];return a}function
-hF(c,b,a){var
+i2(c,b,a){var
 d=String.fromCharCode;if(b==0&&a<=4096&&a==c.length)return d.apply(null,c);var
-e=W;for(;0<a;b+=d2,a-=d2)e+=d.apply(null,c.slice(b,b+Math.min(a,d2)));return e}function
-fz(b){if(Y.Uint8Array)var
-c=new(Y.Uint8Array)(b.l);else
+e=ab;for(;0<a;b+=eS,a-=eS)e+=d.apply(null,c.slice(b,b+Math.min(a,eS)));return e}function
+gB(b){if(ae.Uint8Array)var
+c=new(ae.Uint8Array)(b.l);else
 var
 c=new
 Array(b.l);var
 e=b.c,d=e.length,a=0;for(;a<d;a++)c[a]=e.charCodeAt(a);for(d=b.l;a<d;a++)c[a]=0;b.c=c;b.t=4;return c}function
-cH(d,e,b,f,c){if(c==0)return 0;if(f==0&&(c>=b.l||b.t==2&&c>=b.c.length)){b.c=d.t==4?hF(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else
-if(b.t==2&&f==b.c.length){b.c+=d.t==4?hF(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else{if(b.t!=4)fz(b);var
+de(d,e,b,f,c){if(c==0)return 0;if(f==0&&(c>=b.l||b.t==2&&c>=b.c.length)){b.c=d.t==4?i2(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else
+if(b.t==2&&f==b.c.length){b.c+=d.t==4?i2(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else{if(b.t!=4)gB(b);var
 g=d.c,h=b.c;if(d.t==4)if(f<=e)for(var
 a=0;a<c;a++)h[f+a]=g[e+a];else
 for(var
 a=c-1;a>=0;a--)h[f+a]=g[e+a];else{var
 i=Math.min(c,g.length-e);for(var
 a=0;a<i;a++)h[f+a]=g.charCodeAt(e+a);for(;a<c;a++)h[f+a]=0}}return 0}function
-cI(a){return a}function
-bQ(a,b,c,d,e){cH(cI(a),b,c,d,e);return 0}function
-A1(b,a){throw[0,b,a]}function
-dj(b,a){if(b==0)return W;if(a.repeat)return a.repeat(b);var
-d=W,c=0;for(;;){if(b&1)d+=a;b>>=1;if(b==0)return d;a+=a;c++;if(c==9)a.slice(0,1)}}function
-fA(a){if(a.t==2)a.c+=dj(a.l-a.c.length,"\0");else
-a.c=hF(a.c,0,a.c.length);a.t=0}function
-nc(a){if(a.length<24){for(var
-b=0;b<a.length;b++)if(a.charCodeAt(b)>fu)return false;return true}else
+df(a){return a}function
+b7(a,b,c,d,e){de(df(a),b,c,d,e);return 0}function
+E3(b,a){throw[0,b,a]}function
+dZ(b,a){if(b==0)return ab;if(a.repeat)return a.repeat(b);var
+d=ab,c=0;for(;;){if(b&1)d+=a;b>>=1;if(b==0)return d;a+=a;c++;if(c==9)a.slice(0,1)}}function
+gC(a){if(a.t==2)a.c+=dZ(a.l-a.c.length,"\0");else
+a.c=i2(a.c,0,a.c.length);a.t=0}function
+pt(a){if(a.length<24){for(var
+b=0;b<a.length;b++)if(a.charCodeAt(b)>eR)return false;return true}else
 return!/[^\x00-\x7f]/.test(a)}function
-hH(e){for(var
-j=W,c=W,g,f,h,a,b=0,i=e.length;b<i;b++){f=e.charCodeAt(b);if(f<bz){for(var
-d=b+1;d<i&&(f=e.charCodeAt(d))<bz;d++);if(d-b>l2){c.substr(0,1);j+=c;c=W;j+=e.slice(b,d)}else
-c+=e.slice(b,d);if(d==i)break;b=d}a=1;if(++b<i&&((h=e.charCodeAt(b))&-64)==dg){g=h+(f<<6);if(f<l$){a=g-0x3080;if(a<bz)a=1}else{a=2;if(++b<i&&((h=e.charCodeAt(b))&-64)==dg){g=h+(g<<6);if(f<mA){a=g-0xe2080;if(a<mx||a>=0xd7ff&&a<0xe000)a=2}else{a=3;if(++b<i&&((h=e.charCodeAt(b))&-64)==dg&&f<0xf5){a=h-0x3c82080+(g<<6);if(a<0x10000||a>0x10ffff)a=3}}}}}if(a<4){b-=a;c+="\ufffd"}else
-if(a>bN)c+=String.fromCharCode(0xd7c0+(a>>10),l6+(a&0x3FF));else
-c+=String.fromCharCode(a);if(c.length>d2){c.substr(0,1);j+=c;c=W}}return j+c}function
-bO(c,a,b){this.t=c;this.c=a;this.l=b}bO.prototype.toString=function(){switch(this.t){case
-9:return this.c;default:fA(this);case
-0:if(nc(this.c)){this.t=9;return this.c}this.t=8;case
-8:return this.c}};bO.prototype.toUtf16=function(){var
-a=this.toString();if(this.t==9)return a;return hH(a)};bO.prototype.slice=function(){var
+i4(e){for(var
+j=ab,c=ab,g,f,h,a,b=0,i=e.length;b<i;b++){f=e.charCodeAt(b);if(f<bP){for(var
+d=b+1;d<i&&(f=e.charCodeAt(d))<bP;d++);if(d-b>oh){c.substr(0,1);j+=c;c=ab;j+=e.slice(b,d)}else
+c+=e.slice(b,d);if(d==i)break;b=d}a=1;if(++b<i&&((h=e.charCodeAt(b))&-64)==dc){g=h+(f<<6);if(f<oq){a=g-0x3080;if(a<bP)a=1}else{a=2;if(++b<i&&((h=e.charCodeAt(b))&-64)==dc){g=h+(g<<6);if(f<oR){a=g-0xe2080;if(a<oO||a>=0xd7ff&&a<0xe000)a=2}else{a=3;if(++b<i&&((h=e.charCodeAt(b))&-64)==dc&&f<0xf5){a=h-0x3c82080+(g<<6);if(a<0x10000||a>0x10ffff)a=3}}}}}if(a<4){b-=a;c+="\ufffd"}else
+if(a>b4)c+=String.fromCharCode(0xd7c0+(a>>10),ol+(a&0x3FF));else
+c+=String.fromCharCode(a);if(c.length>eS){c.substr(0,1);j+=c;c=ab}}return j+c}function
+b5(c,a,b){this.t=c;this.c=a;this.l=b}b5.prototype.toString=function(){switch(this.t){case
+9:return this.c;default:gC(this);case
+0:if(pt(this.c)){this.t=9;return this.c}this.t=8;case
+8:return this.c}};b5.prototype.toUtf16=function(){var
+a=this.toString();if(this.t==9)return a;return i4(a)};b5.prototype.slice=function(){var
 a=this.t==4?this.c.slice():this.c;return new
-bO(this.t,a,this.l)};function
-mP(a){return new
-bO(0,a,a.length)}function
-u(a){return mP(a)}function
-hE(b,a){A1(b,u(a))}var
-au=[0];function
-aJ(a){hE(au.Invalid_argument,a)}function
-fy(){aJ(hq)}function
-b6(a,b){switch(a.t&6){default:if(b>=a.c.length)return 0;case
+b5(this.t,a,this.l)};function
+o6(a){return new
+b5(0,a,a.length)}function
+w(a){return o6(a)}function
+i1(b,a){E3(b,w(a))}var
+aH=[0];function
+aU(a){i1(aH.Invalid_argument,a)}function
+gA(){aU(iN)}function
+cs(a,b){switch(a.t&6){default:if(b>=a.c.length)return 0;case
 0:return a.c.charCodeAt(b);case
 4:return a.c[b]}}function
-mO(b,a){if(a>>>0>=b.l)fy();return b6(b,a)}function
-Aq(b,a){if(a>>>0>=b.l-3)fy();var
-c=b6(b,a),d=b6(b,a+1),e=b6(b,a+2),f=b6(b,a+3);return f<<24|e<<16|d<<8|c}function
-at(a,c,b){b&=b4;if(a.t!=4){if(c==a.c.length){a.c+=String.fromCharCode(b);if(c+1==a.l)a.t=0;return 0}fz(a)}a.c[c]=b;return 0}function
-b5(b,a,c){if(a>>>0>=b.l)fy();return at(b,a,c)}function
-cL(a){return a.toArray()}function
-At(c,b,e){if(b>>>0>=c.l-7)fy();var
-d=cL(e);for(var
-a=0;a<8;a++)at(c,b+7-a,d[a]);return 0}function
-cJ(c,a){if(c.fun)return cJ(c.fun,a);if(typeof
+o5(b,a){if(a>>>0>=b.l)gA();return cs(b,a)}function
+Es(b,a){if(a>>>0>=b.l-3)gA();var
+c=cs(b,a),d=cs(b,a+1),e=cs(b,a+2),f=cs(b,a+3);return f<<24|e<<16|d<<8|c}function
+aG(a,c,b){b&=cq;if(a.t!=4){if(c==a.c.length){a.c+=String.fromCharCode(b);if(c+1==a.l)a.t=0;return 0}gB(a)}a.c[c]=b;return 0}function
+cr(b,a,c){if(a>>>0>=b.l)gA();return aG(b,a,c)}function
+dh(a){return a.toArray()}function
+Ev(c,b,e){if(b>>>0>=c.l-7)gA();var
+d=dh(e);for(var
+a=0;a<8;a++)aG(c,b+7-a,d[a]);return 0}function
+cR(c,a){if(c.fun)return cR(c.fun,a);if(typeof
 c!=="function")return c;var
 b=c.length|0;if(b===0)return c.apply(null,a);var
 e=a.length|0,d=b-e|0;if(d==0)return c.apply(null,a);else
-if(d<0)return cJ(c.apply(null,a.slice(0,b)),a.slice(b));else
+if(d<0)return cR(c.apply(null,a.slice(0,b)),a.slice(b));else
 return function(){var
 e=arguments.length==0?1:arguments.length,d=new
 Array(a.length+e);for(var
 b=0;b<a.length;b++)d[b]=a[b];for(var
-b=0;b<arguments.length;b++)d[a.length+b]=arguments[b];return cJ(c,d)}}function
-d4(){aJ(hq)}function
-aQ(a,b){if(b>>>0>=a.length-1)d4();return a}function
-Au(a){if(isFinite(a)){if(Math.abs(a)>=2.2250738585072014e-308)return 0;if(a!=0)return 1;return 2}return isNaN(a)?4:3}function
-aI(a){if(a<0)aJ("Bytes.create");return new
-bO(a?2:9,W,a)}function
-ct(a){a.t&6&&fA(a);return a.c}var
-A$=Math.log2&&Math.log2(1.1235582092889474E+307)==1020;function
-A_(a){if(A$)return Math.floor(Math.log2(a));var
+b=0;b<arguments.length;b++)d[a.length+b]=arguments[b];return cR(c,d)}}function
+eU(){aU(iN)}function
+aZ(a,b){if(b>>>0>=a.length-1)eU();return a}function
+Ew(a){if(isFinite(a)){if(Math.abs(a)>=2.2250738585072014e-308)return 0;if(a!=0)return 1;return 2}return isNaN(a)?4:3}function
+aT(a){if(a<0)aU("Bytes.create");return new
+b5(a?2:9,ab,a)}function
+cS(a){a.t&6&&gC(a);return a.c}var
+Fb=Math.log2&&Math.log2(1.1235582092889474E+307)==1020;function
+Fa(a){if(Fb)return Math.floor(Math.log2(a));var
 b=0;if(a==0)return-Infinity;if(a>=1)while(a>=2){a/=2;b++}else
 while(a<1){a*=2;b--}return b}function
-hx(c){var
-a=new(Y.Float32Array)(1);a[0]=c;var
-b=new(Y.Int32Array)(a.buffer);return b[0]|0}var
-mZ=Math.pow(2,-24);function
-AZ(a){throw a}function
-m5(){AZ(au.Division_by_zero)}function
-T(b,c,a){this.lo=b&b2;this.mi=c&b2;this.hi=a&bN}T.prototype.caml_custom="_j";T.prototype.copy=function(){return new
-T(this.lo,this.mi,this.hi)};T.prototype.ucompare=function(a){if(this.hi>a.hi)return 1;if(this.hi<a.hi)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};T.prototype.compare=function(a){var
-b=this.hi<<16,c=a.hi<<16;if(b>c)return 1;if(b<c)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};T.prototype.neg=function(){var
+iU(c){var
+a=new(ae.Float32Array)(1);a[0]=c;var
+b=new(ae.Int32Array)(a.buffer);return b[0]|0}var
+pe=Math.pow(2,-24);function
+E1(a){throw a}function
+pk(){E1(aH.Division_by_zero)}function
+X(b,c,a){this.lo=b&co;this.mi=c&co;this.hi=a&b4}X.prototype.caml_custom="_j";X.prototype.copy=function(){return new
+X(this.lo,this.mi,this.hi)};X.prototype.ucompare=function(a){if(this.hi>a.hi)return 1;if(this.hi<a.hi)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};X.prototype.compare=function(a){var
+b=this.hi<<16,c=a.hi<<16;if(b>c)return 1;if(b<c)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};X.prototype.neg=function(){var
 a=-this.lo,b=-this.mi+(a>>24),c=-this.hi+(b>>24);return new
-T(a,b,c)};T.prototype.add=function(a){var
+X(a,b,c)};X.prototype.add=function(a){var
 b=this.lo+a.lo,c=this.mi+a.mi+(b>>24),d=this.hi+a.hi+(c>>24);return new
-T(b,c,d)};T.prototype.sub=function(a){var
+X(b,c,d)};X.prototype.sub=function(a){var
 b=this.lo-a.lo,c=this.mi-a.mi+(b>>24),d=this.hi-a.hi+(c>>24);return new
-T(b,c,d)};T.prototype.mul=function(a){var
-b=this.lo*a.lo,c=(b*mZ|0)+this.mi*a.lo+this.lo*a.mi,d=(c*mZ|0)+this.hi*a.lo+this.mi*a.mi+this.lo*a.hi;return new
-T(b,c,d)};T.prototype.isZero=function(){return(this.lo|this.mi|this.hi)==0};T.prototype.isNeg=function(){return this.hi<<16<0};T.prototype.and=function(a){return new
-T(this.lo&a.lo,this.mi&a.mi,this.hi&a.hi)};T.prototype.or=function(a){return new
-T(this.lo|a.lo,this.mi|a.mi,this.hi|a.hi)};T.prototype.xor=function(a){return new
-T(this.lo^a.lo,this.mi^a.mi,this.hi^a.hi)};T.prototype.shift_left=function(a){a=a&63;if(a==0)return this;if(a<24)return new
-T(this.lo<<a,this.mi<<a|this.lo>>24-a,this.hi<<a|this.mi>>24-a);if(a<48)return new
-T(0,this.lo<<a-24,this.mi<<a-24|this.lo>>48-a);return new
-T(0,0,this.lo<<a-48)};T.prototype.shift_right_unsigned=function(a){a=a&63;if(a==0)return this;if(a<24)return new
-T(this.lo>>a|this.mi<<24-a,this.mi>>a|this.hi<<24-a,this.hi>>a);if(a<48)return new
-T(this.mi>>a-24|this.hi<<48-a,this.hi>>a-24,0);return new
-T(this.hi>>a-48,0,0)};T.prototype.shift_right=function(a){a=a&63;if(a==0)return this;var
+X(b,c,d)};X.prototype.mul=function(a){var
+b=this.lo*a.lo,c=(b*pe|0)+this.mi*a.lo+this.lo*a.mi,d=(c*pe|0)+this.hi*a.lo+this.mi*a.mi+this.lo*a.hi;return new
+X(b,c,d)};X.prototype.isZero=function(){return(this.lo|this.mi|this.hi)==0};X.prototype.isNeg=function(){return this.hi<<16<0};X.prototype.and=function(a){return new
+X(this.lo&a.lo,this.mi&a.mi,this.hi&a.hi)};X.prototype.or=function(a){return new
+X(this.lo|a.lo,this.mi|a.mi,this.hi|a.hi)};X.prototype.xor=function(a){return new
+X(this.lo^a.lo,this.mi^a.mi,this.hi^a.hi)};X.prototype.shift_left=function(a){a=a&63;if(a==0)return this;if(a<24)return new
+X(this.lo<<a,this.mi<<a|this.lo>>24-a,this.hi<<a|this.mi>>24-a);if(a<48)return new
+X(0,this.lo<<a-24,this.mi<<a-24|this.lo>>48-a);return new
+X(0,0,this.lo<<a-48)};X.prototype.shift_right_unsigned=function(a){a=a&63;if(a==0)return this;if(a<24)return new
+X(this.lo>>a|this.mi<<24-a,this.mi>>a|this.hi<<24-a,this.hi>>a);if(a<48)return new
+X(this.mi>>a-24|this.hi<<48-a,this.hi>>a-24,0);return new
+X(this.hi>>a-48,0,0)};X.prototype.shift_right=function(a){a=a&63;if(a==0)return this;var
 c=this.hi<<16>>16;if(a<24)return new
-T(this.lo>>a|this.mi<<24-a,this.mi>>a|c<<24-a,this.hi<<16>>a>>>16);var
+X(this.lo>>a|this.mi<<24-a,this.mi>>a|c<<24-a,this.hi<<16>>a>>>16);var
 b=this.hi<<16>>31;if(a<48)return new
-T(this.mi>>a-24|this.hi<<48-a,this.hi<<16>>a-24>>16,b&bN);return new
-T(this.hi<<16>>a-32,b,b)};T.prototype.lsl1=function(){this.hi=this.hi<<1|this.mi>>23;this.mi=(this.mi<<1|this.lo>>23)&b2;this.lo=this.lo<<1&b2};T.prototype.lsr1=function(){this.lo=(this.lo>>>1|this.mi<<23)&b2;this.mi=(this.mi>>>1|this.hi<<23)&b2;this.hi=this.hi>>>1};T.prototype.udivmod=function(e){var
+X(this.mi>>a-24|this.hi<<48-a,this.hi<<16>>a-24>>16,b&b4);return new
+X(this.hi<<16>>a-32,b,b)};X.prototype.lsl1=function(){this.hi=this.hi<<1|this.mi>>23;this.mi=(this.mi<<1|this.lo>>23)&co;this.lo=this.lo<<1&co};X.prototype.lsr1=function(){this.lo=(this.lo>>>1|this.mi<<23)&co;this.mi=(this.mi>>>1|this.hi<<23)&co;this.hi=this.hi>>>1};X.prototype.udivmod=function(e){var
 c=0,b=this.copy(),a=e.copy(),d=new
-T(0,0,0);while(b.ucompare(a)>0){c++;a.lsl1()}while(c>=0){c--;d.lsl1();if(b.ucompare(a)>=0){d.lo++;b=b.sub(a)}a.lsr1()}return{quotient:d,modulus:b}};T.prototype.div=function(a){var
-b=this;if(a.isZero())m5();var
-d=b.hi^a.hi;if(b.hi&bL)b=b.neg();if(a.hi&bL)a=a.neg();var
-c=b.udivmod(a).quotient;if(d&bL)c=c.neg();return c};T.prototype.mod=function(b){var
-a=this;if(b.isZero())m5();var
-d=a.hi;if(a.hi&bL)a=a.neg();if(b.hi&bL)b=b.neg();var
-c=a.udivmod(b).modulus;if(d&bL)c=c.neg();return c};T.prototype.toInt=function(){return this.lo|this.mi<<24};T.prototype.toFloat=function(){return(this.hi<<16)*Math.pow(2,32)+this.mi*Math.pow(2,24)+this.lo};T.prototype.toArray=function(){return[this.hi>>8,this.hi&b4,this.mi>>16,this.mi>>8&b4,this.mi&b4,this.lo>>16,this.lo>>8&b4,this.lo&b4]};T.prototype.lo32=function(){return this.lo|(this.mi&b4)<<24};T.prototype.hi32=function(){return this.mi>>>8&bN|this.hi<<16};function
-d7(b,c,a){return new
-T(b,c,a)}function
-fC(a){if(!isFinite(a)){if(isNaN(a))return d7(1,0,l1);return a>0?d7(0,0,l1):d7(0,0,0xfff0)}var
-f=a==0&&1/a==-Infinity?bL:a>=0?0:bL;if(f)a=-a;var
-b=A_(a)+1023;if(b<=0){b=0;a/=Math.pow(2,-ml)}else{a/=Math.pow(2,b-mE);if(a<16){a*=2;b-=1}if(b==0)a/=2}var
+X(0,0,0);while(b.ucompare(a)>0){c++;a.lsl1()}while(c>=0){c--;d.lsl1();if(b.ucompare(a)>=0){d.lo++;b=b.sub(a)}a.lsr1()}return{quotient:d,modulus:b}};X.prototype.div=function(a){var
+b=this;if(a.isZero())pk();var
+d=b.hi^a.hi;if(b.hi&b2)b=b.neg();if(a.hi&b2)a=a.neg();var
+c=b.udivmod(a).quotient;if(d&b2)c=c.neg();return c};X.prototype.mod=function(b){var
+a=this;if(b.isZero())pk();var
+d=a.hi;if(a.hi&b2)a=a.neg();if(b.hi&b2)b=b.neg();var
+c=a.udivmod(b).modulus;if(d&b2)c=c.neg();return c};X.prototype.toInt=function(){return this.lo|this.mi<<24};X.prototype.toFloat=function(){return(this.hi<<16)*Math.pow(2,32)+this.mi*Math.pow(2,24)+this.lo};X.prototype.toArray=function(){return[this.hi>>8,this.hi&cq,this.mi>>16,this.mi>>8&cq,this.mi&cq,this.lo>>16,this.lo>>8&cq,this.lo&cq]};X.prototype.lo32=function(){return this.lo|(this.mi&cq)<<24};X.prototype.hi32=function(){return this.mi>>>8&b4|this.hi<<16};function
+eX(b,c,a){return new
+X(b,c,a)}function
+gE(a){if(!isFinite(a)){if(isNaN(a))return eX(1,0,og);return a>0?eX(0,0,og):eX(0,0,0xfff0)}var
+f=a==0&&1/a==-Infinity?b2:a>=0?0:b2;if(f)a=-a;var
+b=Fa(a)+1023;if(b<=0){b=0;a/=Math.pow(2,-oC)}else{a/=Math.pow(2,b-oV);if(a<16){a*=2;b-=1}if(b==0)a/=2}var
 d=Math.pow(2,24),c=a|0;a=(a-c)*d;var
 e=a|0;a=(a-e)*d;var
-g=a|0;c=c&ho|f|b<<4;return d7(g,e,c)}function
-mM(c,b,g){c.write(32,b.dims.length);c.write(32,b.kind|b.layout<<8);if(b.caml_custom==fx)for(var
-a=0;a<b.dims.length;a++)if(b.dims[a]<bN)c.write(16,b.dims[a]);else{c.write(16,bN);c.write(32,0);c.write(32,b.dims[a])}else
+g=a|0;c=c&iL|f|b<<4;return eX(g,e,c)}function
+o3(c,b,g){c.write(32,b.dims.length);c.write(32,b.kind|b.layout<<8);if(b.caml_custom==gz)for(var
+a=0;a<b.dims.length;a++)if(b.dims[a]<b4)c.write(16,b.dims[a]);else{c.write(16,b4);c.write(32,0);c.write(32,b.dims[a])}else
 for(var
 a=0;a<b.dims.length;a++)c.write(32,b.dims[a]);switch(b.kind){case
 2:case
@@ -157,30 +157,30 @@ a=0;a<b.data.length;a++)c.write(32,b.data[a]);break;case
 a=0;a<b.data.length;a++)c.write(32,b.data[a]);break;case
 7:for(var
 a=0;a<b.data.length/2;a++){var
-e=cL(b.get(a));for(var
+e=dh(b.get(a));for(var
 d=0;d<8;d++)c.write(8,e[d])}break;case
 1:for(var
 a=0;a<b.data.length;a++){var
-e=cL(fC(b.get(a)));for(var
+e=dh(gE(b.get(a)));for(var
 d=0;d<8;d++)c.write(8,e[d])}break;case
 0:for(var
 a=0;a<b.data.length;a++){var
-e=hx(b.get(a));c.write(32,e)}break;case
+e=iU(b.get(a));c.write(32,e)}break;case
 10:for(var
 a=0;a<b.data.length/2;a++){var
-d=b.get(a);c.write(32,hx(d[1]));c.write(32,hx(d[2]))}break;case
+d=b.get(a);c.write(32,iU(d[1]));c.write(32,iU(d[2]))}break;case
 11:for(var
 a=0;a<b.data.length/2;a++){var
-f=b.get(a),e=cL(fC(f[1]));for(var
+f=b.get(a),e=dh(gE(f[1]));for(var
 d=0;d<8;d++)c.write(8,e[d]);var
-e=cL(fC(f[2]));for(var
+e=dh(gE(f[2]));for(var
 d=0;d<8;d++)c.write(8,e[d])}break}g[0]=(4+b.dims.length)*4;g[1]=(4+b.dims.length)*8}function
-mK(a){switch(a){case
+o1(a){switch(a){case
 7:case
 10:case
 11:return 2;default:return 1}}function
-Ao(c,e){var
-b=Y,a;switch(c){case
+Eq(c,e){var
+b=ae,a;switch(c){case
 0:a=b.Float32Array;break;case
 1:a=b.Float64Array;break;case
 2:a=b.Int8Array;break;case
@@ -193,51 +193,51 @@ b=Y,a;switch(c){case
 9:a=b.Int32Array;break;case
 10:a=b.Float32Array;break;case
 11:a=b.Float64Array;break;case
-12:a=b.Uint8Array;break}if(!a)aJ("Bigarray.create: unsupported kind");var
+12:a=b.Uint8Array;break}if(!a)aU("Bigarray.create: unsupported kind");var
 d=new
-a(e*mK(c));return d}function
-hy(c){var
-a=new(Y.Int32Array)(1);a[0]=c;var
-b=new(Y.Float32Array)(a.buffer);return b[0]}function
-di(a){return new
-T(a[7]<<0|a[6]<<8|a[5]<<16,a[4]<<0|a[3]<<8|a[2]<<16,a[1]<<0|a[0]<<8)}function
-hz(d){var
-f=d.lo,g=d.mi,b=d.hi,c=(b&0x7fff)>>4;if(c==2047)return(f|g|b&ho)==0?b&bL?-Infinity:Infinity:NaN;var
-e=Math.pow(2,-24),a=(f*e+g)*e+(b&ho);if(c>0){a+=16;a*=Math.pow(2,c-mE)}else
-a*=Math.pow(2,-ml);if(b&bL)a=-a;return a}function
-hu(b){var
+a(e*o1(c));return d}function
+iV(c){var
+a=new(ae.Int32Array)(1);a[0]=c;var
+b=new(ae.Float32Array)(a.buffer);return b[0]}function
+dY(a){return new
+X(a[7]<<0|a[6]<<8|a[5]<<16,a[4]<<0|a[3]<<8|a[2]<<16,a[1]<<0|a[0]<<8)}function
+iW(d){var
+f=d.lo,g=d.mi,b=d.hi,c=(b&0x7fff)>>4;if(c==2047)return(f|g|b&iL)==0?b&b2?-Infinity:Infinity:NaN;var
+e=Math.pow(2,-24),a=(f*e+g)*e+(b&iL);if(c>0){a+=16;a*=Math.pow(2,c-oV)}else
+a*=Math.pow(2,-oC);if(b&b2)a=-a;return a}function
+iR(b){var
 d=b.length,c=1;for(var
-a=0;a<d;a++){if(b[a]<0)aJ("Bigarray.create: negative dimension");c=c*b[a]}return c}function
-AG(b,a){return new
-T(b&b2,b>>>24&b4|(a&bN)<<8,a>>>16&bN)}function
-hA(a){return a.hi32()}function
-hB(a){return a.lo32()}var
-Ap=fx;function
-cs(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}cs.prototype.caml_custom=Ap;cs.prototype.offset=function(b){var
+a=0;a<d;a++){if(b[a]<0)aU("Bigarray.create: negative dimension");c=c*b[a]}return c}function
+EI(b,a){return new
+X(b&co,b>>>24&cq|(a&b4)<<8,a>>>16&b4)}function
+iX(a){return a.hi32()}function
+iY(a){return a.lo32()}var
+Er=gz;function
+cQ(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}cQ.prototype.caml_custom=Er;cQ.prototype.offset=function(b){var
 c=0;if(typeof
 b==="number")b=[b];if(!(b
 instanceof
-Array))aJ("bigarray.js: invalid offset");if(this.dims.length!=b.length)aJ("Bigarray.get/set: bad number of dimensions");if(this.layout==0)for(var
-a=0;a<this.dims.length;a++){if(b[a]<0||b[a]>=this.dims[a])d4();c=c*this.dims[a]+b[a]}else
+Array))aU("bigarray.js: invalid offset");if(this.dims.length!=b.length)aU("Bigarray.get/set: bad number of dimensions");if(this.layout==0)for(var
+a=0;a<this.dims.length;a++){if(b[a]<0||b[a]>=this.dims[a])eU();c=c*this.dims[a]+b[a]}else
 for(var
-a=this.dims.length-1;a>=0;a--){if(b[a]<1||b[a]>this.dims[a])d4();c=c*this.dims[a]+(b[a]-1)}return c};cs.prototype.get=function(a){switch(this.kind){case
+a=this.dims.length-1;a>=0;a--){if(b[a]<1||b[a]>this.dims[a])eU();c=c*this.dims[a]+(b[a]-1)}return c};cQ.prototype.get=function(a){switch(this.kind){case
 7:var
-d=this.data[a*2+0],b=this.data[a*2+1];return AG(d,b);case
+d=this.data[a*2+0],b=this.data[a*2+1];return EI(d,b);case
 10:case
 11:var
-e=this.data[a*2+0],c=this.data[a*2+1];return[fv,e,c];default:return this.data[a]}};cs.prototype.set=function(a,b){switch(this.kind){case
-7:this.data[a*2+0]=hB(b);this.data[a*2+1]=hA(b);break;case
+e=this.data[a*2+0],c=this.data[a*2+1];return[gx,e,c];default:return this.data[a]}};cQ.prototype.set=function(a,b){switch(this.kind){case
+7:this.data[a*2+0]=iY(b);this.data[a*2+1]=iX(b);break;case
 10:case
-11:this.data[a*2+0]=b[1];this.data[a*2+1]=b[2];break;default:this.data[a]=b;break}return 0};cs.prototype.fill=function(b){switch(this.kind){case
+11:this.data[a*2+0]=b[1];this.data[a*2+1]=b[2];break;default:this.data[a]=b;break}return 0};cQ.prototype.fill=function(b){switch(this.kind){case
 7:var
-c=hB(b),e=hA(b);if(c==e)this.data.fill(c);else
+c=iY(b),e=iX(b);if(c==e)this.data.fill(c);else
 for(var
 a=0;a<this.data.length;a++)this.data[a]=a%2==0?c:e;break;case
 10:case
 11:var
 d=b[1],f=b[2];if(d==f)this.data.fill(d);else
 for(var
-a=0;a<this.data.length;a++)this.data[a]=a%2==0?d:f;break;default:this.data.fill(b);break}};cs.prototype.compare=function(b,g){if(this.layout!=b.layout||this.kind!=b.kind){var
+a=0;a<this.data.length;a++)this.data[a]=a%2==0?d:f;break;default:this.data.fill(b);break}};cQ.prototype.compare=function(b,g){if(this.layout!=b.layout||this.kind!=b.kind){var
 e=this.kind|this.layout<<8,f=b.kind|b.layout<<8;return f-e}if(this.dims.length!=b.dims.length)return b.dims.length-this.dims.length;for(var
 a=0;a<this.dims.length;a++)if(this.dims[a]!=b.dims[a])return this.dims[a]<b.dims[a]?-1:1;switch(this.kind){case
 0:case
@@ -257,26 +257,26 @@ a=0;a<this.data.length;a+=2){if(this.data[a+1]<b.data[a+1])return-1;if(this.data
 9:case
 12:for(var
 a=0;a<this.data.length;a++){if(this.data[a]<b.data[a])return-1;if(this.data[a]>b.data[a])return 1}break}return 0};function
-dh(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}dh.prototype=new
-cs();dh.prototype.offset=function(a){if(typeof
+dX(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}dX.prototype=new
+cQ();dX.prototype.offset=function(a){if(typeof
 a!=="number")if(a
 instanceof
 Array&&a.length==1)a=a[0];else
-aJ("Ml_Bigarray_c_1_1.offset");if(a<0||a>=this.dims[0])d4();return a};dh.prototype.get=function(a){return this.data[a]};dh.prototype.set=function(a,b){this.data[a]=b;return 0};dh.prototype.fill=function(a){this.data.fill(a);return 0};function
-mI(c,d,a,b){var
-e=mK(c);if(hu(a)*e!=b.length)aJ("length doesn't match dims");if(d==0&&a.length==1&&e==1)return new
-dh(c,d,a,b);return new
-cs(c,d,a,b)}function
-cK(a){if(!au.Failure)au.Failure=[a1,u(hf),-3];hE(au.Failure,a)}function
-mJ(b,v,r){var
-i=b.read32s();if(i<0||i>16)cK("input_value: wrong number of bigarray dimensions");var
-p=b.read32s(),j=p&b4,o=p>>8&1,h=[];if(r==fx)for(var
+aU("Ml_Bigarray_c_1_1.offset");if(a<0||a>=this.dims[0])eU();return a};dX.prototype.get=function(a){return this.data[a]};dX.prototype.set=function(a,b){this.data[a]=b;return 0};dX.prototype.fill=function(a){this.data.fill(a);return 0};function
+oZ(c,d,a,b){var
+e=o1(c);if(iR(a)*e!=b.length)aU("length doesn't match dims");if(d==0&&a.length==1&&e==1)return new
+dX(c,d,a,b);return new
+cQ(c,d,a,b)}function
+dg(a){if(!aH.Failure)aH.Failure=[a$,w(iC),-3];i1(aH.Failure,a)}function
+o0(b,v,r){var
+i=b.read32s();if(i<0||i>16)dg("input_value: wrong number of bigarray dimensions");var
+p=b.read32s(),j=p&cq,o=p>>8&1,h=[];if(r==gz)for(var
 a=0;a<i;a++){var
-n=b.read16u();if(n==bN){var
-t=b.read32u(),u=b.read32u();if(t!=0)cK("input_value: bigarray dimension overflow in 32bit");n=u}h.push(n)}else
+n=b.read16u();if(n==b4){var
+t=b.read32u(),u=b.read32u();if(t!=0)dg("input_value: bigarray dimension overflow in 32bit");n=u}h.push(n)}else
 for(var
 a=0;a<i;a++)h.push(b.read32u());var
-d=hu(h),f=Ao(j,d),g=mI(j,o,h,f);switch(j){case
+d=iR(h),f=Eq(j,d),g=oZ(j,o,h,f);switch(j){case
 2:for(var
 a=0;a<d;a++)f[a]=b.read8s();break;case
 3:case
@@ -290,129 +290,129 @@ a=0;a<d;a++)f[a]=b.read16u();break;case
 a=0;a<d;a++)f[a]=b.read32s();break;case
 8:case
 9:var
-s=b.read8u();if(s)cK("input_value: cannot read bigarray with 64-bit OCaml ints");for(var
+s=b.read8u();if(s)dg("input_value: cannot read bigarray with 64-bit OCaml ints");for(var
 a=0;a<d;a++)f[a]=b.read32s();break;case
 7:var
 e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-q=di(e);g.set(a,q)}break;case
+q=dY(e);g.set(a,q)}break;case
 1:var
 e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-k=hz(di(e));g.set(a,k)}break;case
+k=iW(dY(e));g.set(a,k)}break;case
 0:for(var
 a=0;a<d;a++){var
-k=hy(b.read32s());g.set(a,k)}break;case
+k=iV(b.read32s());g.set(a,k)}break;case
 10:for(var
 a=0;a<d;a++){var
-m=hy(b.read32s()),l=hy(b.read32s());g.set(a,[fv,m,l])}break;case
+m=iV(b.read32s()),l=iV(b.read32s());g.set(a,[gx,m,l])}break;case
 11:var
 e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-m=hz(di(e));for(var
+m=iW(dY(e));for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-l=hz(di(e));g.set(a,[fv,m,l])}break}v[0]=(4+i)*4;return mI(j,o,h,f)}function
-mH(a,b,c){return a.compare(b,c)}function
-m3(a,b){return Math.imul(a,b)}function
-b7(b,a){a=m3(a,0xcc9e2d51|0);a=a<<15|a>>>32-15;a=m3(a,0x1b873593);b^=a;b=b<<13|b>>>32-13;return(b+(b<<2)|0)+(0xe6546b64|0)|0}function
-AA(a,b){a=b7(a,hB(b));a=b7(a,hA(b));return a}function
-mX(a,b){return AA(a,fC(b))}function
-mL(c){var
-b=hu(c.dims),d=0;switch(c.kind){case
+l=iW(dY(e));g.set(a,[gx,m,l])}break}v[0]=(4+i)*4;return oZ(j,o,h,f)}function
+oY(a,b,c){return a.compare(b,c)}function
+pi(a,b){return Math.imul(a,b)}function
+ct(b,a){a=pi(a,0xcc9e2d51|0);a=a<<15|a>>>32-15;a=pi(a,0x1b873593);b^=a;b=b<<13|b>>>32-13;return(b+(b<<2)|0)+(0xe6546b64|0)|0}function
+EC(a,b){a=ct(a,iY(b));a=ct(a,iX(b));return a}function
+pc(a,b){return EC(a,gE(b))}function
+o2(c){var
+b=iR(c.dims),d=0;switch(c.kind){case
 2:case
 3:case
-12:if(b>mw)b=mw;var
-e=0,a=0;for(a=0;a+4<=c.data.length;a+=4){e=c.data[a+0]|c.data[a+1]<<8|c.data[a+2]<<16|c.data[a+3]<<24;d=b7(d,e)}e=0;switch(b&3){case
+12:if(b>oN)b=oN;var
+e=0,a=0;for(a=0;a+4<=c.data.length;a+=4){e=c.data[a+0]|c.data[a+1]<<8|c.data[a+2]<<16|c.data[a+3]<<24;d=ct(d,e)}e=0;switch(b&3){case
 3:e=c.data[a+2]<<16;case
 2:e|=c.data[a+1]<<8;case
-1:e|=c.data[a+0];d=b7(d,e)}break;case
+1:e|=c.data[a+0];d=ct(d,e)}break;case
 4:case
-5:if(b>dg)b=dg;var
-e=0,a=0;for(a=0;a+2<=c.data.length;a+=2){e=c.data[a+0]|c.data[a+1]<<16;d=b7(d,e)}if((b&1)!=0)d=b7(d,c.data[a]);break;case
+5:if(b>dc)b=dc;var
+e=0,a=0;for(a=0;a+2<=c.data.length;a+=2){e=c.data[a+0]|c.data[a+1]<<16;d=ct(d,e)}if((b&1)!=0)d=ct(d,c.data[a]);break;case
 6:if(b>64)b=64;for(var
-a=0;a<b;a++)d=b7(d,c.data[a]);break;case
+a=0;a<b;a++)d=ct(d,c.data[a]);break;case
 8:case
 9:if(b>64)b=64;for(var
-a=0;a<b;a++)d=b7(d,c.data[a]);break;case
+a=0;a<b;a++)d=ct(d,c.data[a]);break;case
 7:if(b>32)b=32;b*=2;for(var
-a=0;a<b;a++)d=b7(d,c.data[a]);break;case
+a=0;a<b;a++)d=ct(d,c.data[a]);break;case
 10:b*=2;case
 0:if(b>64)b=64;for(var
-a=0;a<b;a++)d=mX(d,c.data[a]);break;case
+a=0;a<b;a++)d=pc(d,c.data[a]);break;case
 11:b*=2;case
 1:if(b>32)b=32;for(var
-a=0;a<b;a++)d=mX(d,c.data[a]);break}return d}function
-AD(a,b){b[0]=4;return a.read32s()}function
-AX(a,b){switch(a.read8u()){case
+a=0;a<b;a++)d=pc(d,c.data[a]);break}return d}function
+EF(a,b){b[0]=4;return a.read32s()}function
+EZ(a,b){switch(a.read8u()){case
 1:b[0]=4;return a.read32s();case
-2:cK("input_value: native integer value too large");default:cK("input_value: ill-formed native integer")}}function
-AP(c,d){var
+2:dg("input_value: native integer value too large");default:dg("input_value: ill-formed native integer")}}function
+ER(c,d){var
 b=new
 Array(8);for(var
-a=0;a<8;a++)b[a]=c.read8u();d[0]=8;return di(b)}function
-AL(e,d,b){var
-c=cL(d);for(var
+a=0;a<8;a++)b[a]=c.read8u();d[0]=8;return dY(b)}function
+EN(e,d,b){var
+c=dh(d);for(var
 a=0;a<8;a++)e.write(8,c[a]);b[0]=8;b[1]=8}function
-AF(a,b,c){return a.compare(b)}function
-AI(a){return a.lo32()^a.hi32()}var
-mT={"_j":{deserialize:AP,serialize:AL,fixed_length:8,compare:AF,hash:AI},"_i":{deserialize:AD,fixed_length:4},"_n":{deserialize:AX,fixed_length:4},"_bigarray":{deserialize:function(a,b){return mJ(a,b,"_bigarray")},serialize:mM,compare:mH,hash:mL},"_bigarr02":{deserialize:function(a,b){return mJ(a,b,fx)},serialize:mM,compare:mH,hash:mL}};function
-hv(a){return mT[a.caml_custom]&&mT[a.caml_custom].compare}function
-mR(f,c,d,e){var
-b=hv(c);if(b){var
+EH(a,b,c){return a.compare(b)}function
+EK(a){return a.lo32()^a.hi32()}var
+o_={"_j":{deserialize:ER,serialize:EN,fixed_length:8,compare:EH,hash:EK},"_i":{deserialize:EF,fixed_length:4},"_n":{deserialize:EZ,fixed_length:4},"_bigarray":{deserialize:function(a,b){return o0(a,b,"_bigarray")},serialize:o3,compare:oY,hash:o2},"_bigarr02":{deserialize:function(a,b){return o0(a,b,gz)},serialize:o3,compare:oY,hash:o2}};function
+iS(a){return o_[a.caml_custom]&&o_[a.caml_custom].compare}function
+o8(f,c,d,e){var
+b=iS(c);if(b){var
 a=d>0?b(c,f,e):b(f,c,e);if(e&&a!=a)return d;if(+a!=+a)return+a;if((a|0)!=0)return a|0}return d}function
-hC(a){return a
+iZ(a){return a
 instanceof
-bO}function
-m0(a){return hC(a)}function
-mS(a){if(typeof
-a==="number")return ft;else
-if(hC(a))return 252;else
-if(m0(a))return 1252;else
+b5}function
+pf(a){return iZ(a)}function
+o9(a){if(typeof
+a==="number")return gw;else
+if(iZ(a))return 252;else
+if(pf(a))return 1252;else
 if(a
 instanceof
-Array&&a[0]===a[0]>>>0&&a[0]<=hg){var
-b=a[0]|0;return b==fv?0:b}else
+Array&&a[0]===a[0]>>>0&&a[0]<=iD){var
+b=a[0]|0;return b==gx?0:b}else
 if(a
 instanceof
-String)return md;else
+String)return ou;else
 if(typeof
-a=="string")return md;else
+a=="string")return ou;else
 if(a
 instanceof
-Number)return ft;else
-if(a&&a.caml_custom)return hh;else
+Number)return gw;else
+if(a&&a.caml_custom)return iE;else
 if(a&&a.compare)return 1256;else
 if(typeof
 a=="function")return 1247;else
 if(typeof
 a=="symbol")return 1251;return 1001}function
-AQ(a,b){if(a<b)return-1;if(a==b)return 0;return 1}function
-mN(a,b){a.t&6&&fA(a);b.t&6&&fA(b);return a.c<b.c?-1:a.c>b.c?1:0}function
-Bc(a,b){return mN(a,b)}function
-mQ(a,b,d){var
+ES(a,b){if(a<b)return-1;if(a==b)return 0;return 1}function
+o4(a,b){a.t&6&&gC(a);b.t&6&&gC(b);return a.c<b.c?-1:a.c>b.c?1:0}function
+Fe(a,b){return o4(a,b)}function
+o7(a,b,d){var
 e=[];for(;;){if(!(d&&a===b)){var
-f=mS(a);if(f==l9){a=a[1];continue}var
-g=mS(b);if(g==l9){b=b[1];continue}if(f!==g){if(f==ft){if(g==hh)return mR(a,b,-1,d);return-1}if(g==ft){if(f==hh)return mR(b,a,1,d);return 1}return f<g?-1:1}switch(f){case
-247:aJ(hk);break;case
+f=o9(a);if(f==oo){a=a[1];continue}var
+g=o9(b);if(g==oo){b=b[1];continue}if(f!==g){if(f==gw){if(g==iE)return o8(a,b,-1,d);return-1}if(g==gw){if(f==iE)return o8(b,a,1,d);return 1}return f<g?-1:1}switch(f){case
+247:aU(iH);break;case
 248:var
-c=AQ(a[2],b[2]);if(c!=0)return c|0;break;case
-249:aJ(hk);break;case
-250:aJ("equal: got Forward_tag, should not happen");break;case
-251:aJ("equal: abstract value");break;case
+c=ES(a[2],b[2]);if(c!=0)return c|0;break;case
+249:aU(iH);break;case
+250:aU("equal: got Forward_tag, should not happen");break;case
+251:aU("equal: abstract value");break;case
 252:if(a!==b){var
-c=mN(a,b);if(c!=0)return c|0}break;case
-253:aJ("equal: got Double_tag, should not happen");break;case
-254:aJ("equal: got Double_array_tag, should not happen");break;case
-255:aJ("equal: got Custom_tag, should not happen");break;case
-1247:aJ(hk);break;case
+c=o4(a,b);if(c!=0)return c|0}break;case
+253:aU("equal: got Double_tag, should not happen");break;case
+254:aU("equal: got Double_array_tag, should not happen");break;case
+255:aU("equal: got Custom_tag, should not happen");break;case
+1247:aU(iH);break;case
 1255:var
-i=hv(a);if(i!=hv(b))return a.caml_custom<b.caml_custom?-1:1;if(!i)aJ("compare: abstract value");var
+i=iS(a);if(i!=iS(b))return a.caml_custom<b.caml_custom?-1:1;if(!i)aU("compare: abstract value");var
 c=i(a,b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;break;case
 1256:var
 c=a.compare(b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;break;case
@@ -420,258 +420,258 @@ c=a.compare(b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;
 1001:if(a<b)return-1;if(a>b)return 1;if(a!=b){if(!d)return NaN;if(a==a)return 1;if(b==b)return-1}break;case
 1251:if(a!==b){if(!d)return NaN;return 1}break;case
 1252:var
-a=ct(a),b=ct(b);if(a!==b){if(a<b)return-1;if(a>b)return 1}break;case
+a=cS(a),b=cS(b);if(a!==b){if(a<b)return-1;if(a>b)return 1}break;case
 12520:var
 a=a.toString(),b=b.toString();if(a!==b){if(a<b)return-1;if(a>b)return 1}break;case
 246:case
 254:default:if(a.length!=b.length)return a.length<b.length?-1:1;if(a.length>1)e.push(a,b,1);break}}if(e.length==0)return 0;var
 h=e.pop();b=e.pop();a=e.pop();if(h+1<a.length)e.push(a,b,h+1);a=a[h];b=b[h]}}function
-d6(a,b){return+(mQ(a,b,false)==0)}function
-Aw(a,c,b,d){if(b>0)if(c==0&&(b>=a.l||a.t==2&&b>=a.c.length))if(d==0){a.c=W;a.t=2}else{a.c=dj(b,String.fromCharCode(d));a.t=b==a.l?0:2}else{if(a.t!=4)fz(a);for(b+=c;c<b;c++)a.c[c]=d}return 0}function
-hD(d){d=ct(d);var
-e=d.length;if(e>31)aJ("format_int: format too long");var
-a={justify:dd,signstyle:cF,filler:b1,alternate:false,base:0,signedconv:false,width:0,uppercase:false,sign:1,prec:-1,conv:"f"};for(var
+eW(a,b){return+(o7(a,b,false)==0)}function
+Ey(a,c,b,d){if(b>0)if(c==0&&(b>=a.l||a.t==2&&b>=a.c.length))if(d==0){a.c=ab;a.t=2}else{a.c=dZ(b,String.fromCharCode(d));a.t=b==a.l?0:2}else{if(a.t!=4)gB(a);for(b+=c;c<b;c++)a.c[c]=d}return 0}function
+i0(d){d=cS(d);var
+e=d.length;if(e>31)aU("format_int: format too long");var
+a={justify:dU,signstyle:db,filler:cn,alternate:false,base:0,signedconv:false,width:0,uppercase:false,sign:1,prec:-1,conv:"f"};for(var
 c=0;c<e;c++){var
-b=d.charAt(c);switch(b){case"-":a.justify=cF;break;case"+":case" ":a.signstyle=b;break;case"0":a.filler=ba;break;case"#":a.alternate=true;break;case"1":case"2":case"3":case"4":case"5":case"6":case"7":case"8":case"9":a.width=0;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.width=a.width*10+b;c++}c--;break;case".":a.prec=0;c++;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.prec=a.prec*10+b;c++}c--;case"d":case"i":a.signedconv=true;case"u":a.base=10;break;case"x":a.base=16;break;case"X":a.base=16;a.uppercase=true;break;case"o":a.base=8;break;case"e":case"f":case"g":a.signedconv=true;a.conv=b;break;case"E":case"F":case"G":a.signedconv=true;a.uppercase=true;a.conv=b.toLowerCase();break}}return a}function
-hw(a,e){if(a.uppercase)e=e.toUpperCase();var
-d=e.length;if(a.signedconv&&(a.sign<0||a.signstyle!=cF))d++;if(a.alternate){if(a.base==8)d+=1;if(a.base==16)d+=2}var
-b=W;if(a.justify==dd&&a.filler==b1)for(var
-c=d;c<a.width;c++)b+=b1;if(a.signedconv)if(a.sign<0)b+=cF;else
-if(a.signstyle!=cF)b+=a.signstyle;if(a.alternate&&a.base==8)b+=ba;if(a.alternate&&a.base==16)b+=l0;if(a.justify==dd&&a.filler==ba)for(var
-c=d;c<a.width;c++)b+=ba;b+=e;if(a.justify==cF)for(var
-c=d;c<a.width;c++)b+=b1;return u(b)}function
-mV(i,c){function
+b=d.charAt(c);switch(b){case"-":a.justify=db;break;case"+":case" ":a.signstyle=b;break;case"0":a.filler=bu;break;case"#":a.alternate=true;break;case"1":case"2":case"3":case"4":case"5":case"6":case"7":case"8":case"9":a.width=0;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.width=a.width*10+b;c++}c--;break;case".":a.prec=0;c++;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.prec=a.prec*10+b;c++}c--;case"d":case"i":a.signedconv=true;case"u":a.base=10;break;case"x":a.base=16;break;case"X":a.base=16;a.uppercase=true;break;case"o":a.base=8;break;case"e":case"f":case"g":a.signedconv=true;a.conv=b;break;case"E":case"F":case"G":a.signedconv=true;a.uppercase=true;a.conv=b.toLowerCase();break}}return a}function
+iT(a,e){if(a.uppercase)e=e.toUpperCase();var
+d=e.length;if(a.signedconv&&(a.sign<0||a.signstyle!=db))d++;if(a.alternate){if(a.base==8)d+=1;if(a.base==16)d+=2}var
+b=ab;if(a.justify==dU&&a.filler==cn)for(var
+c=d;c<a.width;c++)b+=cn;if(a.signedconv)if(a.sign<0)b+=db;else
+if(a.signstyle!=db)b+=a.signstyle;if(a.alternate&&a.base==8)b+=bu;if(a.alternate&&a.base==16)b+=of;if(a.justify==dU&&a.filler==bu)for(var
+c=d;c<a.width;c++)b+=bu;b+=e;if(a.justify==db)for(var
+c=d;c<a.width;c++)b+=cn;return w(b)}function
+pa(i,c){function
 j(a,b){if(Math.abs(a)<1.0)return a.toFixed(b);else{var
-c=parseInt(a.toString().split(dd)[1]);if(c>20){c-=20;a/=Math.pow(10,c);a+=new
-Array(c+1).join(ba);if(b>0)a=a+df+new
-Array(b+1).join(ba);return a}else
+c=parseInt(a.toString().split(dU)[1]);if(c>20){c-=20;a/=Math.pow(10,c);a+=new
+Array(c+1).join(bu);if(b>0)a=a+dW+new
+Array(b+1).join(bu);return a}else
 return a.toFixed(b)}}var
-a,e=hD(i),d=e.prec<0?6:e.prec;if(c<0||c==0&&1/c==-Infinity){e.sign=-1;c=-c}if(isNaN(c)){a=hj;e.filler=b1}else
-if(!isFinite(c)){a="inf";e.filler=b1}else
+a,e=i0(i),d=e.prec<0?6:e.prec;if(c<0||c==0&&1/c==-Infinity){e.sign=-1;c=-c}if(isNaN(c)){a=iG;e.filler=cn}else
+if(!isFinite(c)){a="inf";e.filler=cn}else
 switch(e.conv){case"e":var
-a=c.toExponential(d),b=a.length;if(a.charAt(b-3)==hs)a=a.slice(0,b-1)+ba+a.slice(b-1);break;case"f":a=j(c,d);break;case"g":d=d?d:1;a=c.toExponential(d-1);var
-h=a.indexOf(hs),g=+a.slice(h+1);if(g<-4||c>=1e21||c.toFixed(0).length>d){var
-b=h-1;while(a.charAt(b)==ba)b--;if(a.charAt(b)==df)b--;a=a.slice(0,b+1)+a.slice(h);b=a.length;if(a.charAt(b-3)==hs)a=a.slice(0,b-1)+ba+a.slice(b-1);break}else{var
+a=c.toExponential(d),b=a.length;if(a.charAt(b-3)==iP)a=a.slice(0,b-1)+bu+a.slice(b-1);break;case"f":a=j(c,d);break;case"g":d=d?d:1;a=c.toExponential(d-1);var
+h=a.indexOf(iP),g=+a.slice(h+1);if(g<-4||c>=1e21||c.toFixed(0).length>d){var
+b=h-1;while(a.charAt(b)==bu)b--;if(a.charAt(b)==dW)b--;a=a.slice(0,b+1)+a.slice(h);b=a.length;if(a.charAt(b-3)==iP)a=a.slice(0,b-1)+bu+a.slice(b-1);break}else{var
 f=d;if(g<0){f-=g+1;a=c.toFixed(f)}else
 while(a=c.toFixed(f),a.length>d+1)f--;if(f){var
-b=a.length-1;while(a.charAt(b)==ba)b--;if(a.charAt(b)==df)b--;a=a.slice(0,b+1)}}break}return hw(e,a)}function
-fB(d,b){if(ct(d)==ms)return u(W+b);var
-a=hD(d);if(b<0)if(a.signedconv){a.sign=-1;b=-b}else
+b=a.length-1;while(a.charAt(b)==bu)b--;if(a.charAt(b)==dW)b--;a=a.slice(0,b+1)}}break}return iT(e,a)}function
+gD(d,b){if(cS(d)==oJ)return w(ab+b);var
+a=i0(d);if(b<0)if(a.signedconv){a.sign=-1;b=-b}else
 b>>>=0;var
-c=b.toString(a.base);if(a.prec>=0){a.filler=b1;var
-e=a.prec-c.length;if(e>0)c=dj(e,ba)+c}return hw(a,c)}var
-AY=0;function
-Ay(){return AY++}function
-AS(a){return a.toUtf16()}function
-d_(){return typeof
-Y.process!=="undefined"&&typeof
-Y.process.versions!=="undefined"&&typeof
-Y.process.versions.node!=="undefined"}function
-Ba(){function
-a(a){if(a.charAt(0)===bM)return[W,a.substring(1)];return}function
+c=b.toString(a.base);if(a.prec>=0){a.filler=cn;var
+e=a.prec-c.length;if(e>0)c=dZ(e,bu)+c}return iT(a,c)}var
+E0=0;function
+EA(){return E0++}function
+EU(a){return a.toUtf16()}function
+e0(){return typeof
+ae.process!=="undefined"&&typeof
+ae.process.versions!=="undefined"&&typeof
+ae.process.versions.node!=="undefined"}function
+Fc(){function
+a(a){if(a.charAt(0)===b3)return[ab,a.substring(1)];return}function
 b(c){var
-g=/^([a-zA-Z]:|[\\/]{2}[^\\/]+[\\/]+[^\\/]+)?([\\/])?([\s\S]*?)$/,a=g.exec(c),b=a[1]||W,e=Boolean(b&&b.charAt(1)!==":");if(Boolean(a[2]||e)){var
-d=a[1]||W,f=a[2]||W;return[d,c.substring(d.length+f.length)]}return}return d_()&&Y.process&&Y.process.platform?Y.process.platform==="win32"?b:a:a}var
-hK=Ba();function
-m8(a){return a.slice(-1)!==bM?a+bM:a}if(d_()&&Y.process&&Y.process.cwd)var
-d5=Y.process.cwd().replace(/\\/g,bM);else
+g=/^([a-zA-Z]:|[\\/]{2}[^\\/]+[\\/]+[^\\/]+)?([\\/])?([\s\S]*?)$/,a=g.exec(c),b=a[1]||ab,e=Boolean(b&&b.charAt(1)!==":");if(Boolean(a[2]||e)){var
+d=a[1]||ab,f=a[2]||ab;return[d,c.substring(d.length+f.length)]}return}return e0()&&ae.process&&ae.process.platform?ae.process.platform==="win32"?b:a:a}var
+i7=Fc();function
+pn(a){return a.slice(-1)!==b3?a+b3:a}if(e0()&&ae.process&&ae.process.cwd)var
+eV=ae.process.cwd().replace(/\\/g,b3);else
 var
-d5="/static";d5=m8(d5);function
-AT(a){a=AS(a);if(!hK(a))a=d5+a;var
-e=hK(a),d=e[1].split(bM),b=[];for(var
+eV="/static";eV=pn(eV);function
+EV(a){a=EU(a);if(!i7(a))a=eV+a;var
+e=i7(a),d=e[1].split(b3),b=[];for(var
 c=0;c<d.length;c++)switch(d[c]){case"..":if(b.length>1)b.pop();break;case".":break;default:b.push(d[c]);break}b.unshift(e[0]);b.orig=a;return b}function
-A6(e){for(var
-f=W,b=f,a,h,c=0,g=e.length;c<g;c++){a=e.charCodeAt(c);if(a<bz){for(var
-d=c+1;d<g&&(a=e.charCodeAt(d))<bz;d++);if(d-c>l2){b.substr(0,1);f+=b;b=W;f+=e.slice(c,d)}else
-b+=e.slice(c,d);if(d==g)break;c=d}if(a<mx){b+=String.fromCharCode(0xc0|a>>6);b+=String.fromCharCode(bz|a&de)}else
-if(a<0xd800||a>=l_)b+=String.fromCharCode(l$|a>>12,bz|a>>6&de,bz|a&de);else
-if(a>=0xdbff||c+1==g||(h=e.charCodeAt(c+1))<l6||h>l_)b+="\xef\xbf\xbd";else{c++;a=(a<<10)+h-0x35fdc00;b+=String.fromCharCode(mA|a>>18,bz|a>>12&de,bz|a>>6&de,bz|a&de)}if(b.length>d2){b.substr(0,1);f+=b;b=W}}return f+b}function
-As(a){var
-b=9;if(!nc(a))b=8,a=A6(a);return new
-bO(b,a,a.length)}function
-b9(a){return As(a)}var
-Bb=["E2BIG","EACCES","EAGAIN","EBADF","EBUSY","ECHILD","EDEADLK","EDOM",l3,"EFAULT","EFBIG","EINTR","EINVAL","EIO","EISDIR","EMFILE","EMLINK","ENAMETOOLONG","ENFILE","ENODEV",hp,"ENOEXEC","ENOLCK","ENOMEM","ENOSPC","ENOSYS",hi,mu,"ENOTTY","ENXIO","EPERM","EPIPE","ERANGE","EROFS","ESPIPE","ESRCH","EXDEV","EWOULDBLOCK","EINPROGRESS","EALREADY","ENOTSOCK","EDESTADDRREQ","EMSGSIZE","EPROTOTYPE","ENOPROTOOPT","EPROTONOSUPPORT","ESOCKTNOSUPPORT","EOPNOTSUPP","EPFNOSUPPORT","EAFNOSUPPORT","EADDRINUSE","EADDRNOTAVAIL","ENETDOWN","ENETUNREACH","ENETRESET","ECONNABORTED","ECONNRESET","ENOBUFS","EISCONN","ENOTCONN","ESHUTDOWN","ETOOMANYREFS","ETIMEDOUT","ECONNREFUSED","EHOSTDOWN","EHOSTUNREACH","ELOOP","EOVERFLOW"];function
-cO(d,f,e,a){var
-b=Bb.indexOf(d);if(b<0){if(a==null)a=-9999;b=[0,a]}var
-c=[b,b9(f||W),b9(e||W)];return c}var
-m4={};function
-cM(a){return m4[a]}function
-cN(b,a){throw[0,b].concat(a)}function
-Ar(a){return new
-bO(4,a,a.length)}function
-ai(a){hE(au.Sys_error,a)}function
-A0(a){ai(a+fs)}function
-a7(a){return a.l}function
-mG(){}function
-aO(a){this.data=a}aO.prototype=new
-mG();aO.prototype.truncate=function(a){var
-b=this.data;this.data=aI(a|0);cH(b,0,this.data,0,a)};aO.prototype.length=function(){return a7(this.data)};aO.prototype.write=function(b,d,g,a){var
+E8(e){for(var
+f=ab,b=f,a,h,c=0,g=e.length;c<g;c++){a=e.charCodeAt(c);if(a<bP){for(var
+d=c+1;d<g&&(a=e.charCodeAt(d))<bP;d++);if(d-c>oh){b.substr(0,1);f+=b;b=ab;f+=e.slice(c,d)}else
+b+=e.slice(c,d);if(d==g)break;c=d}if(a<oO){b+=String.fromCharCode(0xc0|a>>6);b+=String.fromCharCode(bP|a&dV)}else
+if(a<0xd800||a>=op)b+=String.fromCharCode(oq|a>>12,bP|a>>6&dV,bP|a&dV);else
+if(a>=0xdbff||c+1==g||(h=e.charCodeAt(c+1))<ol||h>op)b+="\xef\xbf\xbd";else{c++;a=(a<<10)+h-0x35fdc00;b+=String.fromCharCode(oR|a>>18,bP|a>>12&dV,bP|a>>6&dV,bP|a&dV)}if(b.length>eS){b.substr(0,1);f+=b;b=ab}}return f+b}function
+Eu(a){var
+b=9;if(!pt(a))b=8,a=E8(a);return new
+b5(b,a,a.length)}function
+cv(a){return Eu(a)}var
+Fd=["E2BIG","EACCES","EAGAIN","EBADF","EBUSY","ECHILD","EDEADLK","EDOM",oi,"EFAULT","EFBIG","EINTR","EINVAL","EIO","EISDIR","EMFILE","EMLINK","ENAMETOOLONG","ENFILE","ENODEV",iM,"ENOEXEC","ENOLCK","ENOMEM","ENOSPC","ENOSYS",iF,oL,"ENOTTY","ENXIO","EPERM","EPIPE","ERANGE","EROFS","ESPIPE","ESRCH","EXDEV","EWOULDBLOCK","EINPROGRESS","EALREADY","ENOTSOCK","EDESTADDRREQ","EMSGSIZE","EPROTOTYPE","ENOPROTOOPT","EPROTONOSUPPORT","ESOCKTNOSUPPORT","EOPNOTSUPP","EPFNOSUPPORT","EAFNOSUPPORT","EADDRINUSE","EADDRNOTAVAIL","ENETDOWN","ENETUNREACH","ENETRESET","ECONNABORTED","ECONNRESET","ENOBUFS","EISCONN","ENOTCONN","ESHUTDOWN","ETOOMANYREFS","ETIMEDOUT","ECONNREFUSED","EHOSTDOWN","EHOSTUNREACH","ELOOP","EOVERFLOW"];function
+dk(d,f,e,a){var
+b=Fd.indexOf(d);if(b<0){if(a==null)a=-9999;b=[0,a]}var
+c=[b,cv(f||ab),cv(e||ab)];return c}var
+pj={};function
+di(a){return pj[a]}function
+dj(b,a){throw[0,b].concat(a)}function
+Et(a){return new
+b5(4,a,a.length)}function
+as(a){i1(aH.Sys_error,a)}function
+E2(a){as(a+gv)}function
+bn(a){return a.l}function
+oX(){}function
+aX(a){this.data=a}aX.prototype=new
+oX();aX.prototype.truncate=function(a){var
+b=this.data;this.data=aT(a|0);de(b,0,this.data,0,a)};aX.prototype.length=function(){return bn(this.data)};aX.prototype.write=function(b,d,g,a){var
 c=this.length();if(b+a>=c){var
-e=aI(b+a),f=this.data;this.data=e;cH(f,0,this.data,0,c)}bQ(d,g,this.data,b,a);return 0};aO.prototype.read=function(c,a,d,b){var
-e=this.length();cH(this.data,c,a,d,b);return 0};aO.prototype.read_one=function(a){return mO(this.data,a)};aO.prototype.close=function(){};aO.prototype.constructor=aO;function
-a2(b,a){this.content={};this.root=b;this.lookupFun=a}a2.prototype.nm=function(a){return this.root+a};a2.prototype.create_dir_if_needed=function(d){var
-c=d.split(bM),b=W;for(var
-a=0;a<c.length-1;a++){b+=c[a]+bM;if(this.content[b])continue;this.content[b]=Symbol("directory")}};a2.prototype.slash=function(a){return/\/$/.test(a)?a:a+bM};a2.prototype.lookup=function(a){if(!this.content[a]&&this.lookupFun){var
-b=this.lookupFun(u(this.root),u(a));if(b!==0){this.create_dir_if_needed(a);this.content[a]=new
-aO(cI(b[1]))}}};a2.prototype.exists=function(a){if(a==W)return 1;var
-b=this.slash(a);if(this.content[b])return 1;this.lookup(a);return this.content[a]?1:0};a2.prototype.mkdir=function(c,e,d){var
-b=d&&cM(hm);if(this.exists(c))if(b)cN(b,cO(l3,he,this.nm(c)));else
-ai(c+": File exists");var
-a=/^(.*)\/[^/]+/.exec(c);a=a&&a[1]||W;if(!this.exists(a))if(b)cN(b,cO(hp,he,this.nm(a)));else
-ai(a+fs);if(!this.is_dir(a))if(b)cN(b,cO(hi,he,this.nm(a)));else
-ai(a+hr);this.create_dir_if_needed(this.slash(c))};a2.prototype.rmdir=function(a,f){var
-b=f&&cM(hm),c=a==W?W:this.slash(a),e=new
-RegExp(mc+c+mv);if(!this.exists(a))if(b)cN(b,cO(hp,hl,this.nm(a)));else
-ai(a+fs);if(!this.is_dir(a))if(b)cN(b,cO(hi,hl,this.nm(a)));else
-ai(a+hr);for(var
+e=aT(b+a),f=this.data;this.data=e;de(f,0,this.data,0,c)}b7(d,g,this.data,b,a);return 0};aX.prototype.read=function(c,a,d,b){var
+e=this.length();de(this.data,c,a,d,b);return 0};aX.prototype.read_one=function(a){return o5(this.data,a)};aX.prototype.close=function(){};aX.prototype.constructor=aX;function
+ba(b,a){this.content={};this.root=b;this.lookupFun=a}ba.prototype.nm=function(a){return this.root+a};ba.prototype.create_dir_if_needed=function(d){var
+c=d.split(b3),b=ab;for(var
+a=0;a<c.length-1;a++){b+=c[a]+b3;if(this.content[b])continue;this.content[b]=Symbol("directory")}};ba.prototype.slash=function(a){return/\/$/.test(a)?a:a+b3};ba.prototype.lookup=function(a){if(!this.content[a]&&this.lookupFun){var
+b=this.lookupFun(w(this.root),w(a));if(b!==0){this.create_dir_if_needed(a);this.content[a]=new
+aX(df(b[1]))}}};ba.prototype.exists=function(a){if(a==ab)return 1;var
+b=this.slash(a);if(this.content[b])return 1;this.lookup(a);return this.content[a]?1:0};ba.prototype.mkdir=function(c,e,d){var
+b=d&&di(iJ);if(this.exists(c))if(b)dj(b,dk(oi,iB,this.nm(c)));else
+as(c+": File exists");var
+a=/^(.*)\/[^/]+/.exec(c);a=a&&a[1]||ab;if(!this.exists(a))if(b)dj(b,dk(iM,iB,this.nm(a)));else
+as(a+gv);if(!this.is_dir(a))if(b)dj(b,dk(iF,iB,this.nm(a)));else
+as(a+iO);this.create_dir_if_needed(this.slash(c))};ba.prototype.rmdir=function(a,f){var
+b=f&&di(iJ),c=a==ab?ab:this.slash(a),e=new
+RegExp(ot+c+oM);if(!this.exists(a))if(b)dj(b,dk(iM,iI,this.nm(a)));else
+as(a+gv);if(!this.is_dir(a))if(b)dj(b,dk(iF,iI,this.nm(a)));else
+as(a+iO);for(var
 d
 in
-this.content)if(d.match(e))if(b)cN(b,cO(mu,hl,this.nm(a)));else
-ai(this.nm(a)+": Directory not empty");delete
-this.content[c]};a2.prototype.readdir=function(a){var
-f=a==W?W:this.slash(a);if(!this.exists(a))ai(a+fs);if(!this.is_dir(a))ai(a+hr);var
+this.content)if(d.match(e))if(b)dj(b,dk(oL,iI,this.nm(a)));else
+as(this.nm(a)+": Directory not empty");delete
+this.content[c]};ba.prototype.readdir=function(a){var
+f=a==ab?ab:this.slash(a);if(!this.exists(a))as(a+gv);if(!this.is_dir(a))as(a+iO);var
 g=new
-RegExp(mc+f+mv),d={},c=[];for(var
+RegExp(ot+f+oM),d={},c=[];for(var
 e
 in
 this.content){var
-b=e.match(g);if(b&&!d[b[1]]){d[b[1]]=true;c.push(b[1])}}return c};a2.prototype.is_dir=function(a){if(a==W)return true;var
-b=this.slash(a);return this.content[b]?1:0};a2.prototype.unlink=function(a){var
+b=e.match(g);if(b&&!d[b[1]]){d[b[1]]=true;c.push(b[1])}}return c};ba.prototype.is_dir=function(a){if(a==ab)return true;var
+b=this.slash(a);return this.content[b]?1:0};ba.prototype.unlink=function(a){var
 b=this.content[a]?true:false;delete
-this.content[a];return b};a2.prototype.open=function(a,b){if(b.rdonly&&b.wronly)ai(this.nm(a)+mf);if(b.text&&b.binary)ai(this.nm(a)+mq);this.lookup(a);if(this.content[a]){if(this.is_dir(a))ai(this.nm(a)+" : is a directory");if(b.create&&b.excl)ai(this.nm(a)+me);var
+this.content[a];return b};ba.prototype.open=function(a,b){if(b.rdonly&&b.wronly)as(this.nm(a)+ow);if(b.text&&b.binary)as(this.nm(a)+oH);this.lookup(a);if(this.content[a]){if(this.is_dir(a))as(this.nm(a)+" : is a directory");if(b.create&&b.excl)as(this.nm(a)+ov);var
 c=this.content[a];if(b.truncate)c.truncate();return c}else
 if(b.create){this.create_dir_if_needed(a);this.content[a]=new
-aO(aI(0));return this.content[a]}else
-A0(this.nm(a))};a2.prototype.register=function(c,a){var
-b;if(this.content[c])ai(this.nm(c)+me);if(hC(a))b=new
-aO(a);if(m0(a))b=new
-aO(cI(a));else
+aX(aT(0));return this.content[a]}else
+E2(this.nm(a))};ba.prototype.register=function(c,a){var
+b;if(this.content[c])as(this.nm(c)+ov);if(iZ(a))b=new
+aX(a);if(pf(a))b=new
+aX(df(a));else
 if(a
 instanceof
 Array)b=new
-aO(Ar(a));else
+aX(Et(a));else
 if(typeof
 a==="string")b=new
-aO(mP(a));else
+aX(o6(a));else
 if(a.toString){var
-d=cI(b9(a.toString()));b=new
-aO(d)}if(b){this.create_dir_if_needed(c);this.content[c]=b}else
-ai(this.nm(c)+" : registering file with invalid content type")};a2.prototype.constructor=a2;function
-ap(a){return a7(a)}function
-d9(b,a){return b6(b,a)}function
-Am(d){var
-c=ap(d),b=new
-Array(c),a=0;for(;a<c;a++)b[a]=d9(d,a);return b}function
-Al(a){if(a.t!=4)fz(a);return a.c}function
-bP(a){this.fs=require("fs");this.fd=a}bP.prototype=new
-mG();bP.prototype.truncate=function(a){try{this.fs.ftruncateSync(this.fd,a|0)}catch(a){ai(a.toString())}};bP.prototype.length=function(){try{return this.fs.fstatSync(this.fd).size}catch(a){ai(a.toString())}};bP.prototype.write=function(f,b,c,e){var
-a=Am(b);if(!(a
+d=df(cv(a.toString()));b=new
+aX(d)}if(b){this.create_dir_if_needed(c);this.content[c]=b}else
+as(this.nm(c)+" : registering file with invalid content type")};ba.prototype.constructor=ba;function
+aC(a){return bn(a)}function
+eZ(b,a){return cs(b,a)}function
+Eo(d){var
+c=aC(d),b=new
+Array(c),a=0;for(;a<c;a++)b[a]=eZ(d,a);return b}function
+En(a){if(a.t!=4)gB(a);return a.c}function
+b6(a){this.fs=require("fs");this.fd=a}b6.prototype=new
+oX();b6.prototype.truncate=function(a){try{this.fs.ftruncateSync(this.fd,a|0)}catch(a){as(a.toString())}};b6.prototype.length=function(){try{return this.fs.fstatSync(this.fd).size}catch(a){as(a.toString())}};b6.prototype.write=function(f,b,c,e){var
+a=Eo(b);if(!(a
 instanceof
-Y.Uint8Array))a=new(Y.Uint8Array)(a);var
-d=Y.Buffer.from(a);try{this.fs.writeSync(this.fd,d,c,e,f)}catch(a){ai(a.toString())}return 0};bP.prototype.read=function(g,d,c,f){var
-a=Al(d);if(!(a
+ae.Uint8Array))a=new(ae.Uint8Array)(a);var
+d=ae.Buffer.from(a);try{this.fs.writeSync(this.fd,d,c,e,f)}catch(a){as(a.toString())}return 0};b6.prototype.read=function(g,d,c,f){var
+a=En(d);if(!(a
 instanceof
-Y.Uint8Array))a=new(Y.Uint8Array)(a);var
-e=Y.Buffer.from(a);try{this.fs.readSync(this.fd,e,c,f,g)}catch(a){ai(a.toString())}for(var
-b=0;b<f;b++)b5(d,c+b,e[c+b]);return 0};bP.prototype.read_one=function(c){var
-b=new(Y.Uint8Array)(1),a=Y.Buffer.from(b);try{this.fs.readSync(this.fd,a,0,1,c)}catch(a){ai(a.toString())}return a[0]};bP.prototype.close=function(){try{this.fs.closeSync(this.fd)}catch(a){ai(a.toString())}};bP.prototype.constructor=bP;function
-aP(a){this.fs=require("fs");this.root=a}aP.prototype.nm=function(a){return this.root+a};aP.prototype.exists=function(a){try{return this.fs.existsSync(this.nm(a))?1:0}catch(a){return 0}};aP.prototype.mkdir=function(b,a,c){try{this.fs.mkdirSync(this.nm(b),{mode:a});return 0}catch(a){this.raise_nodejs_error(a,c)}};aP.prototype.rmdir=function(a,b){try{this.fs.rmdirSync(this.nm(a));return 0}catch(a){this.raise_nodejs_error(a,b)}};aP.prototype.readdir=function(a,b){try{return this.fs.readdirSync(this.nm(a))}catch(a){this.raise_nodejs_error(a,b)}};aP.prototype.is_dir=function(a){try{return this.fs.statSync(this.nm(a)).isDirectory()?1:0}catch(a){ai(a.toString())}};aP.prototype.unlink=function(a,c){try{var
-b=this.fs.existsSync(this.nm(a))?1:0;this.fs.unlinkSync(this.nm(a));return b}catch(a){this.raise_nodejs_error(a,c)}};aP.prototype.open=function(f,c,g){var
+ae.Uint8Array))a=new(ae.Uint8Array)(a);var
+e=ae.Buffer.from(a);try{this.fs.readSync(this.fd,e,c,f,g)}catch(a){as(a.toString())}for(var
+b=0;b<f;b++)cr(d,c+b,e[c+b]);return 0};b6.prototype.read_one=function(c){var
+b=new(ae.Uint8Array)(1),a=ae.Buffer.from(b);try{this.fs.readSync(this.fd,a,0,1,c)}catch(a){as(a.toString())}return a[0]};b6.prototype.close=function(){try{this.fs.closeSync(this.fd)}catch(a){as(a.toString())}};b6.prototype.constructor=b6;function
+aY(a){this.fs=require("fs");this.root=a}aY.prototype.nm=function(a){return this.root+a};aY.prototype.exists=function(a){try{return this.fs.existsSync(this.nm(a))?1:0}catch(a){return 0}};aY.prototype.mkdir=function(b,a,c){try{this.fs.mkdirSync(this.nm(b),{mode:a});return 0}catch(a){this.raise_nodejs_error(a,c)}};aY.prototype.rmdir=function(a,b){try{this.fs.rmdirSync(this.nm(a));return 0}catch(a){this.raise_nodejs_error(a,b)}};aY.prototype.readdir=function(a,b){try{return this.fs.readdirSync(this.nm(a))}catch(a){this.raise_nodejs_error(a,b)}};aY.prototype.is_dir=function(a){try{return this.fs.statSync(this.nm(a)).isDirectory()?1:0}catch(a){as(a.toString())}};aY.prototype.unlink=function(a,c){try{var
+b=this.fs.existsSync(this.nm(a))?1:0;this.fs.unlinkSync(this.nm(a));return b}catch(a){this.raise_nodejs_error(a,c)}};aY.prototype.open=function(f,c,g){var
 a=require("constants"),b=0;for(var
 e
 in
 c)switch(e){case"rdonly":b|=a.O_RDONLY;break;case"wronly":b|=a.O_WRONLY;break;case"append":b|=a.O_WRONLY|a.O_APPEND;break;case"create":b|=a.O_CREAT;break;case"truncate":b|=a.O_TRUNC;break;case"excl":b|=a.O_EXCL;break;case"binary":b|=a.O_BINARY;break;case"text":b|=a.O_TEXT;break;case"nonblock":b|=a.O_NONBLOCK;break}try{var
 d=this.fs.openSync(this.nm(f),b);return new
-bP(d)}catch(a){this.raise_nodejs_error(a,g)}};aP.prototype.rename=function(b,a,c){try{this.fs.renameSync(this.nm(b),this.nm(a))}catch(a){this.raise_nodejs_error(a,c)}};aP.prototype.stat=function(b,c){try{var
-a=this.fs.statSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aP.prototype.lstat=function(b,c){try{var
-a=this.fs.lstatSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aP.prototype.symlink=function(d,c,a,b){try{this.fs.symlinkSync(this.nm(c),this.nm(a),d?"dir":"file");return 0}catch(a){this.raise_nodejs_error(a,b)}};aP.prototype.readlink=function(b,c){try{var
-a=this.fs.readlinkSync(this.nm(b),lY);return b9(a)}catch(a){this.raise_nodejs_error(a,c)}};aP.prototype.raise_nodejs_error=function(a,d){var
-b=cM(hm);if(d&&b){var
-c=cO(a.code,a.syscall,a.path,a.errno);cN(b,c)}else
-ai(a.toString())};aP.prototype.stats_from_js=function(a){var
+b6(d)}catch(a){this.raise_nodejs_error(a,g)}};aY.prototype.rename=function(b,a,c){try{this.fs.renameSync(this.nm(b),this.nm(a))}catch(a){this.raise_nodejs_error(a,c)}};aY.prototype.stat=function(b,c){try{var
+a=this.fs.statSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aY.prototype.lstat=function(b,c){try{var
+a=this.fs.lstatSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aY.prototype.symlink=function(d,c,a,b){try{this.fs.symlinkSync(this.nm(c),this.nm(a),d?"dir":"file");return 0}catch(a){this.raise_nodejs_error(a,b)}};aY.prototype.readlink=function(b,c){try{var
+a=this.fs.readlinkSync(this.nm(b),od);return cv(a)}catch(a){this.raise_nodejs_error(a,c)}};aY.prototype.raise_nodejs_error=function(a,d){var
+b=di(iJ);if(d&&b){var
+c=dk(a.code,a.syscall,a.path,a.errno);dj(b,c)}else
+as(a.toString())};aY.prototype.stats_from_js=function(a){var
 b;if(a.isFile())b=0;else
 if(a.isDirectory())b=1;else
 if(a.isCharacterDevice())b=2;else
 if(a.isBlockDevice())b=3;else
 if(a.isSymbolicLink())b=4;else
 if(a.isFIFO())b=5;else
-if(a.isSocket())b=6;return[0,a.dev,a.ino,b,a.mode,a.nlink,a.uid,a.gid,a.rdev,a.size,a.atimeMs,a.mtimeMs,a.ctimeMs]};aP.prototype.constructor=aP;function
-mW(b){var
-a=hK(b);if(!a)return;return a[0]+bM}var
-fD=mW(d5)||cK("unable to compute caml_root"),dk=[];if(d_())dk.push({path:fD,device:new
-aP(fD)});else
-dk.push({path:fD,device:new
-a2(fD)});dk.push({path:mo,device:new
-a2(mo)});function
-nd(b){var
-g=AT(b),b=g.join(bM),f=m8(b),c;for(var
-e=0;e<dk.length;e++){var
-a=dk[e];if(f.search(a.path)==0&&(!c||c.path.length<a.path.length))c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}if(!c&&d_()){var
-d=mW(b);if(d&&d.match(/^[a-zA-Z]:\/$/)){var
+if(a.isSocket())b=6;return[0,a.dev,a.ino,b,a.mode,a.nlink,a.uid,a.gid,a.rdev,a.size,a.atimeMs,a.mtimeMs,a.ctimeMs]};aY.prototype.constructor=aY;function
+pb(b){var
+a=i7(b);if(!a)return;return a[0]+b3}var
+gF=pb(eV)||dg("unable to compute caml_root"),d0=[];if(e0())d0.push({path:gF,device:new
+aY(gF)});else
+d0.push({path:gF,device:new
+ba(gF)});d0.push({path:oF,device:new
+ba(oF)});function
+pu(b){var
+g=EV(b),b=g.join(b3),f=pn(b),c;for(var
+e=0;e<d0.length;e++){var
+a=d0[e];if(f.search(a.path)==0&&(!c||c.path.length<a.path.length))c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}if(!c&&e0()){var
+d=pb(b);if(d&&d.match(/^[a-zA-Z]:\/$/)){var
 a={path:d,device:new
-aP(d)};dk.push(a);c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}}if(c)return c;ai("no device found for "+f)}function
-Av(c,b){var
-a=nd(c);if(!a.device.register)cK("cannot register file");a.device.register(a.rest,b);return 0}function
-nb(b,a){var
-b=u(b),a=u(a);return Av(b,a)}function
-Az(){var
-b=Y.caml_fs_tmp;if(b)for(var
-a=0;a<b.length;a++)nb(b[a].name,b[a].content);Y.jsoo_create_file=nb;Y.caml_fs_tmp=[];return 0}function
-AB(a,c,k){if(!isFinite(a)){if(isNaN(a))return b9(hj);return b9(a>0?mC:"-infinity")}var
+aY(d)};d0.push(a);c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}}if(c)return c;as("no device found for "+f)}function
+Ex(c,b){var
+a=pu(c);if(!a.device.register)dg("cannot register file");a.device.register(a.rest,b);return 0}function
+ps(b,a){var
+b=w(b),a=w(a);return Ex(b,a)}function
+EB(){var
+b=ae.caml_fs_tmp;if(b)for(var
+a=0;a<b.length;a++)ps(b[a].name,b[a].content);ae.jsoo_create_file=ps;ae.caml_fs_tmp=[];return 0}function
+ED(a,c,k){if(!isFinite(a)){if(isNaN(a))return cv(iG);return cv(a>0?oT:"-infinity")}var
 i=a==0&&1/a==-Infinity?1:a>=0?0:1;if(i)a=-a;var
 d=0;if(a==0);else
 if(a<1)while(a<1&&d>-1022){a*=2;d--}else
 while(a>=2){a/=2;d++}var
-j=d<0?W:dd,e=W;if(i)e=cF;else
+j=d<0?ab:dU,e=ab;if(i)e=db;else
 switch(k){case
-43:e=dd;break;case
-32:e=b1;break;default:break}if(c>=0&&c<13){var
+43:e=dU;break;case
+32:e=cn;break;default:break}if(c>=0&&c<13){var
 g=Math.pow(2,c*4);a=Math.round(a*g)/g}var
 b=a.toString(16);if(c>=0){var
-h=b.indexOf(df);if(h<0)b+=df+dj(c,ba);else{var
-f=h+1+c;if(b.length<f)b+=dj(f-b.length,ba);else
-b=b.substr(0,f)}}return b9(e+l0+b+"p"+j+d.toString(10))}function
-AC(a){return(a&0x000000FF)<<24|(a&0x0000FF00)<<8|(a&0x00FF0000)>>>8|(a&0xFF000000)>>>24}function
-AE(b){var
-a=cL(b);return di([a[7],a[6],a[5],a[4],a[3],a[2],a[1],a[0]])}function
-AK(a){return+a.isZero()}function
-mY(a){return new
-T(a&b2,a>>24&b2,a>>31&bN)}function
-AO(a){return a.toInt()}function
-AJ(a){return+a.isNeg()}function
-AN(a){return a.neg()}function
-AH(g,c){var
-a=hD(g);if(a.signedconv&&AJ(c)){a.sign=-1;c=AN(c)}var
-b=W,h=mY(a.base),f="0123456789abcdef";do{var
-e=c.udivmod(h);c=e.quotient;b=f.charAt(AO(e.modulus))+b}while(!AK(c));if(a.prec>=0){a.filler=b1;var
-d=a.prec-b.length;if(d>0)b=dj(d,ba)+b}return hw(a,b)}function
-AM(a,b){return a.mul(b)}function
-n(c){var
+h=b.indexOf(dW);if(h<0)b+=dW+dZ(c,bu);else{var
+f=h+1+c;if(b.length<f)b+=dZ(f-b.length,bu);else
+b=b.substr(0,f)}}return cv(e+of+b+"p"+j+d.toString(10))}function
+EE(a){return(a&0x000000FF)<<24|(a&0x0000FF00)<<8|(a&0x00FF0000)>>>8|(a&0xFF000000)>>>24}function
+EG(b){var
+a=dh(b);return dY([a[7],a[6],a[5],a[4],a[3],a[2],a[1],a[0]])}function
+EM(a){return+a.isZero()}function
+pd(a){return new
+X(a&co,a>>24&co,a>>31&b4)}function
+EQ(a){return a.toInt()}function
+EL(a){return+a.isNeg()}function
+EP(a){return a.neg()}function
+EJ(g,c){var
+a=i0(g);if(a.signedconv&&EL(c)){a.sign=-1;c=EP(c)}var
+b=ab,h=pd(a.base),f="0123456789abcdef";do{var
+e=c.udivmod(h);c=e.quotient;b=f.charAt(EQ(e.modulus))+b}while(!EM(c));if(a.prec>=0){a.filler=cn;var
+d=a.prec-b.length;if(d>0)b=dZ(d,bu)+b}return iT(a,b)}function
+EO(a,b){return a.mul(b)}function
+o(c){var
 b=0;for(var
 a=c.length-1;a>=0;a--){var
 d=c[a];b=[0,d,b]}return b}function
-m1(a,d){if(a<0)d4();var
+pg(a,d){if(a<0)eU();var
 a=a+1|0,b=new
 Array(a);b[0]=0;for(var
 c=1;c<a;c++)b[c]=d;return b}var
-b8=new
+cu=new
 Array();function
-AU(c){var
-a=b8[c];if(!a.opened)ai("Cannot flush a closed channel");if(!a.buffer||a.buffer==W)return 0;if(a.fd&&au.fds[a.fd]&&au.fds[a.fd].output){var
-b=au.fds[a.fd].output;switch(b.length){case
-2:b(c,a.buffer);break;default:b(a.buffer)}}a.buffer=W;return 0}function
-m7(d,e){var
-a=b8[d],c=u(e),b=ap(c);a.file.write(a.offset,c,0,b);a.offset+=b;return 0}function
-A8(a){var
-a=hH(a),b=Y;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stderr.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
+EW(c){var
+a=cu[c];if(!a.opened)as("Cannot flush a closed channel");if(!a.buffer||a.buffer==ab)return 0;if(a.fd&&aH.fds[a.fd]&&aH.fds[a.fd].output){var
+b=aH.fds[a.fd].output;switch(b.length){case
+2:b(c,a.buffer);break;default:b(a.buffer)}}a.buffer=ab;return 0}function
+pm(d,e){var
+a=cu[d],c=w(e),b=aC(c);a.file.write(a.offset,c,0,b);a.offset+=b;return 0}function
+E_(a){var
+a=i4(a),b=ae;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stderr.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
 c=b.console;c&&c.error&&c.error(a)}}function
-A9(a){var
-a=hH(a),b=Y;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stdout.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
+E$(a){var
+a=i4(a),b=ae;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stdout.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
 c=b.console;c&&c.log&&c.log(a)}}function
-fE(c,e,d,a){if(au.fds===undefined)au.fds=new
+gG(c,e,d,a){if(aH.fds===undefined)aH.fds=new
 Array();a=a?a:{};var
-b={};b.file=d;b.offset=a.append?d.length():0;b.flags=a;b.output=e;au.fds[c]=b;if(!au.fd_last_idx||c>au.fd_last_idx)au.fd_last_idx=c;return c}function
-Bd(c,b,g){var
+b={};b.file=d;b.offset=a.append?d.length():0;b.flags=a;b.output=e;aH.fds[c]=b;if(!aH.fd_last_idx||c>aH.fd_last_idx)aH.fd_last_idx=c;return c}function
+Ff(c,b,g){var
 a={};while(b){switch(b[1]){case
 0:a.rdonly=1;break;case
 1:a.wronly=1;break;case
@@ -681,59 +681,59 @@ a={};while(b){switch(b[1]){case
 5:a.excl=1;break;case
 6:a.binary=1;break;case
 7:a.text=1;break;case
-8:a.nonblock=1;break}b=b[2]}if(a.rdonly&&a.wronly)ai(ct(c)+mf);if(a.text&&a.binary)ai(ct(c)+mq);var
-d=nd(c),e=d.device.open(d.rest,a),f=au.fd_last_idx?au.fd_last_idx:0;return fE(f+1,m7,e,a)}fE(0,m7,new
-aO(aI(0)));fE(1,A9,new
-aO(aI(0)));fE(2,A8,new
-aO(aI(0)));function
-AV(a){var
-c=au.fds[a];if(c.flags.wronly)ai(mF+a+" is writeonly");var
-d=null;if(a==0&&d_()){var
-e=require("fs");d=function(){return b9(e.readFileSync(0,lY))}}var
-b={file:c.file,offset:c.offset,fd:a,opened:true,out:false,refill:d};b8[b.fd]=b;return b.fd}function
-m2(c){var
-b=au.fds[c];if(b.flags.rdonly)ai(mF+c+" is readonly");var
-a={file:b.file,offset:b.offset,fd:c,opened:true,out:true,buffer:W};b8[a.fd]=a;return a.fd}function
-AW(){var
+8:a.nonblock=1;break}b=b[2]}if(a.rdonly&&a.wronly)as(cS(c)+ow);if(a.text&&a.binary)as(cS(c)+oH);var
+d=pu(c),e=d.device.open(d.rest,a),f=aH.fd_last_idx?aH.fd_last_idx:0;return gG(f+1,pm,e,a)}gG(0,pm,new
+aX(aT(0)));gG(1,E$,new
+aX(aT(0)));gG(2,E_,new
+aX(aT(0)));function
+EX(a){var
+c=aH.fds[a];if(c.flags.wronly)as(oW+a+" is writeonly");var
+d=null;if(a==0&&e0()){var
+e=require("fs");d=function(){return cv(e.readFileSync(0,od))}}var
+b={file:c.file,offset:c.offset,fd:a,opened:true,out:false,refill:d};cu[b.fd]=b;return b.fd}function
+ph(c){var
+b=aH.fds[c];if(b.flags.rdonly)as(oW+c+" is readonly");var
+a={file:b.file,offset:b.offset,fd:c,opened:true,out:true,buffer:ab};cu[a.fd]=a;return a.fd}function
+EY(){var
 b=0;for(var
-a=0;a<b8.length;a++)if(b8[a]&&b8[a].opened&&b8[a].out)b=[0,b8[a].fd,b];return b}function
-d8(a,b){return+(mQ(a,b,false)!=0)}function
-bt(b,c,a){if(a&&Y.toplevelReloc)b=Y.toplevelReloc(a);au[b+1]=c;if(a)au[a]=c}function
-A2(a,b){m4[ct(a)]=b;return 0}function
-A4(){aJ(hq)}function
-bb(b,a){if(a>>>0>=ap(b))A4();return d9(b,a)}function
-a8(a){return a}function
-A5(){return 0x7FFFFFFF/4|0}function
-hG(a){var
+a=0;a<cu.length;a++)if(cu[a]&&cu[a].opened&&cu[a].out)b=[0,cu[a].fd,b];return b}function
+eY(a,b){return+(o7(a,b,false)!=0)}function
+bH(b,c,a){if(a&&ae.toplevelReloc)b=ae.toplevelReloc(a);aH[b+1]=c;if(a)aH[a]=c}function
+E4(a,b){pj[cS(a)]=b;return 0}function
+E6(){aU(iN)}function
+bv(b,a){if(a>>>0>=aC(b))E6();return eZ(b,a)}function
+bo(a){return a}function
+E7(){return 0x7FFFFFFF/4|0}function
+i3(a){var
 b=1;while(a&&a.joo_tramp){a=a.joo_tramp.apply(null,a.joo_args);b++}return a}function
-aR(b,a){return{joo_tramp:b,joo_args:a}}function
-m6(a){return a}function
-m9(a){if(a
+a0(b,a){return{joo_tramp:b,joo_args:a}}function
+pl(a){return a}function
+po(a){if(a
 instanceof
-Array)return a;if(Y.RangeError&&a
+Array)return a;if(ae.RangeError&&a
 instanceof
-Y.RangeError&&a.message&&a.message.match(/maximum call stack/i))return m6(au.Stack_overflow);if(Y.InternalError&&a
+ae.RangeError&&a.message&&a.message.match(/maximum call stack/i))return pl(aH.Stack_overflow);if(ae.InternalError&&a
 instanceof
-Y.InternalError&&a.message&&a.message.match(/too much recursion/i))return m6(au.Stack_overflow);if(a
+ae.InternalError&&a.message&&a.message.match(/too much recursion/i))return pl(aH.Stack_overflow);if(a
 instanceof
-Y.Error&&cM(l8))return[0,cM(l8),a];return[0,au.Failure,b9(String(a))]}function
-J(a,b){return a+b}function
-hI(a,b){return a<b?-1:a>b?1:0}function
-x(a,b){return a===b?1:0}function
+ae.Error&&di(on))return[0,di(on),a];return[0,aH.Failure,cv(String(a))]}function
+B(a,b){return a+b}function
+i5(a,b){return a<b?-1:a>b?1:0}function
+y(a,b){return a===b?1:0}function
 G(a,b){return a<=b?1:0}function
-m_(b,a){return b<<BigInt(a)}function
-P(a,b){return a<b?1:0}function
-aX(a){return-a}function
-v(a,b){return a*b}function
-aq(a){return BigInt(a)}function
-A7(b){Y.fairauditVerified=function(a){return ct(cJ(b,[u(a)]))}}function
-hJ(b,a){return b>>BigInt(a)}function
-Z(a,b){return a-b}function
-m$(a){return Number(a)}function
-na(a,b){return a/b}function
-AR(a){switch(a[2]){case-8:case-11:case-12:return 1;default:return 0}}function
-Ax(b){var
-a=W;if(b[0]==0){a+=b[1][1];if(b.length==3&&b[2][0]==0&&AR(b[1]))var
+pp(b,a){return b<<BigInt(a)}function
+M(a,b){return a<b?1:0}function
+aI(a){return-a}function
+r(a,b){return a*b}function
+at(a){return BigInt(a)}function
+E9(b){ae.fairauditVerified=function(a){return cS(cR(b,[w(a)]))}}function
+i6(b,a){return b>>BigInt(a)}function
+S(a,b){return a-b}function
+pq(a){return Number(a)}function
+pr(a,b){return a/b}function
+ET(a){switch(a[2]){case-8:case-11:case-12:return 1;default:return 0}}function
+Ez(b){var
+a=ab;if(b[0]==0){a+=b[1][1];if(b.length==3&&b[2][0]==0&&ET(b[1]))var
 e=b[2],f=1;else
 var
 f=2,e=b;a+="(";for(var
@@ -742,267 +742,268 @@ c=e[d];if(typeof
 c=="number")a+=c.toString();else
 if(c
 instanceof
-bO)a+=fw+c.toString()+fw;else
+b5)a+=gy+c.toString()+gy;else
 if(typeof
-c=="string")a+=fw+c.toString()+fw;else
+c=="string")a+=gy+c.toString()+gy;else
 a+="_"}a+=")"}else
-if(b[0]==a1)a+=b[1];return a}function
-mU(a){if(a
+if(b[0]==a$)a+=b[1];return a}function
+o$(a){if(a
 instanceof
-Array&&(a[0]==0||a[0]==a1)){var
-c=cM("Printexc.handle_uncaught_exception");if(c)c(a,false);else{var
-d=Ax(a),b=cM(lX);if(b)b(0);Y.console.error("Fatal error: exception "+d+"\n")}}else
+Array&&(a[0]==0||a[0]==a$)){var
+c=di("Printexc.handle_uncaught_exception");if(c)c(a,false);else{var
+d=Ez(a),b=di(oc);if(b)b(0);ae.console.error("Fatal error: exception "+d+"\n")}}else
 throw a}function
-A3(){var
-a=Y;if(a.process&&a.process.on)a.process.on("uncaughtException",function(b,c){mU(b);a.process.exit(2)});else
-if(a.addEventListener)a.addEventListener("error",function(a){if(a.error)mU(a.error)})}A3();function
-A(a,b){return a.length==1?a(b):cJ(a,[b])}function
-aN(a,b,c){return a.length==2?a(b,c):cJ(a,[b,c])}function
-Aj(a,b,c,d){return a.length==3?a(b,c,d):cJ(a,[b,c,d])}Az();var
-hN=[a1,u(mD),-1],hP=[a1,u(l4),-2],hM=[a1,u(hf),-3],hL=[a1,u(mj),-4],hO=[a1,u(mp),-9],av=[a1,u(my),-11],z0=[0,[0,[0,[0,0]]]],z1=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],z2=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z1]]]]]]]]]]],z3=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z2]]]]]]]]]]],z4=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z3]]]]]]]]]]],z5=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z4]]]]]]]]]]],z6=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]]],z7=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z6]]]]]]]]]]],z8=[0,0],z9=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],z_=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z9]]]]]]]]]]],z$=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z_]]]]]]]]]]],Aa=[0,[0,[0,[0,[0,0]]]]],Ab=[0,[0,[0,[0,[0,0]]]]],Ac=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],Ad=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],dA=n([[0,48,[0,[0,[0,0,0],0],0]],[0,49,[0,[0,[0,0,0],0],1]],[0,50,[0,[0,[0,0,0],1],0]],[0,51,[0,[0,[0,0,0],1],1]],[0,52,[0,[0,[0,0,1],0],0]],[0,53,[0,[0,[0,0,1],0],1]],[0,54,[0,[0,[0,0,1],1],0]],[0,55,[0,[0,[0,0,1],1],1]],[0,56,[0,[0,[0,1,0],0],0]],[0,57,[0,[0,[0,1,0],0],1]],[0,97,[0,[0,[0,1,0],1],0]],[0,98,[0,[0,[0,1,0],1],1]],[0,99,[0,[0,[0,1,1],0],0]],[0,o,[0,[0,[0,1,1],0],1]],[0,a,[0,[0,[0,1,1],1],0]],[0,z,[0,[0,[0,1,1],1],1]],[0,65,[0,[0,[0,1,0],1],0]],[0,66,[0,[0,[0,1,0],1],1]],[0,67,[0,[0,[0,1,1],0],0]],[0,68,[0,[0,[0,1,1],0],1]],[0,69,[0,[0,[0,1,1],1],0]],[0,70,[0,[0,[0,1,1],1],1]]]),f2=[0,[0,[0,0,0],0],0],Ae=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],Af=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ae]]]]]]]]]]],Ag=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Af]]]]]]]]]]],Ah=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ag]]]]]]]]]]],Ai=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ah]]]]]]]]]]];bt(11,[a1,u(lW),-12],lW);bt(10,av,my);bt(9,[a1,u(mh),-10],mh);bt(8,hO,mp);bt(7,[a1,u(mb),-8],mb);bt(6,[a1,u(mm),-7],mm);bt(5,[a1,u(mt),-6],mt);bt(4,[a1,u(l7),-5],l7);bt(3,hL,mj);bt(2,hM,hf);bt(1,hP,l4);bt(0,hN,mD);var
-nf=u(mk),ng=u("false"),nj=u("\\\\"),nk=u("\\'"),nl=u("\\b"),nm=u("\\t"),nn=u("\\n"),no=u("\\r"),ni=u("Char.chr"),nr=u("String.blit / Bytes.blit_string"),nq=u("Bytes.blit"),np=u("String.sub / Bytes.sub"),nt=u(W),ns=u("String.concat"),nu=u("Array.blit"),nx=u("Buffer.add: cannot grow buffer"),nw=[0,u(mr),93,2],nv=[0,u(mr),94,2],nG=u("%c"),nH=u("%s"),nI=u(lV),nJ=u(ma),nK=u(mi),nL=u(lZ),nM=u("%f"),nN=u("%B"),nO=u("%{"),nP=u("%}"),nQ=u("%("),nR=u("%)"),nS=u("%a"),nT=u("%t"),nU=u("%?"),nV=u("%r"),nW=u("%_r"),nX=[0,u(aH),850,23],n8=[0,u(aH),814,21],n0=[0,u(aH),815,21],n9=[0,u(aH),818,21],n1=[0,u(aH),819,21],n_=[0,u(aH),822,19],n2=[0,u(aH),823,19],n$=[0,u(aH),826,22],n3=[0,u(aH),827,22],oa=[0,u(aH),831,30],n4=[0,u(aH),832,30],n6=[0,u(aH),836,26],nY=[0,u(aH),837,26],n7=[0,u(aH),846,28],nZ=[0,u(aH),847,28],n5=[0,u(aH),851,23],pd=u(mg),pb=[0,u(aH),1558,4],pc=u("Printf: bad conversion %["),pe=[0,u(aH),1626,39],pf=[0,u(aH),1649,31],pg=[0,u(aH),1650,31],ph=u("Printf: bad conversion %_"),pi=u("@{"),pj=u("@["),o$=u(hj),o9=u("neg_infinity"),o_=u(mC),o8=u(df),o3=[0,D],oR=u("%+nd"),oS=u("% nd"),oU=u("%+ni"),oV=u("% ni"),oW=u("%nx"),oX=u("%#nx"),oY=u("%nX"),oZ=u("%#nX"),o0=u("%no"),o1=u("%#no"),oQ=u("%nd"),oT=u(mi),o2=u("%nu"),oE=u("%+ld"),oF=u("% ld"),oH=u("%+li"),oI=u("% li"),oJ=u("%lx"),oK=u("%#lx"),oL=u("%lX"),oM=u("%#lX"),oN=u("%lo"),oO=u("%#lo"),oD=u("%ld"),oG=u(ma),oP=u("%lu"),or=u("%+Ld"),os=u("% Ld"),ou=u("%+Li"),ov=u("% Li"),ow=u("%Lx"),ox=u("%#Lx"),oy=u("%LX"),oz=u("%#LX"),oA=u("%Lo"),oB=u("%#Lo"),oq=u("%Ld"),ot=u(lZ),oC=u("%Lu"),oe=u("%+d"),of=u("% d"),oh=u("%+i"),oi=u("% i"),oj=u("%x"),ok=u("%#x"),ol=u("%X"),om=u("%#X"),on=u("%o"),oo=u("%#o"),od=u(ms),og=u(lV),op=u(mg),ny=u("@]"),nz=u("@}"),nA=u("@?"),nB=u("@\n"),nC=u("@."),nD=u("@@"),nE=u("@%"),nF=u("@"),ob=u("CamlinternalFormat.Type_mismatch"),pn=d7(8,0,0),po=[0,1779033703,-1150833019,1013904242,-1521486534,1359893119,-1694144372,528734635,1541459225],pp=[0,[5,6,[0,2,8],0,0],u("%08lx")],pq=u(W),pk=[0,1116352408,1899447441,-1245643825,-373957723,961987163,1508970993,-1841331548,-1424204075,-670586216,310598401,607225278,1426881987,1925078388,-2132889090,-1680079193,-1046744716,-459576895,-272742522,264347078,604807628,770255983,1249150122,1555081692,1996064986,-1740746414,-1473132947,-1341970488,-1084653625,-958395405,-710438585,113926993,338241895,666307205,773529912,1294757372,1396182291,1695183700,1986661051,-2117940946,-1838011259,-1564481375,-1474664885,-1035236496,-949202525,-778901479,-694614492,-200395387,275423344,430227734,506948616,659060556,883997877,958139571,1322822218,1537002063,1747873779,1955562222,2024104815,-2067236844,-1933114872,-1866530822,-1538233109,-1090935817,-965641998],pu=[0,0],pv=[0,0],p5=[0,g,[0,l,[0,j,[0,j,0]]]],p6=[0,b,[0,i,[0,l,[0,a,0]]]],p7=[0,z,[0,97,[0,j,[0,c,[0,a,0]]]]],qi=n([d,c,32,g,f,b,32,f,g,a,32,f,z,32,b,m,f,c,a,32,b,m,97,b,32,b,m,a,i,a,32,97,i,a]),qs=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z0]]]]]]]]]]],qY=[0,1],qZ=[0,2],q8=[0,0,0],vk=[0,[7,0],0],vY=[0,[7,0],0],xs=[0,0,0],x2=[0,0,0],x4=[0,[7,0],0],x3=n([c,l,98,ao,a,99,b,46,o,a,99,j,97,i,a,o,46,98,N,95,99,f,g,b,a,aa,b]),yN=n([m,97,c,32,97,32,j,97,c,b,32,j,d,g,a,32,b,m,97,b,32,o,f,a,c,32,g,f,b,32,a,g,o]),zM=n([97,32,99,j,97,d,q,32,j,d,c,b,c,32,97,c,c,l,q,w,b,d,f,g,c,32,b,m,97,b,32,d,b,32,o,f,a,c,32,g,f,b,32,i,a,c,b,32,f,g]),zN=n([b,m,a,32,b,97,98,j,a,32,d,c,32,g,f,b,32,97,c,32,b,m,a,32,z,f,i,q,97,b,32,o,a,q,97,g,o,c]),zK=[0,w,[0,f,[0,j,[0,d,[0,99,[0,N,0]]]]]],zL=n([z,97,d,i,97,l,o,d,b,45,99,a,i,b,d,z,d,99,97,b,a,47,49]),zt=[7,0],zs=[0,0,0],zG=[0,0,0],zH=n([b,m,a,32,97,c,c,l,q,w,b,d,f,g,c,32,f,z,32,b,m,a,32,99,j,97,d,q,c]),zF=[7,0],zD=[0,0,0],zE=n([c,l,98,ao,a,99,b,46,c,w,a,j,j,d,g,D,c]),zu=[0,c,[0,l,[0,98,[0,ao,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],zv=n([b,m,a,32,b,97,98,j,a,32,z,d,j,a]),zw=n([c,l,98,ao,a,99,b,46,99,f,j,l,q,g,c]),zx=n([c,l,98,ao,a,99,b,46,w,f,w,l,j,97,b,d,f,g]),zy=n([c,l,98,ao,a,99,b,46,aD,d,g,o]),zz=n([c,l,98,ao,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),zA=n([c,l,98,ao,a,99,b,46,b,97,98,j,a,46,c,m,97,50,53,54]),zB=n([b,m,a,32,b,97,98,j,a,32,D,d,B,a,c,32,o,i,97,E,c,32,z,f,i,32,c,f,q,a,32,i,f,E,c,32,f,z,32,b,m,a,32,w,f,j,d,99,N,32,f,g,j,N]),zC=n([b,m,a,32,i,f,E,c,32,f,z,32,b,m,a,32,w,f,j,d,99,N,32,97,i,a,32,g,f,b,32,d,g,32,f,i,o,a,i]),zr=n([b,m,a,32,b,97,98,j,a,32,j,97,99,aD,c,32,97,32,i,f,E,32,f,z,32,b,m,a,32,w,f,j,d,99,N,32,z,f,i,32,E,m,97,b,32,b,m,a,32,z,d,j,b,a,i,c,32,99,97,g,32,i,a,j,a,97,c,a]),zI=n([b,m,a,32,b,97,98,j,a,32,d,c,32,a,q,w,b,N]),zJ=[0,0],zq=[0,[7,0],0],zj=[0,[7,0],0],zk=[0,[0,[7,0],0]],y5=[7,0],y4=[0,0,0],zi=[7,0],y6=[0,0,0],y7=n([b,m,a,32,l,b,d,j,d,b,N,32,d,c,32,d,g,32,c,l,98,ao,a,99,b,46,99,j,97,c,c]),zg=[0,0,0],zh=n([c,l,98,ao,a,99,b,46,c,w,a,j,j,d,g,D,c]),y8=[0,c,[0,l,[0,98,[0,ao,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],y9=n([b,m,a,32,b,97,98,j,a,32,z,d,j,a]),y_=n([c,l,98,ao,a,99,b,46,99,f,j,l,q,g,c]),y$=n([c,l,98,ao,a,99,b,46,w,f,w,l,j,97,b,d,f,g]),za=n([c,l,98,ao,a,99,b,46,aD,d,g,o]),zb=n([c,l,98,ao,a,99,b,46,b,97,98,j,a,46,99,a,j,j,c]),zc=n([c,l,98,ao,a,99,b,46,b,97,98,j,a,46,c,m,97,50,53,54]),zd=n([m,97,c,32,l,b,d,j,d,b,d,a,c,32,98,a,j,f,E,32,48,44,32,f,z,32,E,m,d,99,m,32,o,d,z,z,a,i,a,g,99,a,c,32,m,97,B,a,32,b,f,32,98,a,32,c,b,97,b,a,o]),ze=n([m,97,c,32,d,g,b,a,i,B,97,j,c,44,32,E,m,d,99,m,32,97,i,a,32,g,f,b,32,z,f,i,32,w,i,f,98,97,98,d,j,d,b,d,a,c]),zf=n([m,97,c,32,d,g,b,a,i,B,97,j,c,44,32,E,m,d,99,m,32,o,f,32,g,f,b,32,D,f,32,E,d,b,m,32,97,32,99,j,97,c,c,32,f,z,32,l,b,d,j,d,b,d,a,c]),zl=[0,0],zm=[0,0],zn=[0,0],zo=n([b,m,a,32,b,97,98,j,a,32,d,c,32,a,q,w,b,N]),zp=[0,0],y0=[0,0,0],yY=[0,0,0],yZ=[0,0,0],y1=[0,0,0],y2=[0,0,0],y3=[0,0,0],yW=[0,0],yU=[0,0,0],yT=[0,q,[0,a,[0,b,[0,i,[0,d,[0,99,[0,c,[0,46,0]]]]]]]],yR=n([c,l,98,ao,a,99,b,46,l,b,d,j,d,b,N,46]),yS=n([98,l,i,o,a,g,32,q,l,c,b,32,98,a,32,b,i,l,a,32,E,m,a,i,a,32,d,b,32,d,c,32,c,b,97,b,a,o]),yQ=[0,0],yP=n([b,m,a,32,b,97,98,j,a,32,d,c,32,g,f,b,32,b,m,a,32,99,97,g,f,g,d,99,97,j,32,b,a,aa,b,32,f,z,32,d,b,c,32,B,97,j,l,a,c]),yO=n([d,c,32,g,f,b,32,74,83,79,78,32,97,c,32,b,m,a,32,z,f,i,q,97,b,32,m,97,c,32,d,b]),yI=n([32,40,o,a,99,j,97,i,a,o,41]),yJ=n([44,32,97,g,o,32,z,f,i,32,b,m,a,32,c,97,q,a,32,o,a,99,d,c,d,f,g,32,97,g,o,32,99,f,g,b,a,aa,b,32,b,m,a,32,l,b,d,j,d,b,d,a,c,32,f,z,32,b,E,f,32,D,i,f,l,w,c,32,o,d,z,z,a,i,32,98,N,32,97,b,32,q,f,c,b,32]),yK=[0,32,[0,97,[0,g,[0,o,[0,32,0]]]]],yL=n([a,B,a,i,N,32,l,b,d,j,d,b,N,32,d,c,32,98,a,b,E,a,a,g,32]),yG=n([32,98,a,m,d,g,o,32,b,m,a,32,z,d,j,b,a,i,32,40,o,a,99,j,97,i,a,o,41]),yH=n([a,B,a,i,N,32,99,f,q,w,97,i,a,o,32,D,i,f,l,w,39,c,32,a,aa,w,a,99,b,a,o,32,l,b,d,j,d,b,N,32,d,c,32,97,b,32,j,a,97,c,b,32]),yx=[0,[7,0],0],ys=[0,1],yC=[0,0],yt=[0,[0,0,0]],yu=[0,[0,0,0]],yv=[0,[0,0,0]],yA=[0,[0,0,0]],yw=n([j,f,99,97,j,95,i,97,b,d,f,95,c,l,w,i,a,q,l,q]),yy=[0,[0,0,0]],yz=[0,[0,0,0]],yB=[0,[0,0,0]],yq=n([q,l,c,b,32,98,a,32,97,g,32,f,98,ao,a,99,b,32,f,i,32,g,l,j,j]),yp=[0,[0,0]],yr=n([q,l,c,b,32,98,a,32,97,g,32,f,98,ao,a,99,b,32,f,i,32,g,l,j,j]),yo=[0,[7,0],0],ye=[0,z,[0,j,[0,f,[0,f,[0,i,0]]]]],yf=[0,84,[0,51,0]],yg=[0,84,[0,49,0]],yh=[0,84,[0,49,[0,45,[0,w,[0,97,[0,w,[0,a,[0,i,0]]]]]]]],yi=[0,84,[0,52,0]],yj=[0,84,[0,50,0]],yk=[7,0],yl=[0,84,[0,49,[0,50,0]]],ym=[0,84,[0,51,0]],yn=[0,84,[0,56,0]],yb=n([q,l,c,b,32,m,97,B,a,32,q,l,j,b,d,w,j,d,a,i,c]),x5=[0,0,0],x6=n([c,l,98,ao,a,99,b,46,o,a,99,j,97,i,a,o,46,D,j,f,98,97,j,95,b,97,l]),x1=n([c,l,98,ao,a,99,b,46,o,a,99,j,97,i,a,o,46]),xV=n([c,l,98,ao,a,99,b,46,w,i,d,B,97,99,N,46]),xW=n([46,97,b,b,i,d,98,l,b,a,c]),xX=n([46,a,aa,w,95,a,w,c,d,j,f,g]),xY=[0,[7,0],0],xZ=[0,[7,0],0],x0=[0,[7,1],0],xK=[0,[0,0]],xJ=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z5]]]]]]]]]]],xG=n([j,d,c,b,c,32,97,32,99,f,g,b,a,aa,b,32,b,E,d,99,a]),xH=n([q,l,c,b,32,g,f,b,32,98,a,32,a,q,w,b,N]),xF=n([m,97,c,32,97,32,o,i,d,z,b,32,f,z,32,q,f,i,a,32,b,m,97,g,32,49]),xI=[0,0],xE=n([q,l,c,b,32,m,97,B,a,32,D,97,q,q,97,44,32,q,32,f,i,32,b,97,l]),xD=[0,0],xC=n([o,f,a,c,32,g,f,b,32,j,d,c,b,32,a,B,a,i,N,32,b,i,l,a,32,99,a,j,j,44,32,f,i,32,c,f,q,a,32,b,m,97,b,32,97,i,a,32,g,f,b,32,g,a,a,o,a,o]),xB=n([d,c,32,g,f,b,32,b,m,a,32,g,a,aa,b,32,b,i,l,a,32,99,a,j,j]),xy=[0,1],xz=n([m,97,c,32,o,i,97,E,c,32,b,m,97,b,32,o,f,32,g,f,b,32,z,d,b,32,d,b,c,32,E,a,d,D,m,b,c]),xw=n([m,97,c,32,E,a,d,D,m,b,c,32,b,m,97,b,32,o,f,32,g,f,b,32,c,l,q,32,b,f,32,49]),xx=n([d,c,32,f,l,b,32,f,z,32,i,97,g,D,a]),xA=[0,0],xu=n([q,l,c,b,32,m,97,B,a,32,i,a,j,a,97,c,a,c,32,z,i,f,q,32,50,32,b,f,32,49,48,48,48,48]),xt=n([m,97,c,32,z,a,E,a,i,32,b,m,97,g,32,b,E,f,32,b,i,l,a,32,D,i,f,l,w,c]),xr=n([q,l,c,b,32,m,97,B,a,32,z,97,99,b,f,i,c,32,b,m,97,b,32,99,f,B,a,i,32,b,m,a,32,99,f,j,l,q,g,c,32,b,f,D,a,b,m,a,i]),xn=n([m,97,c,32,w,i,f,98,97,98,d,j,d,b,d,a,c,32,b,m,97,b,32,o,f,32,g,f,b,32,c,l,q,32,b,f,32,49]),xo=n([q,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),xp=n([q,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),xq=n([q,l,c,b,32,j,d,c,b,32,j,97,98,a,j,c]),xl=n([w,i,f,98,97,98,d,j,d,b,d,a,c]),w9=[0,0,0],w8=[0,46,0],w_=[0,0,0],w$=[0,0,0],wZ=n([E,m,97,b,a,B,a,i,32,99,f,l,j,o,32,m,97,B,a,32,98,a,a,g,32,o,i,97,E,g,32,m,97,c,32,97,32,l,b,d,j,d,b,N,32,98,a,b,E,a,a,g,32,48,32,97,g,o,32]),wT=n([D,j,f,98,97,j,95,m,d,o,o,a,g,95,99,f,g,b,a,aa,b]),wU=n([j,f,99,97,j,95,m,d,o,o,a,g,95,99,f,g,b,a,aa,b]),wS=n([j,f,99,97,j,95,m,d,o,o,a,g,95,99,f,g,b,a,aa,b]),wL=n([q,l,c,b,32,m,97,B,a,32,97,32,99,f,g,z,d,o,a,g,99,a,32,98,a,b,E,a,a,g,32,48,32,97,g,o,32,49]),wM=[0,m,[0,97,[0,c,[0,32,[0,j,[0,d,[0,q,[0,d,[0,b,[0,c,0]]]]]]]]]],wN=[0,98,[0,f,[0,aa,0]]],wO=[0,a,[0,97,[0,99,[0,m,0]]]],wP=[0,b,[0,f,[0,D,[0,a,[0,b,[0,m,[0,a,[0,i,0]]]]]]]],wI=n([q,l,c,b,32,m,97,B,a,32,99,a,j,j,c,32,b,m,97,b,32,D,f,32,l,w]),wD=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wE=n([q,l,c,b,32,g,f,b,32,98,a,32,g,a,D,97,b,d,B,a]),wF=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wG=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wH=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wy=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wz=n([q,l,c,b,32,g,f,b,32,98,a,32,g,a,D,97,b,d,B,a]),wA=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wB=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wC=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wt=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wu=n([q,l,c,b,32,g,f,b,32,98,a,32,g,a,D,97,b,d,B,a]),wv=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),ww=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wx=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wo=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wp=n([q,l,c,b,32,g,f,b,32,98,a,32,g,a,D,97,b,d,B,a]),wq=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wr=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),ws=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wj=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wk=n([q,l,c,b,32,g,f,b,32,98,a,32,g,a,D,97,b,d,B,a]),wl=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wm=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wn=n([q,l,c,b,32,m,97,B,a,32,51,32,a,g,b,i,d,a,c]),wi=[0,0],v4=[0,0],vZ=[0,0,0],v0=[0,[7,0],0],v1=[0,[7,0],0],v2=[0,g,[0,f,[0,g,[0,a,0]]]],v3=[0,[0,0]],vK=[0,58,[0,32,0]],vL=[0,44,[0,32,[0,j,[0,d,[0,q,[0,d,[0,b,[0,32,0]]]]]]]],vM=[0,32,0],vN=[0,58,[0,32,0]],vO=[0,b,[0,97,[0,i,[0,D,[0,a,[0,b,[0,c,0]]]]]]],vP=[0,b,[0,m,[0,d,[0,c,[0,32,[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]]]]]]],vQ=[0,0,0],vT=[0,[7,0],0],vU=[0,[7,0],0],vV=[0,[7,0],0],vW=[0,[7,0],0],vR=n([m,97,c,32,97,32,aD,a,N,32,b,m,97,b,32,D,f,a,c,32,E,d,b,m,32,f,b,m,a,i,32,b,97,i,D,a,b,c]),vS=n([b,m,a,32,j,d,q,d,b,32,f,z,32,97,32,i,97,b,d,f,32,q,l,c,b,32,98,a,32,97,b,32,j,a,97,c,b,32,49]),vX=[0,o,[0,d,[0,z,[0,z,[0,a,[0,i,[0,a,[0,g,[0,99,[0,a,0]]]]]]]]]],vG=[0,[7,0],0],vH=[0,[7,0],0],vI=[0,[7,0],0],vJ=[0,[7,0],0],vF=n([w,f,w,l,j,97,b,d,f,g,32,97,b,32,99,f,g,z,d,o,a,g,99,a,32]),vj=[7,0],vi=[7,0],vd=[0,32,[0,98,[0,N,[0,32,0]]]],ve=[0,32,0],vf=[0,32,0],vg=[0,58,[0,32,0]],vh=[0,99,[0,j,[0,97,[0,d,[0,q,[0,c,0]]]]]],vc=[0,0],vb=n([q,l,c,b,32,m,97,B,a,32,97,g,32,a,g,b,i,N]),u$=n([m,97,c,32,b,f,f,32,q,97,g,N,32,a,g,b,i,d,a,c]),u3=n([D,j,f,98,97,j,95,i,97,b,d,f,95,c,l,w,i,a,q,l,q]),u4=n([j,f,99,97,j,95,i,97,b,d,f,95,c,l,w,i,a,q,l,q]),u5=[0,0,3],u6=n([o,a,q,f,D,i,97,w,m,d,99,95,w,97,i,d,b,N]),u7=[0,1,2],u8=n([a,b3,l,97,j,d,cG,a,o,95,f,o,o,c]),u9=n([D,j,f,98,97,j,95,m,d,o,o,a,g,95,99,f,g,b,a,aa,b]),u_=n([j,f,99,97,j,95,m,d,o,o,a,g,95,99,f,g,b,a,aa,b]),uy=[1,1],uz=n([a,b3,l,97,j,d,cG,a,o,95,f,o,o,c,95,b,i,l,a,95,j,97,98,a,j,95,f,B,a,i,97,j,j]),uA=[0,1],uB=n([a,b3,l,97,j,95,f,w,w,f,i,b,l,g,d,b,N,95,f,B,a,i,97,j,j]),uC=[1,0],uD=n([a,b3,l,97,j,d,cG,a,o,95,f,o,o,c,95,b,i,l,a,95,j,97,98,a,j]),uE=[0,0],uF=n([a,b3,l,97,j,95,f,w,w,f,i,b,l,g,d,b,N]),uk=[0,0],ul=[0,1],um=[0,0],un=n([m,97,c,32,f,b,m,a,i,32,aD,a,N,c,32,b,m,97,g,32,d,b,32,q,97,N,32,m,97,B,a]),tY=n([q,l,c,b,32,m,97,B,a,32,b,E,a,j,B,a,32,o,a,99,d,q,97,j,c]),tW=[0,48,0],tV=[0,0],tT=[0,0,1,0,1,0,0],tU=[0,0,0,0,1,0,0],tM=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,d,a,c]),tN=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,d,a,c]),tO=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,d,a,c]),tK=[0,93,0],tL=[0,91,0],sV=[0,[0,0]],sT=[0,0],sR=n([w,97,d,i,c,32,q,l,c,b,32,d,g,99,i,a,97,c,a]),sS=[0,0],sP=n([g,l,q,98,a,i,c,32,q,l,c,b,32,d,g,99,i,a,97,c,a]),sL=n([q,l,c,b,32,98,a,32,w,f,c,d,b,d,B,a]),sK=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,d,a,c]),sM=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,d,a,c]),sN=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,d,a,c]),sE=[0,0],sF=n([z,a,97,b,l,i,a,c,32,o,d,z,z,a,i,32,98,a,b,E,a,a,g,32,D,i,f,l,w,c,44,32,98,l,b,32,b,m,a,32,99,j,97,c,c,32,d,c,32,98,j,d,g,o]),sG=n([z,a,97,b,l,i,a,c,32,q,l,c,b,32,m,97,B,a,32,f,g,a,32,j,d,c,b,32,z,f,i,32,a,97,99,m,32,99,a,j,j,32,97,g,o,32,o,a,99,d,c,d,f,g]),sI=[0,0],sH=n([97,32,99,f,g,c,b,i,97,d,g,b,32,g,97,q,a,c,32,E,m,97,b,32,b,m,a,32,b,97,98,j,a,32,o,f,a,c,32,g,f,b,32,m,97,B,a]),sy=n([b,m,a,32,q,a,b,i,d,99,32,q,l,c,b,32,m,97,B,a,32,97,32,i,f,E,32,z,f,i,32,a,97,99,m,32,D,i,f,l,w]),sz=n([97,32,98,j,d,g,o,32,99,j,97,c,c,32,m,97,c,32,g,f,32,76,d,w,c,99,m,d,b,cG,32,99,f,g,c,b,97,g,b]),sA=n([b,97,l,32,q,l,c,b,32,98,a,32,97,b,32,q,f,c,b,32,D,97,q,q,97]),sB=n([D,97,q,q,97,32,q,l,c,b,32,98,a,32,w,f,c,d,b,d,B,a,32,97,g,o,32,97,b,32,j,a,97,c,b,32,q]),sC=[0,97,[0,j,[0,j,0]]],sD=[0,w,[0,97,[0,d,[0,i,0]]]],su=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,d,a,c]),sv=n([g,97,q,a,c,32,97,32,o,a,99,d,c,d,f,g,32,b,m,97,b,32,b,m,a,32,b,97,98,j,a,32,o,f,a,c,32,g,f,b,32,m,97,B,a]),sw=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,d,a,c]),sx=n([q,l,c,b,32,m,97,B,a,32,50,32,a,g,b,i,d,a,c]),st=n([m,97,c,32,97,32,j,f,E,a,i,32,a,g,o,32,97,98,f,B,a,32,b,m,a,32,l,w,w,a,i,32,a,g,o]),sn=n([g,97,q,a,c,32,97,32,D,i,f,l,w,44,32,98,l,b,32,b,m,a,32,99,j,97,c,c,32,d,c,32,98,j,d,g,o]),sm=n([q,l,c,b,32,m,97,B,a,32,52,32,a,g,b,i,d,a,c]),so=n([q,l,c,b,32,m,97,B,a,32,52,32,a,g,b,i,d,a,c]),sp=n([q,l,c,b,32,m,97,B,a,32,52,32,a,g,b,i,d,a,c]),sq=n([q,l,c,b,32,m,97,B,a,32,52,32,a,g,b,i,d,a,c]),sr=n([q,l,c,b,32,m,97,B,a,32,52,32,a,g,b,i,d,a,c]),sl=n([d,c,32,g,f,b,32,97,32,q,a,b,i,d,99]),rV=n([w,f,c,d,b,d,B,a,32,o,a,99,d,c,d,f,g,c,32,97,i,a,32,g,f,b,32,d,g,32,b,m,a,32,f,i,o,a,i,32,f,z,32,b,m,a,32,o,a,99,d,c,d,f,g,c]),rW=[0,0],rT=n([m,97,c,32,g,f,32,o,a,99,d,c,d,f,g,c,32,f,z,32,l,g,aD,g,f,E,g,32,D,i,f,l,w]),rU=n([m,97,c,32,97,32,99,a,j,j,32,97,z,b,a,i,32,b,m,a,32,o,a,99,d,c,d,f,g,c,32,f,z,32,l,g,aD,g,f,E,g,32,D,i,f,l,w]),rR=[0,0],rS=[0,0],rH=[0,0],rJ=[0,1],rK=n([o,a,99,d,c,d,f,g,c,32,f,z,32,l,g,aD,g,f,E,g,32,D,i,f,l,w,32,o,f,32,g,f,b,32,D,f,32,E,d,b,m,32,b,m,97,b]),rL=n([q,l,c,b,32,98,a,32,b,i,l,a,32,E,m,a,i,a,32,d,b,32,d,c,32,c,b,97,b,a,o]),rI=n([q,l,c,b,32,98,a,32,b,i,l,a,32,E,m,a,i,a,32,d,b,32,d,c,32,c,b,97,b,a,o]),rM=[0,0],rN=[0,0],rO=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z7]]]]]]]]]]],rP=[0,0],rQ=n([z,97,d,i,97,l,o,d,b,45,b,97,98,j,a,47,49]),rB=n([f,g,j,N,32,99,f,l,g,b,c,32,m,97,B,a,32,b,i,l,a,32,j,97,98,a,j,c]),rC=[0,a,[0,b3,[0,l,[0,97,[0,j,0]]]]],rD=[0,E,[0,a,[0,d,[0,D,[0,m,[0,b,[0,c,0]]]]]]],rE=[0,99,[0,f,[0,l,[0,g,[0,b,[0,c,0]]]]]],rF=n([w,i,f,98,97,98,d,j,d,b,d,a,c]),rG=[0,99,[0,f,[0,l,[0,g,[0,b,[0,c,0]]]]]],ry=n([g,97,q,a,c,32,97,32,99,f,j,l,q,g,32,b,E,d,99,a]),rz=n([q,l,c,b,32,g,97,q,a,32,97,b,32,j,a,97,c,b,32,f,g,a,32,99,f,j,l,q,g,32,f,z,32,D,i,f,l,w,c]),rA=[0,0],ra=[0,0],rb=[0,0],rc=[0,0],q9=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z8]]]]]]]]]]],q6=[0,0],q5=[0,1],q4=[0,0],q7=[0,0],q3=[0,0],q0=[0,1],q1=[0,1],q2=[0,2],qP=[0,1],qQ=[0,3],qR=[0,2],qS=[0,0],qM=[0,[0,0],[0,[0,1],[0,[1,0],[0,[1,1],0]]]],qN=[0,0,[0,1,[0,2,[0,3,[0,4,[0,5,[0,6,[0,7,0]]]]]]]],qJ=[0,0,0],qB=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,z$]]]]]]]]]]],qA=[0,0],qz=n([q,l,c,b,32,98,a,32,97,32,i,97,b,d,f,g,97,j,44,32,97,32,c,b,i,d,g,D]),qx=n([q,l,c,b,32,g,f,b,32,98,a,32,g,a,D,97,b,d,B,a]),qw=n([q,l,c,b,32,98,a,32,97,32,i,97,b,d,f,g,97,j,32,d,g,32,j,f,E,a,c,b,32,b,a,i,q,c]),qv=n([q,l,c,b,32,98,a,32,97,32,i,97,b,d,f,g,97,j,44,32,97,32,c,b,i,d,g,D]),qt=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Aa]]]]]]]]]]],qu=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ab]]]]]]]]]]],qp=n([q,l,c,b,32,98,a,32,m,a,aa,97,o,a,99,d,q,97,j,32,o,d,D,d,b,c]),qn=n([j,d,c,b,c,32,c,f,q,a,b,m,d,g,D,32,b,E,d,99,a]),qo=n([q,l,c,b,32,g,f,b,32,98,a,32,a,q,w,b,N]),ql=n([j,d,c,b,c,32,c,f,q,a,b,m,d,g,D,32,b,E,d,99,a]),qm=n([q,l,c,b,32,g,f,b,32,98,a,32,a,q,w,b,N]),qk=[0,44,[0,44,0]],qj=[0,44,[0,46,0]],qh=n([q,l,c,b,32,98,a,32,b,i,l,a,32,f,i,32,z,97,j,c,a]),qg=n([d,c,32,f,l,b,32,f,z,32,i,97,g,D,a]),qf=n([q,l,c,b,32,98,a,32,97,g,32,d,g,b,a,D,a,i]),qe=n([m,f,j,o,c,32,97,32,j,f,g,a,32,c,l,i,i,f,D,97,b,a]),qd=n([q,l,c,b,32,98,a,32,97,32,c,b,i,d,g,D]),qc=n([m,97,c,32,97,g,f,b,m,a,i,32,j,a,g,D,b,m]),qb=n([j,97,99,aD,c,32,97,32,aD,a,N]),p$=n([m,97,c,32,97,g,32,l,g,aD,g,f,E,g,32,aD,a,N]),qa=n([j,97,99,aD,c,32,97,32,aD,a,N]),p_=n([q,l,c,b,32,98,a,32,97,32,j,d,c,b]),p9=n([q,l,c,b,32,98,a,32,97,g,32,f,98,ao,a,99,b]),p8=[0,0],p3=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ac]]]]]]]]]]],pX=[0,[0,1,1],1],pY=[0,1,1],pZ=[0,[0,[0,1,1],0],1],p0=[0,1,0],p1=[0,[0,[0,1,1],0],1],pR=[0,92,[0,92,0]],pS=[0,92,[0,98,0]],pT=[0,92,[0,z,0]],pU=[0,92,[0,g,0]],pV=[0,92,[0,i,0]],pW=[0,92,[0,b,0]],pQ=[0,0],pN=[6,[4,0]],pO=[0,0],pD=[3,0,0,0],pE=[0,0],pF=[0,1],pG=[1,0,1],pH=[0,l,[0,j,[0,j,0]]],pI=[0,1],pJ=[0,i,[0,l,[0,a,0]]],pK=[0,0],pL=[0,97,[0,j,[0,c,[0,a,0]]]],pM=[6,[3,0]],pC=[0,0],py=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ad]]]]]]]]]]],ps=[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]],pz=[0,[0,92,92],[0,[0,47,47],[0,[0,98,8],[0,[0,z,12],[0,[0,g,10],[0,[0,i,13],[0,[0,b,9],0]]]]]]],qr=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ai]]]]]]]]]]],qy=[0,d,[0,g,[0,z,0]]],q_=[0,48,0],q$=[0,d,[0,g,[0,z,0]]],rd=[0,aD,[0,d,[0,g,[0,o,0]]]],re=[0,99,[0,f,[0,j,[0,l,[0,q,[0,g,[0,c,0]]]]]]],rf=[0,w,[0,f,[0,w,[0,l,[0,j,[0,97,[0,b,[0,d,[0,f,[0,g,0]]]]]]]]]],rg=[0,o,[0,a,[0,99,[0,d,[0,c,[0,d,[0,f,[0,g,0]]]]]]]],rh=[0,D,[0,i,[0,f,[0,l,[0,w,0]]]]],ri=[0,99,[0,f,[0,g,[0,b,[0,a,[0,aa,[0,b,0]]]]]]],rj=[0,b,[0,i,[0,l,[0,b,[0,m,0]]]]],rk=[0,z,[0,f,[0,i,[0,q,[0,97,[0,b,0]]]]]],rl=[0,o,[0,a,[0,99,[0,d,[0,c,[0,d,[0,f,[0,g,[0,c,0]]]]]]]]],rm=[0,D,[0,i,[0,f,[0,l,[0,w,[0,c,0]]]]]],rn=[0,99,[0,f,[0,g,[0,b,[0,a,[0,aa,[0,b,[0,c,0]]]]]]]],ro=[0,l,[0,b,[0,d,[0,j,[0,d,[0,b,[0,N,0]]]]]]],rp=[0,c,[0,97,[0,j,[0,b,0]]]],rq=[0,w,[0,i,[0,f,[0,z,[0,d,[0,j,[0,a,[0,c,0]]]]]]]],rr=[0,l,[0,g,[0,aD,[0,g,[0,f,[0,E,[0,g,0]]]]]]],rs=[0,b,[0,i,[0,l,[0,b,[0,m,[0,c,0]]]]]],rt=[0,E,[0,a,[0,d,[0,D,[0,m,[0,b,[0,c,0]]]]]]],ru=[0,q,[0,97,[0,c,[0,c,0]]]],rv=[0,j,[0,f,[0,99,[0,97,[0,j,0]]]]],rw=[0,D,[0,j,[0,f,[0,98,[0,97,[0,j,0]]]]]],rX=n([48,49,50,51,52,53,54,55,56,57,46,43,45,a]),r0=[0,b3,[0,l,[0,97,[0,g,[0,b,[0,d,[0,b,[0,N,0]]]]]]]],r1=[0,D,[0,97,[0,q,[0,q,[0,97,0]]]]],r2=[0,q,0],r3=[0,b,[0,97,[0,l,0]]],r4=[0,b,[0,97,[0,l,[0,95,[0,f,[0,g,0]]]]]],r5=[0,98,[0,j,[0,d,[0,g,[0,o,0]]]]],r6=[0,j,[0,d,[0,w,[0,c,[0,99,[0,m,[0,d,[0,b,[0,cG,0]]]]]]]]],r7=[0,q,[0,a,[0,b,[0,i,[0,d,[0,99,0]]]]]],r8=[0,f,[0,i,[0,o,[0,a,[0,i,0]]]]],r9=[0,i,[0,f,[0,E,[0,c,0]]]],r_=[0,z,[0,97,[0,q,[0,d,[0,j,[0,N,0]]]]]],r$=[0,b,[0,a,[0,i,[0,q,[0,c,0]]]]],sa=[0,98,[0,f,[0,l,[0,g,[0,o,0]]]]],sb=[0,g,[0,97,[0,q,[0,a,[0,c,0]]]]],sc=[0,j,[0,f,[0,E,[0,a,[0,i,0]]]]],sd=[0,l,[0,w,[0,w,[0,a,[0,i,0]]]]],se=[0,z,[0,a,[0,97,[0,b,[0,l,[0,i,[0,a,[0,c,0]]]]]]]],sf=n([99,f,a,z,z,d,99,d,a,g,b,c]),sg=[0,w,[0,97,[0,d,[0,i,[0,c,0]]]]],sh=[0,b,[0,m,[0,a,[0,b,[0,97,0]]]]],si=[0,m,[0,d,[0,D,[0,m,[0,a,[0,i,0]]]]]],sj=n([q,l,j,b,d,w,j,d,a,i,c]),sZ=[0,c,[0,l,[0,98,[0,ao,[0,a,[0,99,[0,b,0]]]]]]],s0=[0,q,[0,a,[0,b,[0,i,[0,d,[0,99,[0,c,0]]]]]]],s1=n([g,f,b,95,99,f,q,w,97,i,a,o]),s2=[0,99,[0,j,[0,97,[0,d,[0,q,[0,c,0]]]]]],s3=[0,b,[0,97,[0,i,[0,D,[0,a,[0,b,[0,c,0]]]]]]],s4=[0,B,[0,a,[0,i,[0,o,[0,d,[0,99,[0,b,0]]]]]]],s5=[0,B,[0,a,[0,i,[0,c,[0,d,[0,f,[0,g,[0,c,0]]]]]]]],s6=[0,d,[0,g,[0,b,[0,a,[0,i,[0,B,[0,97,[0,j,[0,c,0]]]]]]]]],s7=[0,99,[0,m,[0,97,[0,g,[0,D,[0,a,[0,o,0]]]]]]],s8=[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]],s9=[0,c,[0,m,[0,97,[0,50,[0,53,[0,54,0]]]]]],s_=[0,99,[0,a,[0,j,[0,j,[0,c,0]]]]],s$=[0,m,[0,a,[0,97,[0,o,[0,a,[0,i,0]]]]]],ta=[0,99,[0,j,[0,97,[0,c,[0,c,0]]]]],tb=[0,w,[0,f,[0,c,[0,d,[0,b,[0,d,[0,B,[0,a,0]]]]]]]],tc=[0,w,[0,i,[0,d,[0,B,[0,97,[0,99,[0,N,0]]]]]]],td=[0,o,[0,a,[0,99,[0,j,[0,97,[0,i,[0,a,[0,o,0]]]]]]]],te=n([w,i,a,w,97,i,97,b,d,f,g]),tf=[0,c,[0,w,[0,a,[0,j,[0,j,[0,d,[0,g,[0,D,[0,c,0]]]]]]]]],tg=[0,l,[0,g,[0,o,[0,a,[0,99,[0,d,[0,o,[0,a,[0,o,0]]]]]]]]],th=n([l,g,aD,g,f,E,g,95,c,m,97,i,a,c]),ti=[0,q,[0,97,[0,aa,[0,95,[0,o,[0,i,[0,d,[0,z,[0,b,0]]]]]]]]],tj=[0,a,[0,B,[0,97,[0,j,[0,l,[0,97,[0,b,[0,d,[0,f,[0,g,0]]]]]]]]]],tk=n([o,a,w,a,g,o,c,95,f,g,95,D,i,f,l,w]),tl=[0,98,[0,l,[0,i,[0,o,[0,a,[0,g,0]]]]]],tm=[0,i,[0,97,[0,b,[0,d,[0,f,0]]]]],tn=[0,j,[0,f,[0,D,0]]],to=[0,B,[0,97,[0,j,[0,l,[0,a,0]]]]],tp=[0,E,[0,d,[0,b,[0,g,[0,a,[0,c,[0,c,0]]]]]]],tq=n([a,aa,w,a,99,b,97,b,d,f,g,c]),tr=n([w,i,f,98,97,98,d,j,d,b,d,a,c]),ts=[0,i,[0,97,[0,b,[0,a,0]]]],tt=[0,i,[0,97,[0,b,[0,a,[0,c,0]]]]],tv=[0,i,[0,a,[0,97,[0,c,[0,f,[0,g,0]]]]]],tw=[0,i,[0,a,[0,j,[0,97,[0,b,[0,d,[0,f,[0,g,0]]]]]]]],tx=[0,c,[0,99,[0,f,[0,w,[0,a,0]]]]],ty=[0,98,[0,N,0]],tz=n([97,c,c,l,q,w,b,d,f,g,c]),tA=[0,a,[0,B,[0,d,[0,o,[0,a,[0,g,[0,99,[0,a,0]]]]]]]],tB=[0,c,[0,l,[0,w,[0,i,[0,a,[0,q,[0,l,[0,q,0]]]]]]]],tC=[0,j,[0,d,[0,q,[0,d,[0,b,0]]]]],tD=[0,l,[0,g,[0,d,[0,b,0]]]],tE=[0,ao,[0,l,[0,o,[0,D,[0,a,[0,o,0]]]]]],tF=[0,a,[0,c,[0,b,[0,d,[0,q,[0,97,[0,g,[0,o,0]]]]]]]],tG=[0,b,[0,d,[0,w,[0,c,0]]]],tH=[0,z,[0,i,[0,f,[0,g,[0,b,[0,d,[0,a,[0,i,0]]]]]]]],tI=[0,b,[0,f,0]],tJ=[0,98,[0,97,[0,j,[0,97,[0,g,[0,99,[0,a,[0,o,0]]]]]]]],tP=n([z,97,j,c,a,95,w,f,c,d,b,d,B,a,95,i,97,b,a]),tR=n([b,i,l,a,95,w,f,c,d,b,d,B,a,95,i,97,b,a]),t0=n([g,f,32,o,a,99,d,c,d,f,g,c,32,E,d,b,m,32,97,g,f,b,m,a,i,32,b,i,l,a,32,j,97,98,a,j]),t3=n([g,f,32,o,a,99,d,c,d,f,g,c,32,E,d,b,m,32,b,m,a,32,w,f,c,d,b,d,B,a,32,b,i,l,a,32,j,97,98,a,j]),t6=n([97,32,D,i,f,l,w,32,d,c,32,q,d,c,c,d,g,D,32,d,g,32,97,32,99,f,g,b,a,aa,b,32,97,g,o,32,g,f,32,w,f,w,l,j,97,b,d,f,g,32,E,97,c,32,D,d,B,a,g]),t9=n([g,f,32,w,f,w,l,j,97,b,d,f,g]),t$=n([z,a,E,a,i,32,b,m,97,g,32,b,E,f,32,D,i,f,l,w,c]),ub=n([g,f,32,o,a,99,d,c,d,f,g,c,32,i,a,99,f,i,o,a,o]),ud=n([z,97,j,c,a,95,w,f,c,d,b,d,B,a,95,i,97,b,a,95,f,B,a,i,97,j,j]),uf=n([z,97,j,c,a,95,w,f,c,d,b,d,B,a,95,i,97,b,a]),uh=n([b,i,l,a,95,w,f,c,d,b,d,B,a,95,i,97,b,a,95,f,B,a,i,97,j,j]),uj=n([b,i,l,a,95,w,f,c,d,b,d,B,a,95,i,97,b,a]),uo=n([D,j,f,98,97,j,95,c,l,w,i,a,q,l,q]),uq=n([j,f,99,97,j,95,c,l,w,i,a,q,l,q]),us=n([a,b3,l,97,j,d,cG,a,o,95,f,o,o,c]),uu=n([o,a,q,f,D,i,97,w,m,d,99,95,w,97,i,d,b,N]),uv=n([D,j,f,98,97,j,95,o,d,z,z,a,i,a,g,99,a]),ux=n([j,f,99,97,j,95,o,d,z,z,a,i,a,g,99,a]),uH=n([a,b3,l,97,j,d,cG,a,o,95,f,o,o,c]),uJ=n([o,a,q,f,D,i,97,w,m,d,99,95,w,97,i,d,b,N]),uL=n([D,j,f,98,97,j,95,i,97,b,d,f]),uN=n([j,f,99,97,j,95,i,97,b,d,f]),uP=[0,61,0],uQ=[0,60,[0,61,0]],uR=[0,62,[0,61,0]],uS=[0,b,[0,m,[0,d,[0,c,[0,32,[0,j,[0,97,[0,E,0]]]]]]]],uT=n([a,B,a,i,N,32,l,b,d,j,d,b,N,32,f,z,32,b,m,a,32,99,j,97,c,c]),uV=n([a,g,l,q,a,i,97,b,d,f,g]),uW=[0,j,[0,w,[0,45,[0,o,[0,l,[0,97,[0,j,0]]]]]]],uX=[0,84,[0,53,0]],uY=[0,84,[0,54,0]],uZ=[0,84,[0,55,0]],u0=[0,84,[0,49,[0,52,0]]],u1=n([j,f,99,97,j,95,i,97,b,d,f]),u2=n([D,j,f,98,97,j,95,i,97,b,d,f]),vl=[0,99,[0,m,[0,97,[0,g,[0,D,[0,a,[0,o,0]]]]]]],vn=[0,3],vo=[0,o,[0,a,[0,w,[0,a,[0,g,[0,o,[0,c,0]]]]]]],vq=[0,2],vr=n([d,g,99,f,g,99,j,l,c,d,B,a]),vt=[0,1],vu=[0,a,[0,aa,[0,99,[0,a,[0,a,[0,o,[0,c,0]]]]]]],vw=[0,0],vx=[0,E,[0,d,[0,b,[0,m,[0,d,[0,g,0]]]]]],vy=n([44,32,E,m,97,b,a,B,a,i,32,b,m,a,32,l,g,o,a,99,d,o,a,o,32,q,a,97,g,b]),vA=n([44,32,E,d,b,m,d,g,32,b,m,a,32,o,a,99,j,97,i,a,o,32,o,i,d,z,b]),vC=n([44,32,E,d,b,m,32,b,m,a,32,o,a,99,j,97,i,a,o,32,m,d,o,o,a,g,32,99,f,g,b,a,aa,b]),vE=n([44,32,E,m,f,a,B,a,i,32,b,m,a,32,l,g,aD,g,f,E,g,32,97,i,a]),v5=[0,99,[0,f,[0,g,[0,z,[0,d,[0,o,[0,a,[0,g,[0,99,[0,a,0]]]]]]]]]],v6=[0,a,[0,g,[0,o,[0,c,0]]]],v7=[0,i,[0,a,[0,D,[0,d,[0,f,[0,g,0]]]]]],v8=n([d,g,o,a,w,a,g,o,a,g,b]),v9=[0,q,[0,a,[0,b,[0,m,[0,f,[0,o,0]]]]]],v_=[0,j,[0,d,[0,q,[0,d,[0,b,[0,c,0]]]]]],v$=[0,j,[0,a,[0,B,[0,a,[0,j,[0,c,0]]]]]],wa=[0,l,[0,w,[0,w,[0,a,[0,i,0]]]]],wb=[0,j,[0,f,[0,E,[0,a,[0,i,0]]]]],wc=[0,w,[0,97,[0,d,[0,i,0]]]],wd=[0,d,[0,g,[0,b,[0,a,[0,i,[0,B,[0,97,[0,j,0]]]]]]]],we=[0,l,[0,g,[0,d,[0,b,[0,c,0]]]]],wg=[0,n([m,f,a,z,z,o,d,g,D,45,aD,j]),[0,n([a,q,w,d,i,d,99,97,j,45,98,a,i,g,c,b,a,d,g]),[0,n([d,g,b,a,i,c,a,99,b,d,f,g]),0]]],wJ=n([w,f,w,l,j,97,b,d,f,g,32,97,b,32,99,f,g,z,d,o,a,g,99,a,32]),wK=n([w,f,w,l,j,97,b,d,f,g,44,32,f,g,a,45,c,d,o,a,o,32,97,b,32,99,f,g,z,d,o,a,g,99,a,32]),wQ=[0,98,[0,d,[0,g,[0,f,[0,q,[0,d,[0,97,[0,j,0]]]]]]]],wV=n([b,m,a,32,o,i,97,E,c,32,E,d,b,m,d,g,32,97,32,99,a,j,j,32,97,i,a,32,d,g,o,a,w,a,g,o,a,g,b,44,32,a,97,99,m,32,E,d,b,m,32,b,m,a,32,j,97,E,32,f,z,32,b,m,a,32,99,a,j,j,44,32,97,g,o,32,m,f,E,32,q,97,g,N,32,b,m,a,i,a,32,97,i,a,32,o,f,a,c,32,g,f,b,32,o,a,w,a,g,o,32,f,g,32,m,f,E,32,b,m,a,N,32,99,97,q,a,32,f,l,b]),wX=n([b,m,a,32,99,f,g,b,a,aa,b,c,32,f,z,32,a,97,99,m,32,D,i,f,l,w,32,E,a,i,a,32,o,i,97,E,g,32,z,i,f,q,32,d,b,c,32,w,f,w,l,j,97,b,d,f,g,44,32,g,f,b,32,c,a,b,32,98,N,32,o,a,c,d,D,g]),w0=n([E,m,97,b,a,B,a,i,32,99,f,l,j,o,32,m,97,B,a,32,98,a,a,g,32,o,i,97,E,g,32,d,g,32,97,32,99,a,j,j,32,m,97,c,32,97,32,l,b,d,j,d,b,N,32,98,a,b,E,a,a,g,32,48,32,97,g,o,32,b,m,a,32,D,i,a,97,b,a,c,b,32,b,m,97,b,32,97,32,o,a,99,d,c,d,f,g,32,m,97,c,32,b,m,a,i,a]),w2=n([l,b,d,j,d,b,N,44,32,q,a,b,m,f,o,32,97,g,o,32,99,f,g,z,d,o,a,g,99,a,32,E,a,i,a,32,99,m,f,c,a,g,32,E,d,b,m,f,l,b,32,j,f,f,aD,d,g,D,32,97,b,32,b,m,a,32,o,i,97,E,c]),w4=n([b,m,a,32,o,i,97,E,c,32,f,z,32,o,d,z,z,a,i,a,g,b,32,99,a,j,j,c,32,97,i,a,32,d,g,o,a,w,a,g,o,a,g,b,32,f,z,32,a,97,99,m,32,f,b,m,a,i]),w6=n([97,32,c,97,q,w,j,d,g,D,32,l,g,d,b,32,99,97,g,32,m,97,B,a,32,g,f,32,q,f,i,a,32,b,m,97,g,32,f,g,a,32,i,f,E,32,d,g,32,97,32,99,a,j,j,44,32,97,c,32,d,c,32,b,m,a,32,99,97,c,a,32,m,a,i,a]),xa=[0,z,[0,d,[0,j,[0,b,[0,a,[0,i,[0,c,0]]]]]]],xb=[0,d,[0,g,[0,w,[0,l,[0,b,[0,c,0]]]]]],xc=[0,f,[0,l,[0,b,[0,w,[0,l,[0,b,[0,c,0]]]]]]],xd=[0,i,[0,a,[0,j,[0,a,[0,97,[0,c,[0,a,[0,c,0]]]]]]]],xe=[0,o,[0,i,[0,97,[0,E,[0,c,0]]]]],xf=n([b,i,l,a,95,99,f,g,b,a,aa,b]),xg=[0,b,[0,i,[0,l,[0,a,[0,95,[0,D,[0,i,[0,f,[0,l,[0,w,0]]]]]]]]]],xh=[0,D,[0,j,[0,f,[0,98,[0,97,[0,j,[0,95,[0,b,[0,97,[0,l,0]]]]]]]]]],xi=[0,98,[0,N,[0,95,[0,99,[0,f,[0,g,[0,b,[0,a,[0,aa,[0,b,0]]]]]]]]]],xj=[0,w,[0,f,[0,j,[0,d,[0,99,[0,N,0]]]]]],xM=n([a,aa,w,95,a,w,c,d,j,f,g]),xN=[0,97,[0,b,[0,b,[0,i,[0,d,[0,98,[0,l,[0,b,[0,a,[0,c,0]]]]]]]]]],xO=n([q,l,j,b,d,w,j,d,a,i,c]),xP=[0,i,[0,97,[0,E,[0,95,[0,i,[0,97,[0,b,[0,d,[0,f,0]]]]]]]]],xR=n([99,f,q,w,f,c,d,b,d,f,g]),xT=[0,97,[0,b,[0,b,[0,97,[0,d,[0,g,[0,a,[0,o,0]]]]]]]],xU=[0,l,[0,g,[0,z,[0,d,[0,j,[0,b,[0,a,[0,i,[0,a,[0,o,0]]]]]]]]]],x7=n([97,g,N,32,w,f,j,d,99,N,32,98,a,m,d,g,o,32,b,m,d,c,32,z,d,j,b,a,i]),x8=n([32,b,m,97,b,32,aD,a,a,w,c,32,b,m,a,32,o,a,99,j,97,i,a,o,32,z,j,f,f,i]),x9=n([44,32,97,g,N,32,l,b,d,j,d,b,N,32,f,z,32,b,m,a,32,o,a,99,j,97,i,a,o,32,i,97,g,D,a]),x_=n([b,m,d,c,32,w,f,j,d,99,N,32,97,g,o,32,99,f,g,b,a,aa,b,32,z,d,j,b,a,i,44,32,97,g,N,32,D,i,f,l,w,32,z,d,j,b,a,i,32,97,b,32,q,f,c,b,32,b,m,d,c,32,a,w,c,d,j,f,g,32,b,m,97,b,32,i,a,j,a,97,c,a,c,32,b,m,a,32,c,97,q,a,32,B,97,j,l,a,c]),ya=n([b,m,d,c,32,w,f,j,d,99,N,32,97,g,o,32,D,i,f,l,w,32,z,d,j,b,a,i,44,32,97,g,N,32,99,f,g,b,a,aa,b,32,z,d,j,b,a,i,32,b,m,97,b,32,i,a,j,a,97,c,a,c,32,b,m,a,c,a,32,99,f,g,b,a,aa,b,c]),yc=[0,84,[0,49,[0,51,0]]],yd=n([84,53,45,o,a,99,d,c,d,f,g]),yD=n([b,m,a,32,z,d,j,b,a,i,39,c,32,o,i,97,E,c,32,z,f,i,32,D,i,f,l,w,32,97,g,o,32,99,f,g,b,a,aa,b,32,97,i,a,32,d,g,o,a,w,a,g,o,a,g,b,32,f,z,32,a,97,99,m,32,f,b,m,a,i,32,97,g,o,32,f,z,32,a,B,a,i,N,b,m,d,g,D,32,a,j,c,a,44,32,z,i,a,c,m,32,z,f,i,32,a,97,99,m,32,o,a,99,d,c,d,f,g,44,32,97,g,o,32,b,m,a,32,o,a,99,d,c,d,f,g,32,o,a,w,a,g,o,c,32,f,g,32,D,i,f,l,w,32,97,g,o,32,99,f,g,b,a,aa,b,32,f,g,j,N,32,b,m,i,f,l,D,m,32,E,m,97,b,32,b,m,a,32,z,d,j,b,a,i,c,32,i,a,j,a,97,c,a]),yE=n([b,m,a,32,99,f,g,b,a,aa,b,c,32,f,z,32,a,97,99,m,32,D,i,f,l,w,32,97,i,a,32,o,d,c,b,i,d,98,l,b,a,o,32,97,c,32,d,g,32,b,m,a,32,c,b,97,b,a,o,32,w,f,w,l,j,97,b,d,f,g]),zX=u(": "),zV=[0,[0,u("nothing was judged: the certificate needs more memory than there is"),0],3],zW=[0,[0,u("nothing was judged: the certificate does not embed its table; give it with --table"),0],3],zY=u("malformed: "),zR=u(mk),zS=u("FALSE"),zT=u("not covered"),zP=[0,[11,u("\\x"),[4,6,[0,2,2],0,0]],u("\\x%02x")],zQ=u(W),zZ=u("\n");function
-ar(a){if(typeof
+E5(){var
+a=ae;if(a.process&&a.process.on)a.process.on("uncaughtException",function(b,c){o$(b);a.process.exit(2)});else
+if(a.addEventListener)a.addEventListener("error",function(a){if(a.error)o$(a.error)})}E5();function
+E(a,b){return a.length==1?a(b):cR(a,[b])}function
+aA(a,b,c){return a.length==2?a(b,c):cR(a,[b,c])}function
+n_(a,b,c,d){return a.length==3?a(b,c,d):cR(a,[b,c,d])}function
+n$(a,b,c,d,e,f){return a.length==5?a(b,c,d,e,f):cR(a,[b,c,d,e,f])}EB();var
+i_=[a$,w(oU),-1],ja=[a$,w(oj),-2],i9=[a$,w(iC),-3],i8=[a$,w(oA),-4],i$=[a$,w(oG),-9],aJ=[a$,w(oP),-11],D3=[0,[0,[0,[0,0]]]],D4=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],D5=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,D4]]]]]]]]]]],D6=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,D5]]]]]]]]]]],D7=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,D6]]]]]]]]]]],D8=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,D7]]]]]]]]]]],D9=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]]],D_=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,D9]]]]]]]]]]],D$=[0,0],Ea=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],Eb=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ea]]]]]]]]]]],Ec=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Eb]]]]]]]]]]],Ed=[0,[0,[0,[0,[0,0]]]]],Ee=[0,[0,[0,[0,[0,0]]]]],Ef=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],Eg=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],d9=o([[0,48,[0,[0,[0,0,0],0],0]],[0,49,[0,[0,[0,0,0],0],1]],[0,50,[0,[0,[0,0,0],1],0]],[0,51,[0,[0,[0,0,0],1],1]],[0,52,[0,[0,[0,0,1],0],0]],[0,53,[0,[0,[0,0,1],0],1]],[0,54,[0,[0,[0,0,1],1],0]],[0,55,[0,[0,[0,0,1],1],1]],[0,56,[0,[0,[0,1,0],0],0]],[0,57,[0,[0,[0,1,0],0],1]],[0,97,[0,[0,[0,1,0],1],0]],[0,98,[0,[0,[0,1,0],1],1]],[0,99,[0,[0,[0,1,1],0],0]],[0,p,[0,[0,[0,1,1],0],1]],[0,a,[0,[0,[0,1,1],1],0]],[0,A,[0,[0,[0,1,1],1],1]],[0,65,[0,[0,[0,1,0],1],0]],[0,66,[0,[0,[0,1,0],1],1]],[0,67,[0,[0,[0,1,1],0],0]],[0,68,[0,[0,[0,1,1],0],1]],[0,69,[0,[0,[0,1,1],1],0]],[0,70,[0,[0,[0,1,1],1],1]]]),g3=[0,[0,[0,0,0],0],0],Eh=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],Ei=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Eh]]]]]]]]]]],Ej=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ei]]]]]]]]]]],Ek=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ej]]]]]]]]]]],El=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ek]]]]]]]]]]];bH(11,[a$,w(ob),-12],ob);bH(10,aJ,oP);bH(9,[a$,w(oy),-10],oy);bH(8,i$,oG);bH(7,[a$,w(os),-8],os);bH(6,[a$,w(oD),-7],oD);bH(5,[a$,w(oK),-6],oK);bH(4,[a$,w(om),-5],om);bH(3,i8,oA);bH(2,i9,iC);bH(1,ja,oj);bH(0,i_,oU);var
+pw=w(oB),px=w("false"),pA=w("\\\\"),pB=w("\\'"),pC=w("\\b"),pD=w("\\t"),pE=w("\\n"),pF=w("\\r"),pz=w("Char.chr"),pI=w("String.blit / Bytes.blit_string"),pH=w("Bytes.blit"),pG=w("String.sub / Bytes.sub"),pK=w(ab),pJ=w("String.concat"),pL=w("Array.blit"),pO=w("Buffer.add: cannot grow buffer"),pN=[0,w(oI),93,2],pM=[0,w(oI),94,2],pX=w("%c"),pY=w("%s"),pZ=w(oa),p0=w(or),p1=w(oz),p2=w(oe),p3=w("%f"),p4=w("%B"),p5=w("%{"),p6=w("%}"),p7=w("%("),p8=w("%)"),p9=w("%a"),p_=w("%t"),p$=w("%?"),qa=w("%r"),qb=w("%_r"),qc=[0,w(aS),850,23],qn=[0,w(aS),814,21],qf=[0,w(aS),815,21],qo=[0,w(aS),818,21],qg=[0,w(aS),819,21],qp=[0,w(aS),822,19],qh=[0,w(aS),823,19],qq=[0,w(aS),826,22],qi=[0,w(aS),827,22],qr=[0,w(aS),831,30],qj=[0,w(aS),832,30],ql=[0,w(aS),836,26],qd=[0,w(aS),837,26],qm=[0,w(aS),846,28],qe=[0,w(aS),847,28],qk=[0,w(aS),851,23],ru=w(ox),rs=[0,w(aS),1558,4],rt=w("Printf: bad conversion %["),rv=[0,w(aS),1626,39],rw=[0,w(aS),1649,31],rx=[0,w(aS),1650,31],ry=w("Printf: bad conversion %_"),rz=w("@{"),rA=w("@["),rq=w(iG),ro=w("neg_infinity"),rp=w(oT),rn=w(dW),ri=[0,F],q8=w("%+nd"),q9=w("% nd"),q$=w("%+ni"),ra=w("% ni"),rb=w("%nx"),rc=w("%#nx"),rd=w("%nX"),re=w("%#nX"),rf=w("%no"),rg=w("%#no"),q7=w("%nd"),q_=w(oz),rh=w("%nu"),qV=w("%+ld"),qW=w("% ld"),qY=w("%+li"),qZ=w("% li"),q0=w("%lx"),q1=w("%#lx"),q2=w("%lX"),q3=w("%#lX"),q4=w("%lo"),q5=w("%#lo"),qU=w("%ld"),qX=w(or),q6=w("%lu"),qI=w("%+Ld"),qJ=w("% Ld"),qL=w("%+Li"),qM=w("% Li"),qN=w("%Lx"),qO=w("%#Lx"),qP=w("%LX"),qQ=w("%#LX"),qR=w("%Lo"),qS=w("%#Lo"),qH=w("%Ld"),qK=w(oe),qT=w("%Lu"),qv=w("%+d"),qw=w("% d"),qy=w("%+i"),qz=w("% i"),qA=w("%x"),qB=w("%#x"),qC=w("%X"),qD=w("%#X"),qE=w("%o"),qF=w("%#o"),qu=w(oJ),qx=w(oa),qG=w(ox),pP=w("@]"),pQ=w("@}"),pR=w("@?"),pS=w("@\n"),pT=w("@."),pU=w("@@"),pV=w("@%"),pW=w("@"),qs=w("CamlinternalFormat.Type_mismatch"),rE=eX(8,0,0),rF=[0,1779033703,-1150833019,1013904242,-1521486534,1359893119,-1694144372,528734635,1541459225],rG=[0,[5,6,[0,2,8],0,0],w("%08lx")],rH=w(ab),rB=[0,1116352408,1899447441,-1245643825,-373957723,961987163,1508970993,-1841331548,-1424204075,-670586216,310598401,607225278,1426881987,1925078388,-2132889090,-1680079193,-1046744716,-459576895,-272742522,264347078,604807628,770255983,1249150122,1555081692,1996064986,-1740746414,-1473132947,-1341970488,-1084653625,-958395405,-710438585,113926993,338241895,666307205,773529912,1294757372,1396182291,1695183700,1986661051,-2117940946,-1838011259,-1564481375,-1474664885,-1035236496,-949202525,-778901479,-694614492,-200395387,275423344,430227734,506948616,659060556,883997877,958139571,1322822218,1537002063,1747873779,1955562222,2024104815,-2067236844,-1933114872,-1866530822,-1538233109,-1090935817,-965641998],rN=[0,0],rO=[0,0],sm=[0,f,[0,m,[0,j,[0,j,0]]]],sn=[0,b,[0,h,[0,m,[0,a,0]]]],so=[0,A,[0,97,[0,j,[0,d,[0,a,0]]]]],sB=o([e,d,32,f,g,b,32,g,f,a,32,g,A,32,b,l,g,d,a,32,b,l,97,b,32,b,l,a,h,a,32,97,h,a]),sL=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,D3]]]]]]]]]]],tf=[0,1],tg=[0,2],tp=[0,0,0],xM=[0,[11,0],0],At=[0,[11,0],0],AR=[0,0,0],Bs=[0,[11,0],0],Br=o([d,m,98,aB,a,99,b,46,p,a,99,j,97,h,a,p,46,98,L,95,99,g,f,b,a,aa,b]),CQ=o([l,97,d,32,97,32,j,97,d,b,32,j,e,f,a,32,b,l,97,b,32,p,g,a,d,32,f,g,b,32,a,f,p]),DP=o([97,32,99,j,97,e,t,32,j,e,d,b,d,32,97,d,d,m,t,v,b,e,g,f,d,32,b,l,97,b,32,e,b,32,p,g,a,d,32,f,g,b,32,h,a,d,b,32,g,f]),DQ=o([b,l,a,32,b,97,98,j,a,32,e,d,32,f,g,b,32,97,d,32,b,l,a,32,A,g,h,t,97,b,32,p,a,t,97,f,p,d]),DN=[0,v,[0,g,[0,j,[0,e,[0,99,[0,L,0]]]]]],DO=o([A,97,e,h,97,m,p,e,b,45,99,a,h,b,e,A,e,99,97,b,a,47,49]),Dw=[11,0],Dv=[0,0,0],DJ=[0,0,0],DK=o([b,l,a,32,97,d,d,m,t,v,b,e,g,f,d,32,g,A,32,b,l,a,32,99,j,97,e,t,d]),DI=[11,0],DG=[0,0,0],DH=o([d,m,98,aB,a,99,b,46,d,v,a,j,j,e,f,F,d]),Dx=[0,d,[0,m,[0,98,[0,aB,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],Dy=o([b,l,a,32,b,97,98,j,a,32,A,e,j,a]),Dz=o([d,m,98,aB,a,99,b,46,99,g,j,m,t,f,d]),DA=o([d,m,98,aB,a,99,b,46,v,g,v,m,j,97,b,e,g,f]),DB=o([d,m,98,aB,a,99,b,46,aL,e,f,p]),DC=o([d,m,98,aB,a,99,b,46,b,97,98,j,a,46,99,a,j,j,d]),DD=o([d,m,98,aB,a,99,b,46,b,97,98,j,a,46,d,l,97,50,53,54]),DE=o([b,l,a,32,b,97,98,j,a,32,F,e,C,a,d,32,p,h,97,H,d,32,A,g,h,32,d,g,t,a,32,h,g,H,d,32,g,A,32,b,l,a,32,v,g,j,e,99,L,32,g,f,j,L]),DF=o([b,l,a,32,h,g,H,d,32,g,A,32,b,l,a,32,v,g,j,e,99,L,32,97,h,a,32,f,g,b,32,e,f,32,g,h,p,a,h]),Du=o([b,l,a,32,b,97,98,j,a,32,j,97,99,aL,d,32,97,32,h,g,H,32,g,A,32,b,l,a,32,v,g,j,e,99,L,32,A,g,h,32,H,l,97,b,32,b,l,a,32,A,e,j,b,a,h,d,32,99,97,f,32,h,a,j,a,97,d,a]),DL=o([b,l,a,32,b,97,98,j,a,32,e,d,32,a,t,v,b,L]),DM=[0,0],Dt=[0,[11,0],0],Dm=[0,[11,0],0],Dn=[0,[0,[11,0],0]],C8=[11,0],C7=[0,0,0],Dl=[11,0],C9=[0,0,0],C_=o([b,l,a,32,m,b,e,j,e,b,L,32,e,d,32,e,f,32,d,m,98,aB,a,99,b,46,99,j,97,d,d]),Dj=[0,0,0],Dk=o([d,m,98,aB,a,99,b,46,d,v,a,j,j,e,f,F,d]),C$=[0,d,[0,m,[0,98,[0,aB,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],Da=o([b,l,a,32,b,97,98,j,a,32,A,e,j,a]),Db=o([d,m,98,aB,a,99,b,46,99,g,j,m,t,f,d]),Dc=o([d,m,98,aB,a,99,b,46,v,g,v,m,j,97,b,e,g,f]),Dd=o([d,m,98,aB,a,99,b,46,aL,e,f,p]),De=o([d,m,98,aB,a,99,b,46,b,97,98,j,a,46,99,a,j,j,d]),Df=o([d,m,98,aB,a,99,b,46,b,97,98,j,a,46,d,l,97,50,53,54]),Dg=o([l,97,d,32,m,b,e,j,e,b,e,a,d,32,98,a,j,g,H,32,48,44,32,g,A,32,H,l,e,99,l,32,p,e,A,A,a,h,a,f,99,a,d,32,l,97,C,a,32,b,g,32,98,a,32,d,b,97,b,a,p]),Dh=o([l,97,d,32,e,f,b,a,h,C,97,j,d,44,32,H,l,e,99,l,32,97,h,a,32,f,g,b,32,A,g,h,32,v,h,g,98,97,98,e,j,e,b,e,a,d]),Di=o([l,97,d,32,e,f,b,a,h,C,97,j,d,44,32,H,l,e,99,l,32,p,g,32,f,g,b,32,F,g,32,H,e,b,l,32,97,32,99,j,97,d,d,32,g,A,32,m,b,e,j,e,b,e,a,d]),Do=[0,0],Dp=[0,0],Dq=[0,0],Dr=o([b,l,a,32,b,97,98,j,a,32,e,d,32,a,t,v,b,L]),Ds=[0,0],C3=[0,0,0],C1=[0,0,0],C2=[0,0,0],C4=[0,0,0],C5=[0,0,0],C6=[0,0,0],CZ=[0,0],CX=[0,0,0],CW=[0,t,[0,a,[0,b,[0,h,[0,e,[0,99,[0,d,[0,46,0]]]]]]]],CU=o([d,m,98,aB,a,99,b,46,m,b,e,j,e,b,L,46]),CV=o([98,m,h,p,a,f,32,t,m,d,b,32,98,a,32,b,h,m,a,32,H,l,a,h,a,32,e,b,32,e,d,32,d,b,97,b,a,p]),CT=[0,0],CS=o([b,l,a,32,b,97,98,j,a,32,e,d,32,f,g,b,32,b,l,a,32,99,97,f,g,f,e,99,97,j,32,b,a,aa,b,32,g,A,32,e,b,d,32,C,97,j,m,a,d]),CR=o([e,d,32,f,g,b,32,74,83,79,78,32,97,d,32,b,l,a,32,A,g,h,t,97,b,32,l,97,d,32,e,b]),CO=[0,0],CN=[0,0,0],CM=[0,0],CJ=o([F,j,g,98,97,j,95,h,97,b,e,g,95,d,m,v,h,a,t,m,t]),CI=[0,48,0],CF=[0,44,[0,32,0]],CE=[0,93,0],CG=[0,91,0],CH=[0,91,[0,93,0]],CD=[0,91,[0,93,0]],CA=o([32,h,a,j,a,97,d,a,d,32,g,A,32,97,32,F,h,g,m,v,44,32,a,97,99,l,32,p,h,97,H,f,32,97,A,h,a,d,l,32,40,p,a,99,j,97,h,a,p,41]),CB=o([g,f,a,32,t,a,t,g,h,L,32,d,a,a,d,32,97,b,32,t,g,d,b,32]),Cy=o([32,g,A,32,b,l,a,32,j,97,H,32,g,A,32,b,l,e,d,32,v,g,j,e,99,L,32,40,p,a,99,j,97,h,a,p,41]),Cz=o([A,g,h,32,a,C,a,h,L,b,l,e,f,F,32,b,l,97,b,32,b,l,a,32,A,e,j,b,a,h,d,32,h,a,j,a,97,d,a,44,32,b,l,a,32,j,97,H,32,g,A,32,b,l,a,32,p,a,99,e,d,e,g,f,32,e,d,32,H,e,b,l,e,f,32,b,g,b,97,j,32,C,97,h,e,97,b,e,g,f,32]),Cu=o([32,40,p,a,99,j,97,h,a,p,41]),Cv=[0,32,[0,97,[0,f,[0,p,[0,32,0]]]]],Cw=o([44,32,a,C,a,h,L,32,m,b,e,j,e,b,L,32,e,d,32,98,a,b,H,a,a,f,32]),Cx=o([e,f,32,99,g,f,b,a,aa,b,32]),Cs=o([32,98,a,l,e,f,p,32,b,l,a,32,A,e,j,b,a,h,32,40,p,a,99,j,97,h,a,p,41]),Ct=o([a,C,a,h,L,32,99,g,t,v,97,h,a,p,32,F,h,g,m,v,39,d,32,t,a,97,f,32,m,b,e,j,e,b,L,32,e,d,32,97,b,32,j,a,97,d,b,32]),Co=o([32,98,a,l,e,f,p,32,b,l,a,32,A,e,j,b,a,h,32,40,p,a,99,j,97,h,a,p,41]),Cp=o([44,32,a,C,a,h,L,32,99,g,t,v,97,h,a,p,32,F,h,g,m,v,39,d,32,a,aa,v,a,99,b,a,p,32,m,b,e,j,e,b,L,32,e,d,32,97,b,32,j,a,97,d,b,32]),Cq=o([e,f,32,99,g,f,b,a,aa,b,32]),Ck=o([32,40,p,a,99,j,97,h,a,p,41]),Cl=o([44,32,97,f,p,32,A,g,h,32,b,l,a,32,d,97,t,a,32,p,a,99,e,d,e,g,f,32,97,f,p,32,99,g,f,b,a,aa,b,32,b,l,a,32,m,b,e,j,e,b,e,a,d,32,g,A,32,b,H,g,32,F,h,g,m,v,d,32,p,e,A,A,a,h,32,98,L,32,97,b,32,t,g,d,b,32]),Cm=[0,32,[0,97,[0,f,[0,p,[0,32,0]]]]],Cn=o([a,C,a,h,L,32,m,b,e,j,e,b,L,32,e,d,32,98,a,b,H,a,a,f,32]),Ci=o([32,98,a,l,e,f,p,32,b,l,a,32,A,e,j,b,a,h,32,40,p,a,99,j,97,h,a,p,41]),Cj=o([a,C,a,h,L,32,99,g,t,v,97,h,a,p,32,F,h,g,m,v,39,d,32,a,aa,v,a,99,b,a,p,32,m,b,e,j,e,b,L,32,e,d,32,97,b,32,j,a,97,d,b,32]),B9=[0,[11,0],0],B5=[0,1],Ce=[0,0],B6=[0,[0,0,0]],B7=[0,[0,0,0]],B8=[0,[0,0,0]],B$=[0,[0,0,0]],Ca=[0,[0,0,0]],B_=[0,[0,0,0]],Cb=[0,[0,0,0]],Cc=[0,[0,0,0]],Cd=[0,[0,0,0]],B1=o([t,m,d,b,32,98,a,32,v,g,d,e,b,e,C,a]),B0=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),B2=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),B3=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),B4=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),BZ=o([e,d,32,g,m,b,32,g,A,32,h,97,f,F,a]),BX=o([t,m,d,b,32,98,a,32,97,f,32,g,98,aB,a,99,b,32,g,h,32,f,m,j,j]),BW=[0,[0,0]],BY=o([t,m,d,b,32,98,a,32,97,f,32,g,98,aB,a,99,b,32,g,h,32,f,m,j,j]),BQ=[0,[11,0],0],BG=[0,A,[0,j,[0,g,[0,g,[0,h,0]]]]],BH=[0,84,[0,51,0]],BI=[0,84,[0,49,0]],BJ=[0,84,[0,49,[0,45,[0,v,[0,97,[0,v,[0,a,[0,h,0]]]]]]]],BK=[0,84,[0,52,0]],BL=[0,84,[0,50,0]],BM=[7,0],BN=[0,84,[0,49,[0,50,0]]],BO=[0,84,[0,51,0]],BP=[0,84,[0,56,0]],BD=o([t,m,d,b,32,l,97,C,a,32,t,m,j,b,e,v,j,e,a,h,d]),Bt=o([d,m,98,aB,a,99,b,46,p,a,99,j,97,h,a,p,46,F,j,g,98,97,j,95,b,97,m]),Bq=o([d,m,98,aB,a,99,b,46,p,a,99,j,97,h,a,p,46]),Bk=o([d,m,98,aB,a,99,b,46,v,h,e,C,97,99,L,46]),Bl=o([46,97,b,b,h,e,98,m,b,a,d]),Bm=o([46,a,aa,v,95,a,v,d,e,j,g,f]),Bn=[0,[11,0],0],Bo=[0,[11,0],0],Bp=[0,[11,1],0],A9=[0,[0,0]],A8=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,D8]]]]]]]]]]],A5=o([j,e,d,b,d,32,97,32,99,g,f,b,a,aa,b,32,b,H,e,99,a]),A6=o([t,m,d,b,32,f,g,b,32,98,a,32,a,t,v,b,L]),A4=o([l,97,d,32,97,32,p,h,e,A,b,32,g,A,32,t,g,h,a,32,b,l,97,f,32,49]),A7=[0,0],A3=o([t,m,d,b,32,l,97,C,a,32,F,97,t,t,97,44,32,t,32,g,h,32,b,97,m]),A2=[0,0],A1=o([p,g,a,d,32,f,g,b,32,j,e,d,b,32,a,C,a,h,L,32,b,h,m,a,32,99,a,j,j,44,32,g,h,32,d,g,t,a,32,b,l,97,b,32,97,h,a,32,f,g,b,32,f,a,a,p,a,p]),A0=o([e,d,32,f,g,b,32,b,l,a,32,f,a,aa,b,32,b,h,m,a,32,99,a,j,j]),AX=[0,1],AY=o([l,97,d,32,p,h,97,H,d,32,b,l,97,b,32,p,g,32,f,g,b,32,A,e,b,32,e,b,d,32,H,a,e,F,l,b,d]),AV=o([l,97,d,32,H,a,e,F,l,b,d,32,b,l,97,b,32,p,g,32,f,g,b,32,d,m,t,32,b,g,32,49]),AW=o([e,d,32,g,m,b,32,g,A,32,h,97,f,F,a]),AZ=[0,0],AT=o([t,m,d,b,32,l,97,C,a,32,h,a,j,a,97,d,a,d,32,A,h,g,t,32,50,32,b,g,32,49,48,48,48,48]),AS=o([l,97,d,32,A,a,H,a,h,32,b,l,97,f,32,b,H,g,32,b,h,m,a,32,F,h,g,m,v,d]),AQ=o([t,m,d,b,32,l,97,C,a,32,A,97,99,b,g,h,d,32,b,l,97,b,32,99,g,C,a,h,32,b,l,a,32,99,g,j,m,t,f,d,32,b,g,F,a,b,l,a,h]),AM=o([l,97,d,32,v,h,g,98,97,98,e,j,e,b,e,a,d,32,b,l,97,b,32,p,g,32,f,g,b,32,d,m,t,32,b,g,32,49]),AN=o([t,m,d,b,32,j,e,d,b,32,j,97,98,a,j,d]),AO=o([t,m,d,b,32,j,e,d,b,32,j,97,98,a,j,d]),AP=o([t,m,d,b,32,j,e,d,b,32,j,97,98,a,j,d]),AK=o([v,h,g,98,97,98,e,j,e,b,e,a,d]),Au=[0,0,0],Av=[0,[11,0],0],Aw=[0,[11,0],0],Ax=[0,f,[0,g,[0,f,[0,a,0]]]],Ay=[0,[0,0]],Ak=[0,0,0],Al=[0,[11,0],0],Am=[0,[11,0],0],An=[0,[11,0],0],Ao=[0,[11,0],0],Ai=o([l,97,d,32,97,32,aL,a,L,32,b,l,97,b,32,F,g,a,d,32,H,e,b,l,32,g,b,l,a,h,32,b,97,h,F,a,b,d,44,32,g,h,32,j,97,99,aL,d,32,g,f,a]),Aj=o([b,l,a,32,j,e,t,e,b,32,g,A,32,97,32,h,97,b,e,g,32,t,m,d,b,32,98,a,32,97,b,32,j,a,97,d,b,32,49]),Ah=[0,b,[0,l,[0,e,[0,d,[0,32,[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]]]]]]],Ap=[0,0],Ab=[0,32,[0,A,[0,g,[0,h,[0,32,0]]]]],Ac=[0,58,[0,32,0]],Ad=[0,44,[0,32,[0,j,[0,e,[0,t,[0,e,[0,b,[0,32,0]]]]]]]],Ae=[0,32,0],Af=[0,58,[0,32,0]],Ag=[0,b,[0,97,[0,h,[0,F,[0,a,[0,b,[0,d,0]]]]]]],Aq=[0,[0,0]],Ar=[0,0],As=[0,p,[0,e,[0,A,[0,A,[0,a,[0,h,[0,a,[0,f,[0,99,[0,a,0]]]]]]]]]],z7=[0,[11,0],0],z8=[0,[11,0],0],z9=[0,[11,0],0],z_=[0,0,0],z$=[0,[11,0],0],Aa=[0,[11,0],0],z3=[0,[11,0],0],z4=[0,[11,0],0],z5=[0,[11,0],0],z6=[0,[11,0],0],z2=o([t,m,d,b,32,l,97,C,a,32,97,32,99,g,f,A,e,p,a,f,99,a,32,98,a,b,H,a,a,f,32,48,32,97,f,p,32,49]),zD=o([t,m,d,b,32,l,97,C,a,32,97,32,99,g,f,A,e,p,a,f,99,a,32,98,a,b,H,a,a,f,32,48,32,97,f,p,32,49]),zE=o([t,m,d,b,32,l,97,C,a,32,b,l,a,32,j,g,H,a,h,32,g,f,a,32,A,e,h,d,b]),zF=[0,0],zG=o([t,a,97,f,32,g,C,a,h,32,m,f,e,b,d]),zH=[0,0],zI=[0,0],zJ=[0,p,[0,h,[0,g,[0,v,0]]]],zK=[0,H,[0,g,[0,h,[0,d,[0,b,0]]]]],zL=[0,a,[0,97,[0,99,[0,l,0]]]],zM=[0,b,[0,g,[0,F,[0,a,[0,b,[0,l,[0,a,[0,h,0]]]]]]]],zz=[11,0],zA=[0,[11,0],0],zB=[0,0],zC=o([t,m,d,b,32,f,g,b,32,98,a,32,f,m,j,j]),zw=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),zx=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),zy=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),zv=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),zs=[0,32,[0,97,[0,f,[0,p,[0,32,0]]]]],zt=o([H,l,97,b,a,C,a,h,32,99,g,m,j,p,32,l,97,C,a,32,98,a,a,f,32,p,h,97,H,f,32,l,97,d,32,97,32,m,b,e,j,e,b,L,32,98,a,b,H,a,a,f,32]),zk=o([j,e,d,b,d,32,d,g,t,a,b,l,e,f,F,32,b,H,e,99,a]),zg=o([t,m,d,b,32,f,g,b,32,98,a,32,f,g,b,l,e,f,F]),zh=o([t,m,d,b,32,98,a,32,97,b,32,j,a,97,d,b,32,49]),zf=o([t,m,d,b,32,98,a,32,97,32,j,e,d,b,32,g,A,32,50,32,a,f,b,h,e,a,d]),zi=o([t,m,d,b,32,98,a,32,97,32,j,e,d,b,32,g,A,32,50,32,a,f,b,h,e,a,d]),zj=o([t,m,d,b,32,98,a,32,97,32,j,e,d,b,32,g,A,32,50,32,a,f,b,h,e,a,d]),ze=o([t,m,d,b,32,98,a,32,97,32,j,e,d,b,32,g,A,32,50,32,a,f,b,h,e,a,d]),zd=[0,v,[0,97,[0,e,[0,h,[0,a,[0,p,0]]]]]],y_=[0,0,0],y9=[0,46,0],y$=[0,0,0],za=[0,0,0],yW=o([H,l,97,b,a,C,a,h,32,99,g,m,j,p,32,l,97,C,a,32,98,a,a,f,32,p,h,97,H,f,32,l,97,d,32,97,32,m,b,e,j,e,b,L,32,98,a,b,H,a,a,f,32,48,32,97,f,p,32]),yQ=o([F,j,g,98,97,j,95,l,e,p,p,a,f,95,99,g,f,b,a,aa,b]),yR=o([j,g,99,97,j,95,l,e,p,p,a,f,95,99,g,f,b,a,aa,b]),yP=o([j,g,99,97,j,95,l,e,p,p,a,f,95,99,g,f,b,a,aa,b]),yM=[0,98,[0,e,[0,f,[0,g,[0,t,[0,e,[0,97,[0,j,0]]]]]]]],yN=[0,v,[0,97,[0,e,[0,h,[0,45,[0,a,[0,aa,[0,97,[0,99,[0,b,0]]]]]]]]]],yO=o([v,97,e,h,a,p,45,98,a,b,b,e,f,F]),yI=o([t,m,d,b,32,l,97,C,a,32,97,32,v,97,e,h]),yH=o([l,97,d,32,97,32,j,g,H,a,h,32,a,f,p,32,b,l,97,b,32,e,d,32,e,f,A,e,f,e,b,a]),yF=o([t,m,d,b,32,l,97,C,a,32,97,32,99,g,f,A,e,p,a,f,99,a,32,98,a,b,H,a,a,f,32,48,32,97,f,p,32,49]),yG=[0,l,[0,97,[0,d,[0,32,[0,j,[0,e,[0,t,[0,e,[0,b,[0,d,0]]]]]]]]]],yJ=[0,v,[0,97,[0,e,[0,h,[0,d,0]]]]],yK=[0,a,[0,97,[0,99,[0,l,0]]]],yL=[0,b,[0,g,[0,F,[0,a,[0,b,[0,l,[0,a,[0,h,0]]]]]]]],yA=o([t,m,d,b,32,l,97,C,a,32,97,32,99,g,f,A,e,p,a,f,99,a,32,98,a,b,H,a,a,f,32,48,32,97,f,p,32,49]),yB=[0,l,[0,97,[0,d,[0,32,[0,j,[0,e,[0,t,[0,e,[0,b,[0,d,0]]]]]]]]]],yC=[0,98,[0,g,[0,aa,0]]],yD=[0,a,[0,97,[0,99,[0,l,0]]]],yE=[0,b,[0,g,[0,F,[0,a,[0,b,[0,l,[0,a,[0,h,0]]]]]]]],yx=o([t,m,d,b,32,l,97,C,a,32,99,a,j,j,d,32,b,l,97,b,32,F,g,32,m,v]),ys=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yt=o([t,m,d,b,32,f,g,b,32,98,a,32,f,a,F,97,b,e,C,a]),yu=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yv=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yw=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yn=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yo=o([t,m,d,b,32,f,g,b,32,98,a,32,f,a,F,97,b,e,C,a]),yp=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yq=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yr=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yi=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yj=o([t,m,d,b,32,f,g,b,32,98,a,32,f,a,F,97,b,e,C,a]),yk=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yl=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),ym=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yd=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),ye=o([t,m,d,b,32,f,g,b,32,98,a,32,f,a,F,97,b,e,C,a]),yf=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yg=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yh=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),x_=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),x$=o([t,m,d,b,32,f,g,b,32,98,a,32,f,a,F,97,b,e,C,a]),ya=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yb=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yc=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),x9=[0,0],xU=[0,0],xL=[11,0],xK=[11,0],xF=[0,32,[0,98,[0,L,[0,32,0]]]],xG=[0,32,0],xH=[0,32,0],xI=[0,58,[0,32,0]],xJ=[0,99,[0,j,[0,97,[0,e,[0,t,[0,d,0]]]]]],xE=[0,0],xD=o([t,m,d,b,32,l,97,C,a,32,97,f,32,a,f,b,h,L]),xB=o([l,97,d,32,b,g,g,32,t,97,f,L,32,a,f,b,h,e,a,d]),xt=o([F,j,g,98,97,j,95,h,97,b,e,g,95,d,m,v,h,a,t,m,t]),xu=o([j,g,99,97,j,95,h,97,b,e,g,95,d,m,v,h,a,t,m,t]),xv=[0,0,3],xw=o([p,a,t,g,F,h,97,v,l,e,99,95,v,97,h,e,b,L]),xx=[0,1,2],xy=o([a,cp,m,97,j,e,dd,a,p,95,g,p,p,d]),xz=o([F,j,g,98,97,j,95,l,e,p,p,a,f,95,99,g,f,b,a,aa,b]),xA=o([j,g,99,97,j,95,l,e,p,p,a,f,95,99,g,f,b,a,aa,b]),w0=[1,1],w1=o([a,cp,m,97,j,e,dd,a,p,95,g,p,p,d,95,b,h,m,a,95,j,97,98,a,j,95,g,C,a,h,97,j,j]),w2=[0,1],w3=o([a,cp,m,97,j,95,g,v,v,g,h,b,m,f,e,b,L,95,g,C,a,h,97,j,j]),w4=[1,0],w5=o([a,cp,m,97,j,e,dd,a,p,95,g,p,p,d,95,b,h,m,a,95,j,97,98,a,j]),w6=[0,0],w7=o([a,cp,m,97,j,95,g,v,v,g,h,b,m,f,e,b,L]),wM=[0,0],wN=[0,1],wO=[0,0],wP=o([l,97,d,32,g,b,l,a,h,32,aL,a,L,d,32,b,l,97,f,32,e,b,32,t,97,L,32,l,97,C,a]),wo=o([t,m,d,b,32,l,97,C,a,32,b,H,a,j,C,a,32,p,a,99,e,t,97,j,d]),wm=[0,48,0],wl=[0,0],wj=[0,0,1,0,1,0,0],wk=[0,0,0,0,1,0,0],wc=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),wd=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),we=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),wa=[0,93,0],wb=[0,91,0],vl=[0,0],vm=[0,2],vn=[0,2],vo=[0,1],vk=[0,0],vi=[0,0],vc=[0,[0,0]],va=[0,0],u_=o([v,97,e,h,d,32,t,m,d,b,32,e,f,99,h,a,97,d,a]),u$=[0,0],u8=o([f,m,t,98,a,h,d,32,t,m,d,b,32,e,f,99,h,a,97,d,a]),u4=o([t,m,d,b,32,98,a,32,v,g,d,e,b,e,C,a]),u3=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),u5=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),u6=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),uX=[0,0],uY=o([A,a,97,b,m,h,a,d,32,p,e,A,A,a,h,32,98,a,b,H,a,a,f,32,F,h,g,m,v,d,44,32,98,m,b,32,b,l,a,32,99,j,97,d,d,32,e,d,32,98,j,e,f,p]),uZ=o([A,a,97,b,m,h,a,d,32,t,m,d,b,32,l,97,C,a,32,g,f,a,32,j,e,d,b,32,A,g,h,32,a,97,99,l,32,99,a,j,j,32,97,f,p,32,p,a,99,e,d,e,g,f]),u1=[0,0],u0=o([97,32,99,g,f,d,b,h,97,e,f,b,32,f,97,t,a,d,32,H,l,97,b,32,b,l,a,32,b,97,98,j,a,32,p,g,a,d,32,f,g,b,32,l,97,C,a]),uR=o([b,l,a,32,t,a,b,h,e,99,32,t,m,d,b,32,l,97,C,a,32,97,32,h,g,H,32,A,g,h,32,a,97,99,l,32,F,h,g,m,v]),uS=o([97,32,98,j,e,f,p,32,99,j,97,d,d,32,l,97,d,32,f,g,32,76,e,v,d,99,l,e,b,dd,32,99,g,f,d,b,97,f,b]),uT=o([b,97,m,32,t,m,d,b,32,98,a,32,97,b,32,t,g,d,b,32,F,97,t,t,97]),uU=o([F,97,t,t,97,32,t,m,d,b,32,98,a,32,v,g,d,e,b,e,C,a,32,97,f,p,32,97,b,32,j,a,97,d,b,32,t]),uV=[0,97,[0,j,[0,j,0]]],uW=[0,v,[0,97,[0,e,[0,h,0]]]],uN=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),uO=o([f,97,t,a,d,32,97,32,p,a,99,e,d,e,g,f,32,b,l,97,b,32,b,l,a,32,b,97,98,j,a,32,p,g,a,d,32,f,g,b,32,l,97,C,a]),uP=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),uQ=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),uM=o([l,97,d,32,97,32,j,g,H,a,h,32,a,f,p,32,97,98,g,C,a,32,b,l,a,32,m,v,v,a,h,32,a,f,p]),uG=o([f,97,t,a,d,32,97,32,F,h,g,m,v,44,32,98,m,b,32,b,l,a,32,99,j,97,d,d,32,e,d,32,98,j,e,f,p]),uF=o([t,m,d,b,32,l,97,C,a,32,52,32,a,f,b,h,e,a,d]),uH=o([t,m,d,b,32,l,97,C,a,32,52,32,a,f,b,h,e,a,d]),uI=o([t,m,d,b,32,l,97,C,a,32,52,32,a,f,b,h,e,a,d]),uJ=o([t,m,d,b,32,l,97,C,a,32,52,32,a,f,b,h,e,a,d]),uK=o([t,m,d,b,32,l,97,C,a,32,52,32,a,f,b,h,e,a,d]),uE=o([e,d,32,f,g,b,32,97,32,t,a,b,h,e,99]),uc=o([v,g,d,e,b,e,C,a,32,p,a,99,e,d,e,g,f,d,32,97,h,a,32,f,g,b,32,e,f,32,b,l,a,32,g,h,p,a,h,32,g,A,32,b,l,a,32,p,a,99,e,d,e,g,f,d]),ud=[0,0],ua=o([l,97,d,32,f,g,32,p,a,99,e,d,e,g,f,d,32,g,A,32,m,f,aL,f,g,H,f,32,F,h,g,m,v]),ub=o([l,97,d,32,97,32,99,a,j,j,32,97,A,b,a,h,32,b,l,a,32,p,a,99,e,d,e,g,f,d,32,g,A,32,m,f,aL,f,g,H,f,32,F,h,g,m,v]),t_=[0,0],t$=[0,0],t0=[0,0],t2=[0,1],t3=o([p,a,99,e,d,e,g,f,d,32,g,A,32,m,f,aL,f,g,H,f,32,F,h,g,m,v,32,p,g,32,f,g,b,32,F,g,32,H,e,b,l,32,b,l,97,b]),t4=o([t,m,d,b,32,98,a,32,b,h,m,a,32,H,l,a,h,a,32,e,b,32,e,d,32,d,b,97,b,a,p]),t1=o([t,m,d,b,32,98,a,32,b,h,m,a,32,H,l,a,h,a,32,e,b,32,e,d,32,d,b,97,b,a,p]),t5=[0,0],t6=[0,0],t7=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,D_]]]]]]]]]]],t8=[0,0],t9=o([A,97,e,h,97,m,p,e,b,45,b,97,98,j,a,47,49]),tU=o([g,f,j,L,32,99,g,m,f,b,d,32,l,97,C,a,32,b,h,m,a,32,j,97,98,a,j,d]),tV=[0,a,[0,cp,[0,m,[0,97,[0,j,0]]]]],tW=[0,H,[0,a,[0,e,[0,F,[0,l,[0,b,[0,d,0]]]]]]],tX=[0,99,[0,g,[0,m,[0,f,[0,b,[0,d,0]]]]]],tY=o([v,h,g,98,97,98,e,j,e,b,e,a,d]),tZ=[0,99,[0,g,[0,m,[0,f,[0,b,[0,d,0]]]]]],tR=o([f,97,t,a,d,32,97,32,99,g,j,m,t,f,32,b,H,e,99,a]),tS=o([t,m,d,b,32,f,97,t,a,32,97,b,32,j,a,97,d,b,32,g,f,a,32,99,g,j,m,t,f,32,g,A,32,F,h,g,m,v,d]),tT=[0,0],tt=[0,0],tu=[0,0],tv=[0,0],tq=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,D$]]]]]]]]]]],tn=[0,0],tm=[0,1],tl=[0,0],to=[0,0],tk=[0,0],th=[0,1],ti=[0,1],tj=[0,2],s7=[0,1],s8=[0,3],s9=[0,2],s_=[0,0],s3=[0,[0,0],[0,[0,1],[0,[1,0],[0,[1,1],0]]]],s4=[0,0,[0,1,[0,2,[0,3,[0,4,[0,5,[0,6,[0,7,0]]]]]]]],s0=[0,0,0],sU=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ec]]]]]]]]]]],sT=[0,0],sS=o([t,m,d,b,32,98,a,32,97,32,h,97,b,e,g,f,97,j,44,32,97,32,d,b,h,e,f,F]),sQ=o([t,m,d,b,32,f,g,b,32,98,a,32,f,a,F,97,b,e,C,a]),sP=o([t,m,d,b,32,98,a,32,97,32,h,97,b,e,g,f,97,j,32,e,f,32,j,g,H,a,d,b,32,b,a,h,t,d]),sO=o([t,m,d,b,32,98,a,32,97,32,h,97,b,e,g,f,97,j,44,32,97,32,d,b,h,e,f,F]),sM=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ed]]]]]]]]]]],sN=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ee]]]]]]]]]]],sI=o([t,m,d,b,32,98,a,32,l,a,aa,97,p,a,99,e,t,97,j,32,p,e,F,e,b,d]),sG=o([j,e,d,b,d,32,d,g,t,a,b,l,e,f,F,32,b,H,e,99,a]),sH=o([t,m,d,b,32,f,g,b,32,98,a,32,a,t,v,b,L]),sE=o([j,e,d,b,d,32,d,g,t,a,b,l,e,f,F,32,b,H,e,99,a]),sF=o([t,m,d,b,32,f,g,b,32,98,a,32,a,t,v,b,L]),sD=[0,44,[0,44,0]],sC=[0,44,[0,46,0]],sA=o([t,m,d,b,32,98,a,32,b,h,m,a,32,g,h,32,A,97,j,d,a]),sz=o([e,d,32,g,m,b,32,g,A,32,h,97,f,F,a]),sy=o([t,m,d,b,32,98,a,32,97,f,32,e,f,b,a,F,a,h]),sx=o([l,g,j,p,d,32,97,32,j,g,f,a,32,d,m,h,h,g,F,97,b,a]),sw=o([t,m,d,b,32,98,a,32,97,32,d,b,h,e,f,F]),sv=o([l,97,d,32,97,f,g,b,l,a,h,32,j,a,f,F,b,l]),su=o([j,97,99,aL,d,32,97,32,aL,a,L]),ss=o([l,97,d,32,97,f,32,m,f,aL,f,g,H,f,32,aL,a,L]),st=o([j,97,99,aL,d,32,97,32,aL,a,L]),sr=o([t,m,d,b,32,98,a,32,97,32,j,e,d,b]),sq=o([t,m,d,b,32,98,a,32,97,f,32,g,98,aB,a,99,b]),sp=[0,0],sk=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ef]]]]]]]]]]],se=[0,[0,1,1],1],sf=[0,1,1],sg=[0,[0,[0,1,1],0],1],sh=[0,1,0],si=[0,[0,[0,1,1],0],1],r_=[0,92,[0,92,0]],r$=[0,92,[0,98,0]],sa=[0,92,[0,A,0]],sb=[0,92,[0,f,0]],sc=[0,92,[0,h,0]],sd=[0,92,[0,b,0]],r9=[0,0],r6=[6,[4,0]],r7=[0,0],rW=[3,0,0,0],rX=[0,0],rY=[0,1],rZ=[1,0,1],r0=[0,m,[0,j,[0,j,0]]],r1=[0,1],r2=[0,h,[0,m,[0,a,0]]],r3=[0,0],r4=[0,97,[0,j,[0,d,[0,a,0]]]],r5=[6,[3,0]],rV=[0,0],rR=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Eg]]]]]]]]]]],rI=[0,0],rL=[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]],rS=[0,[0,92,92],[0,[0,47,47],[0,[0,98,8],[0,[0,A,12],[0,[0,f,10],[0,[0,h,13],[0,[0,b,9],0]]]]]]],sK=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,El]]]]]]]]]]],sR=[0,e,[0,f,[0,A,0]]],tr=[0,48,0],ts=[0,e,[0,f,[0,A,0]]],tw=[0,aL,[0,e,[0,f,[0,p,0]]]],tx=[0,99,[0,g,[0,j,[0,m,[0,t,[0,f,[0,d,0]]]]]]],ty=[0,v,[0,g,[0,v,[0,m,[0,j,[0,97,[0,b,[0,e,[0,g,[0,f,0]]]]]]]]]],tz=[0,p,[0,a,[0,99,[0,e,[0,d,[0,e,[0,g,[0,f,0]]]]]]]],tA=[0,F,[0,h,[0,g,[0,m,[0,v,0]]]]],tB=[0,99,[0,g,[0,f,[0,b,[0,a,[0,aa,[0,b,0]]]]]]],tC=[0,b,[0,h,[0,m,[0,b,[0,l,0]]]]],tD=[0,A,[0,g,[0,h,[0,t,[0,97,[0,b,0]]]]]],tE=[0,p,[0,a,[0,99,[0,e,[0,d,[0,e,[0,g,[0,f,[0,d,0]]]]]]]]],tF=[0,F,[0,h,[0,g,[0,m,[0,v,[0,d,0]]]]]],tG=[0,99,[0,g,[0,f,[0,b,[0,a,[0,aa,[0,b,[0,d,0]]]]]]]],tH=[0,m,[0,b,[0,e,[0,j,[0,e,[0,b,[0,L,0]]]]]]],tI=[0,d,[0,97,[0,j,[0,b,0]]]],tJ=[0,v,[0,h,[0,g,[0,A,[0,e,[0,j,[0,a,[0,d,0]]]]]]]],tK=[0,m,[0,f,[0,aL,[0,f,[0,g,[0,H,[0,f,0]]]]]]],tL=[0,b,[0,h,[0,m,[0,b,[0,l,[0,d,0]]]]]],tM=[0,H,[0,a,[0,e,[0,F,[0,l,[0,b,[0,d,0]]]]]]],tN=[0,t,[0,97,[0,d,[0,d,0]]]],tO=[0,j,[0,g,[0,99,[0,97,[0,j,0]]]]],tP=[0,F,[0,j,[0,g,[0,98,[0,97,[0,j,0]]]]]],ue=o([48,49,50,51,52,53,54,55,56,57,46,43,45,a]),uh=[0,cp,[0,m,[0,97,[0,f,[0,b,[0,e,[0,b,[0,L,0]]]]]]]],ui=[0,F,[0,97,[0,t,[0,t,[0,97,0]]]]],uj=[0,t,0],uk=[0,b,[0,97,[0,m,0]]],ul=[0,b,[0,97,[0,m,[0,95,[0,g,[0,f,0]]]]]],um=[0,98,[0,j,[0,e,[0,f,[0,p,0]]]]],un=[0,j,[0,e,[0,v,[0,d,[0,99,[0,l,[0,e,[0,b,[0,dd,0]]]]]]]]],uo=[0,t,[0,a,[0,b,[0,h,[0,e,[0,99,0]]]]]],up=[0,g,[0,h,[0,p,[0,a,[0,h,0]]]]],uq=[0,h,[0,g,[0,H,[0,d,0]]]],ur=[0,A,[0,97,[0,t,[0,e,[0,j,[0,L,0]]]]]],us=[0,b,[0,a,[0,h,[0,t,[0,d,0]]]]],ut=[0,98,[0,g,[0,m,[0,f,[0,p,0]]]]],uu=[0,f,[0,97,[0,t,[0,a,[0,d,0]]]]],uv=[0,j,[0,g,[0,H,[0,a,[0,h,0]]]]],uw=[0,m,[0,v,[0,v,[0,a,[0,h,0]]]]],ux=[0,A,[0,a,[0,97,[0,b,[0,m,[0,h,[0,a,[0,d,0]]]]]]]],uy=o([99,g,a,A,A,e,99,e,a,f,b,d]),uz=[0,v,[0,97,[0,e,[0,h,[0,d,0]]]]],uA=[0,b,[0,l,[0,a,[0,b,[0,97,0]]]]],uB=[0,l,[0,e,[0,F,[0,l,[0,a,[0,h,0]]]]]],uC=o([t,m,j,b,e,v,j,e,a,h,d]),vp=[0,d,[0,m,[0,98,[0,aB,[0,a,[0,99,[0,b,0]]]]]]],vq=[0,t,[0,a,[0,b,[0,h,[0,e,[0,99,[0,d,0]]]]]]],vr=o([f,g,b,95,99,g,t,v,97,h,a,p]),vs=[0,99,[0,j,[0,97,[0,e,[0,t,[0,d,0]]]]]],vt=[0,b,[0,97,[0,h,[0,F,[0,a,[0,b,[0,d,0]]]]]]],vu=[0,C,[0,a,[0,h,[0,p,[0,e,[0,99,[0,b,0]]]]]]],vv=[0,C,[0,a,[0,h,[0,d,[0,e,[0,g,[0,f,[0,d,0]]]]]]]],vw=[0,e,[0,f,[0,b,[0,a,[0,h,[0,C,[0,97,[0,j,[0,d,0]]]]]]]]],vx=[0,99,[0,l,[0,97,[0,f,[0,F,[0,a,[0,p,0]]]]]]],vy=[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]],vz=[0,d,[0,l,[0,97,[0,50,[0,53,[0,54,0]]]]]],vA=[0,99,[0,a,[0,j,[0,j,[0,d,0]]]]],vB=[0,l,[0,a,[0,97,[0,p,[0,a,[0,h,0]]]]]],vC=[0,99,[0,j,[0,97,[0,d,[0,d,0]]]]],vD=[0,v,[0,g,[0,d,[0,e,[0,b,[0,e,[0,C,[0,a,0]]]]]]]],vE=[0,v,[0,h,[0,e,[0,C,[0,97,[0,99,[0,L,0]]]]]]],vF=[0,p,[0,a,[0,99,[0,j,[0,97,[0,h,[0,a,[0,p,0]]]]]]]],vG=o([v,h,a,v,97,h,97,b,e,g,f]),vH=[0,d,[0,v,[0,a,[0,j,[0,j,[0,e,[0,f,[0,F,[0,d,0]]]]]]]]],vI=[0,m,[0,f,[0,p,[0,a,[0,99,[0,e,[0,p,[0,a,[0,p,0]]]]]]]]],vJ=o([m,f,aL,f,g,H,f,95,d,l,97,h,a,d]),vK=[0,t,[0,97,[0,aa,[0,95,[0,p,[0,h,[0,e,[0,A,[0,b,0]]]]]]]]],vL=[0,a,[0,C,[0,97,[0,j,[0,m,[0,97,[0,b,[0,e,[0,g,[0,f,0]]]]]]]]]],vM=o([p,a,v,a,f,p,d,95,g,f,95,F,h,g,m,v]),vN=[0,98,[0,m,[0,h,[0,p,[0,a,[0,f,0]]]]]],vO=[0,h,[0,97,[0,b,[0,e,[0,g,0]]]]],vP=[0,j,[0,g,[0,F,0]]],vQ=[0,C,[0,97,[0,j,[0,m,[0,a,0]]]]],vR=[0,H,[0,e,[0,b,[0,f,[0,a,[0,d,[0,d,0]]]]]]],vS=o([a,aa,v,a,99,b,97,b,e,g,f,d]),vT=o([v,h,g,98,97,98,e,j,e,b,e,a,d]),vU=[0,h,[0,97,[0,b,[0,a,0]]]],vV=[0,h,[0,97,[0,b,[0,a,[0,d,0]]]]],vX=[0,h,[0,a,[0,97,[0,d,[0,g,[0,f,0]]]]]],vY=[0,h,[0,a,[0,j,[0,97,[0,b,[0,e,[0,g,[0,f,0]]]]]]]],vZ=[0,d,[0,99,[0,g,[0,v,[0,a,0]]]]],v0=[0,98,[0,L,0]],v1=o([97,d,d,m,t,v,b,e,g,f,d]),v2=[0,a,[0,C,[0,e,[0,p,[0,a,[0,f,[0,99,[0,a,0]]]]]]]],v3=[0,d,[0,m,[0,v,[0,h,[0,a,[0,t,[0,m,[0,t,0]]]]]]]],v4=[0,j,[0,e,[0,t,[0,e,[0,b,0]]]]],v5=[0,m,[0,f,[0,e,[0,b,0]]]],v6=[0,aB,[0,m,[0,p,[0,F,[0,a,[0,p,0]]]]]],v7=[0,a,[0,d,[0,b,[0,e,[0,t,[0,97,[0,f,[0,p,0]]]]]]]],v8=[0,b,[0,e,[0,v,[0,d,0]]]],v9=[0,A,[0,h,[0,g,[0,f,[0,b,[0,e,[0,a,[0,h,0]]]]]]]],v_=[0,b,[0,g,0]],v$=[0,98,[0,97,[0,j,[0,97,[0,f,[0,99,[0,a,[0,p,0]]]]]]]],wf=o([A,97,j,d,a,95,v,g,d,e,b,e,C,a,95,h,97,b,a]),wh=o([b,h,m,a,95,v,g,d,e,b,e,C,a,95,h,97,b,a]),wq=o([f,g,32,p,a,99,e,d,e,g,f,d,32,H,e,b,l,32,97,f,g,b,l,a,h,32,b,h,m,a,32,j,97,98,a,j]),wt=o([f,g,32,p,a,99,e,d,e,g,f,d,32,H,e,b,l,32,b,l,a,32,v,g,d,e,b,e,C,a,32,b,h,m,a,32,j,97,98,a,j]),ww=o([97,32,F,h,g,m,v,32,e,d,32,t,e,d,d,e,f,F,32,e,f,32,97,32,99,g,f,b,a,aa,b,32,97,f,p,32,f,g,32,v,g,v,m,j,97,b,e,g,f,32,H,97,d,32,F,e,C,a,f]),wz=o([f,g,32,v,g,v,m,j,97,b,e,g,f]),wB=o([A,a,H,a,h,32,b,l,97,f,32,b,H,g,32,F,h,g,m,v,d]),wD=o([f,g,32,p,a,99,e,d,e,g,f,d,32,h,a,99,g,h,p,a,p]),wF=o([A,97,j,d,a,95,v,g,d,e,b,e,C,a,95,h,97,b,a,95,g,C,a,h,97,j,j]),wH=o([A,97,j,d,a,95,v,g,d,e,b,e,C,a,95,h,97,b,a]),wJ=o([b,h,m,a,95,v,g,d,e,b,e,C,a,95,h,97,b,a,95,g,C,a,h,97,j,j]),wL=o([b,h,m,a,95,v,g,d,e,b,e,C,a,95,h,97,b,a]),wQ=o([F,j,g,98,97,j,95,d,m,v,h,a,t,m,t]),wS=o([j,g,99,97,j,95,d,m,v,h,a,t,m,t]),wU=o([a,cp,m,97,j,e,dd,a,p,95,g,p,p,d]),wW=o([p,a,t,g,F,h,97,v,l,e,99,95,v,97,h,e,b,L]),wX=o([F,j,g,98,97,j,95,p,e,A,A,a,h,a,f,99,a]),wZ=o([j,g,99,97,j,95,p,e,A,A,a,h,a,f,99,a]),w9=o([a,cp,m,97,j,e,dd,a,p,95,g,p,p,d]),w$=o([p,a,t,g,F,h,97,v,l,e,99,95,v,97,h,e,b,L]),xb=o([F,j,g,98,97,j,95,h,97,b,e,g]),xd=o([j,g,99,97,j,95,h,97,b,e,g]),xf=[0,61,0],xg=[0,60,[0,61,0]],xh=[0,62,[0,61,0]],xi=[0,b,[0,l,[0,e,[0,d,[0,32,[0,j,[0,97,[0,H,0]]]]]]]],xj=o([a,C,a,h,L,32,m,b,e,j,e,b,L,32,g,A,32,b,l,a,32,99,j,97,d,d]),xl=o([a,f,m,t,a,h,97,b,e,g,f]),xm=[0,j,[0,v,[0,45,[0,p,[0,m,[0,97,[0,j,0]]]]]]],xn=[0,84,[0,53,0]],xo=[0,84,[0,54,0]],xp=[0,84,[0,55,0]],xq=[0,84,[0,49,[0,52,0]]],xr=o([j,g,99,97,j,95,h,97,b,e,g]),xs=o([F,j,g,98,97,j,95,h,97,b,e,g]),xN=o([44,32,H,l,97,b,a,C,a,h,32,b,l,a,32,m,f,p,a,99,e,p,a,p,32,t,a,97,f,b]),xP=o([44,32,H,e,b,l,e,f,32,b,l,a,32,p,a,99,j,97,h,a,p,32,p,h,e,A,b]),xR=o([44,32,H,e,b,l,32,b,l,a,32,p,a,99,j,97,h,a,p,32,l,e,p,p,a,f,32,99,g,f,b,a,aa,b]),xT=o([44,32,H,l,g,a,C,a,h,32,b,l,a,32,m,f,aL,f,g,H,f,32,97,h,a]),xV=[0,99,[0,g,[0,f,[0,A,[0,e,[0,p,[0,a,[0,f,[0,99,[0,a,0]]]]]]]]]],xW=[0,a,[0,f,[0,p,[0,d,0]]]],xX=[0,h,[0,a,[0,F,[0,e,[0,g,[0,f,0]]]]]],xY=o([e,f,p,a,v,a,f,p,a,f,b]),xZ=[0,t,[0,a,[0,b,[0,l,[0,g,[0,p,0]]]]]],x0=[0,j,[0,e,[0,t,[0,e,[0,b,[0,d,0]]]]]],x1=[0,j,[0,a,[0,C,[0,a,[0,j,[0,d,0]]]]]],x2=[0,m,[0,v,[0,v,[0,a,[0,h,0]]]]],x3=[0,j,[0,g,[0,H,[0,a,[0,h,0]]]]],x4=[0,v,[0,97,[0,e,[0,h,0]]]],x5=[0,e,[0,f,[0,b,[0,a,[0,h,[0,C,[0,97,[0,j,0]]]]]]]],x6=[0,m,[0,f,[0,e,[0,b,[0,d,0]]]]],x7=[0,aL,[0,f,[0,g,[0,b,[0,d,0]]]]],x8=[0,o([l,g,a,A,A,p,e,f,F,45,aL,j]),[0,o([a,t,v,e,h,e,99,97,j,45,98,a,h,f,d,b,a,e,f]),[0,o([e,f,b,a,h,d,a,99,b,e,g,f]),0]]],yy=o([v,g,v,m,j,97,b,e,g,f,32,97,b,32,99,g,f,A,e,p,a,f,99,a,32]),yz=o([v,g,v,m,j,97,b,e,g,f,44,32,g,f,a,45,d,e,p,a,p,32,97,b,32,99,g,f,A,e,p,a,f,99,a,32]),yS=o([b,l,a,32,p,h,97,H,d,32,H,e,b,l,e,f,32,97,32,99,a,j,j,32,97,h,a,32,e,f,p,a,v,a,f,p,a,f,b,44,32,a,97,99,l,32,H,e,b,l,32,b,l,a,32,j,97,H,32,g,A,32,b,l,a,32,99,a,j,j,44,32,97,f,p,32,l,g,H,32,t,97,f,L,32,b,l,a,h,a,32,97,h,a,32,p,g,a,d,32,f,g,b,32,p,a,v,a,f,p,32,g,f,32,l,g,H,32,b,l,a,L,32,99,97,t,a,32,g,m,b]),yU=o([b,l,a,32,99,g,f,b,a,aa,b,d,32,g,A,32,a,97,99,l,32,F,h,g,m,v,32,H,a,h,a,32,p,h,97,H,f,32,A,h,g,t,32,e,b,d,32,v,g,v,m,j,97,b,e,g,f,44,32,f,g,b,32,d,a,b,32,98,L,32,p,a,d,e,F,f]),yX=o([H,l,97,b,a,C,a,h,32,99,g,m,j,p,32,l,97,C,a,32,98,a,a,f,32,p,h,97,H,f,32,e,f,32,97,32,99,a,j,j,32,l,97,d,32,97,32,m,b,e,j,e,b,L,32,98,a,b,H,a,a,f,32,48,32,97,f,p,32,b,l,a,32,F,h,a,97,b,a,d,b,32,b,l,97,b,32,97,32,p,a,99,e,d,e,g,f,32,l,97,d,32,b,l,a,h,a]),yZ=o([m,b,e,j,e,b,L,44,32,t,a,b,l,g,p,32,97,f,p,32,99,g,f,A,e,p,a,f,99,a,32,H,a,h,a,32,99,l,g,d,a,f,32,H,e,b,l,g,m,b,32,j,g,g,aL,e,f,F,32,97,b,32,b,l,a,32,p,h,97,H,d]),y1=o([b,l,a,32,p,h,97,H,d,32,g,A,32,p,e,A,A,a,h,a,f,b,32,99,a,j,j,d,32,97,h,a,32,e,f,p,a,v,a,f,p,a,f,b,32,g,A,32,a,97,99,l,32,g,b,l,a,h]),y3=o([97,32,d,97,t,v,j,e,f,F,32,m,f,e,b,32,99,97,f,32,l,97,C,a,32,f,g,32,t,g,h,a,32,b,l,97,f,32,g,f,a,32,h,g,H,32,e,f,32,97,32,99,a,j,j,44,32,97,d,32,e,d,32,b,l,a,32,99,97,d,a,32,l,a,h,a]),y5=o([p,e,A,A,a,h,a,f,b,32,d,97,t,v,j,e,f,F,32,m,f,e,b,d,32,97,h,a,32,e,f,p,a,v,a,f,p,a,f,b,44,32,l,g,H,32,t,97,f,L,32,b,l,a,h,a,32,97,h,a,32,p,g,a,d,32,f,g,b,32,p,a,v,a,f,p,32,g,f,32,l,g,H,32,b,l,a,L,32,99,97,t,a,32,g,m,b,44,32,97,f,p,32,H,l,97,b,32,97,32,m,f,e,b,32,F,a,b,d,32,e,f,32,97,32,F,h,g,m,v,32,g,A,32,97,32,99,g,f,b,a,aa,b,44,32,b,l,a,32,t,a,97,f,32,g,C,a,h,32,e,b,d,32,h,g,H,d,32,b,l,a,h,a,44,32,l,97,d,32,b,l,a,32,d,97,t,a,32,a,aa,v,a,99,b,97,b,e,g,f,32,A,g,h,32,97,j,j,32,m,f,e,b,d,32,g,A,32,b,l,a,32,99,g,f,b,a,aa,b,44,32,97,j,d,g,32,A,g,h,32,b,l,g,d,a,32,f,g,b,32,d,a,a,f,32,e,f,32,b,l,97,b,32,F,h,g,m,v,59,32,H,l,97,b,32,97,32,m,f,e,b,32,F,a,b,d,32,e,f,32,g,f,a,32,F,h,g,m,v,32,t,97,L,32,p,a,v,a,f,p,32,e,f,32,97,f,L,32,H,97,L,32,g,f,32,H,l,97,b,32,e,b,32,F,a,b,d,32,e,f,32,97,f,g,b,l,a,h]),y7=o([e,f,32,H,l,e,99,l,32,F,h,g,m,v,d,32,97,32,m,f,e,b,32,H,97,d,32,f,g,b,32,d,a,a,f,32,e,d,32,98,L,32,p,a,d,e,F,f,58,32,e,b,32,p,g,a,d,32,f,g,b,32,p,a,v,a,f,p,32,g,f,32,H,l,97,b,32,b,l,a,32,m,f,e,b,32,F,g,b,44,32,g,h,32,H,g,m,j,p,32,l,97,C,a,32,F,g,b]),zb=[0,t,[0,e,[0,d,[0,d,[0,e,[0,f,[0,F,0]]]]]]],zc=[0,t,[0,a,[0,97,[0,d,[0,m,[0,h,[0,a,[0,p,0]]]]]]]],zN=o([t,a,97,f,32,g,C,a,h,32,m,f,e,b,d]),zP=[0,99,[0,l,[0,97,[0,f,[0,F,[0,a,[0,p,0]]]]]]],zR=[0,3],zS=[0,p,[0,a,[0,v,[0,a,[0,f,[0,p,[0,d,0]]]]]]],zU=[0,2],zV=o([e,f,99,g,f,99,j,m,d,e,C,a]),zX=[0,1],zY=[0,a,[0,aa,[0,99,[0,a,[0,a,[0,p,[0,d,0]]]]]]],z0=[0,0],z1=[0,H,[0,e,[0,b,[0,l,[0,e,[0,f,0]]]]]],Az=[0,A,[0,e,[0,j,[0,b,[0,a,[0,h,[0,d,0]]]]]]],AA=[0,e,[0,f,[0,v,[0,m,[0,b,[0,d,0]]]]]],AB=[0,g,[0,m,[0,b,[0,v,[0,m,[0,b,[0,d,0]]]]]]],AC=[0,h,[0,a,[0,j,[0,a,[0,97,[0,d,[0,a,[0,d,0]]]]]]]],AD=[0,p,[0,h,[0,97,[0,H,[0,d,0]]]]],AE=o([b,h,m,a,95,99,g,f,b,a,aa,b]),AF=[0,b,[0,h,[0,m,[0,a,[0,95,[0,F,[0,h,[0,g,[0,m,[0,v,0]]]]]]]]]],AG=[0,F,[0,j,[0,g,[0,98,[0,97,[0,j,[0,95,[0,b,[0,97,[0,m,0]]]]]]]]]],AH=[0,98,[0,L,[0,95,[0,99,[0,g,[0,f,[0,b,[0,a,[0,aa,[0,b,0]]]]]]]]]],AI=[0,v,[0,g,[0,j,[0,e,[0,99,[0,L,0]]]]]],A$=o([a,aa,v,95,a,v,d,e,j,g,f]),Ba=[0,97,[0,b,[0,b,[0,h,[0,e,[0,98,[0,m,[0,b,[0,a,[0,d,0]]]]]]]]]],Bb=o([t,m,j,b,e,v,j,e,a,h,d]),Bc=[0,h,[0,97,[0,H,[0,95,[0,h,[0,97,[0,b,[0,e,[0,g,0]]]]]]]]],Be=o([99,g,t,v,g,d,e,b,e,g,f]),Bg=[0,97,[0,b,[0,b,[0,97,[0,e,[0,f,[0,a,[0,p,0]]]]]]]],Bh=[0,m,[0,f,[0,A,[0,e,[0,j,[0,b,[0,a,[0,h,[0,a,[0,p,0]]]]]]]]]],Bi=[0,v,[0,g,[0,j,[0,e,[0,99,[0,L,0]]]]]],Bj=[0,A,[0,j,[0,g,[0,g,[0,h,[0,d,0]]]]]],Bu=o([97,f,L,32,v,g,j,e,99,L,32,98,a,l,e,f,p,32,b,l,e,d,32,A,e,j,b,a,h]),Bv=o([32,b,l,97,b,32,aL,a,a,v,d,32,b,l,a,32,p,a,99,j,97,h,a,p,32,A,j,g,g,h]),Bw=o([32,H,e,b,l,e,f,32,b,l,a,32,p,a,99,j,97,h,a,p,32,p,h,e,A,b,32,g,A,32,b,l,e,d,32,g,f,a]),Bx=o([44,32,97,f,L,32,m,b,e,j,e,b,L,32,g,A,32,b,l,a,32,p,a,99,j,97,h,a,p,32,h,97,f,F,a]),By=o([44,32,97,f,L,32,m,b,e,j,e,b,L,32,g,A,32,b,l,a,32,p,a,99,j,97,h,a,p,32,h,97,f,F,a]),Bz=o([b,l,e,d,32,v,g,j,e,99,L,32,97,f,p,32,99,g,f,b,a,aa,b,32,A,e,j,b,a,h,44,32,97,f,L,32,F,h,g,m,v,32,A,e,j,b,a,h,32,97,b,32,t,g,d,b,32,b,l,e,d,32,a,v,d,e,j,g,f,32,b,l,97,b,32,h,a,j,a,97,d,a,d,32,b,l,a,32,d,97,t,a,32,C,97,j,m,a,d]),BB=o([b,l,e,d,32,v,g,j,e,99,L,32,97,f,p,32,F,h,g,m,v,32,A,e,j,b,a,h,44,32,97,f,L,32,99,g,f,b,a,aa,b,32,A,e,j,b,a,h,32,b,l,97,b,32,h,a,j,a,97,d,a,d,32,b,l,a,d,a,32,99,g,f,b,a,aa,b,d]),BE=[0,84,[0,49,[0,51,0]]],BF=o([84,53,45,p,a,99,e,d,e,g,f]),BS=o([F,j,g,98,97,j,95,h,97,b,e,g,95,d,m,v,h,a,t,m,t]),BU=o([j,g,99,97,j,95,h,97,b,e,g,95,d,m,v,h,a,t,m,t]),Cf=o([b,l,a,32,A,e,j,b,a,h,39,d,32,p,h,97,H,d,32,A,g,h,32,F,h,g,m,v,32,97,f,p,32,99,g,f,b,a,aa,b,32,97,h,a,32,e,f,p,a,v,a,f,p,a,f,b,32,g,A,32,a,97,99,l,32,g,b,l,a,h,32,97,f,p,32,g,A,32,a,C,a,h,L,b,l,e,f,F,32,a,j,d,a,44,32,A,h,a,d,l,32,A,g,h,32,a,97,99,l,32,p,a,99,e,d,e,g,f,44,32,97,f,p,32,b,l,a,32,p,a,99,e,d,e,g,f,32,p,a,v,a,f,p,d,32,g,f,32,F,h,g,m,v,32,97,f,p,32,99,g,f,b,a,aa,b,32,g,f,j,L,32,b,l,h,g,m,F,l,32,H,l,97,b,32,b,l,a,32,A,e,j,b,a,h,d,32,h,a,j,a,97,d,a]),Ch=o([b,l,a,32,99,g,f,b,a,aa,b,d,32,g,A,32,a,97,99,l,32,F,h,g,m,v,32,97,h,a,32,p,e,d,b,h,e,98,m,b,a,p,32,97,d,32,e,f,32,b,l,a,32,d,b,97,b,a,p,32,v,g,v,m,j,97,b,e,g,f]),D0=w(": "),DY=[0,[0,w("nothing was judged: the certificate needs more memory than there is"),0],3],DZ=[0,[0,w("nothing was judged: the certificate does not embed its table; give it with --table"),0],3],D1=w("malformed: "),DU=w(oB),DV=w("FALSE"),DW=w("not covered"),DS=[0,[11,w("\\x"),[4,6,[0,2,2],0,0]],w("\\x%02x")],DT=w(ab),D2=w("\n");function
+aD(a){if(typeof
 a==="number")return 0;else
 switch(a[0]){case
-0:return[0,ar(a[1])];case
-1:return[1,ar(a[1])];case
-2:return[2,ar(a[1])];case
-3:return[3,ar(a[1])];case
-4:return[4,ar(a[1])];case
-5:return[5,ar(a[1])];case
-6:return[6,ar(a[1])];case
-7:return[7,ar(a[1])];case
+0:return[0,aD(a[1])];case
+1:return[1,aD(a[1])];case
+2:return[2,aD(a[1])];case
+3:return[3,aD(a[1])];case
+4:return[4,aD(a[1])];case
+5:return[5,aD(a[1])];case
+6:return[6,aD(a[1])];case
+7:return[7,aD(a[1])];case
 8:var
-c=a[1];return[8,c,ar(a[2])];case
+c=a[1];return[8,c,aD(a[2])];case
 9:var
-b=a[1];return[9,b,b,ar(a[3])];case
-10:return[10,ar(a[1])];case
-11:return[11,ar(a[1])];case
-12:return[12,ar(a[1])];case
-13:return[13,ar(a[1])];default:return[14,ar(a[1])]}}function
-aZ(a,b){if(typeof
+b=a[1];return[9,b,b,aD(a[3])];case
+10:return[10,aD(a[1])];case
+11:return[11,aD(a[1])];case
+12:return[12,aD(a[1])];case
+13:return[13,aD(a[1])];default:return[14,aD(a[1])]}}function
+a_(a,b){if(typeof
 a==="number")return b;else
 switch(a[0]){case
-0:return[0,aZ(a[1],b)];case
-1:return[1,aZ(a[1],b)];case
-2:return[2,aZ(a[1],b)];case
-3:return[3,aZ(a[1],b)];case
-4:return[4,aZ(a[1],b)];case
-5:return[5,aZ(a[1],b)];case
-6:return[6,aZ(a[1],b)];case
-7:return[7,aZ(a[1],b)];case
+0:return[0,a_(a[1],b)];case
+1:return[1,a_(a[1],b)];case
+2:return[2,a_(a[1],b)];case
+3:return[3,a_(a[1],b)];case
+4:return[4,a_(a[1],b)];case
+5:return[5,a_(a[1],b)];case
+6:return[6,a_(a[1],b)];case
+7:return[7,a_(a[1],b)];case
 8:var
-c=a[1];return[8,c,aZ(a[2],b)];case
+c=a[1];return[8,c,a_(a[2],b)];case
 9:var
-d=a[2],e=a[1];return[9,e,d,aZ(a[3],b)];case
-10:return[10,aZ(a[1],b)];case
-11:return[11,aZ(a[1],b)];case
-12:return[12,aZ(a[1],b)];case
-13:return[13,aZ(a[1],b)];default:return[14,aZ(a[1],b)]}}function
-al(a,b){if(typeof
+d=a[2],e=a[1];return[9,e,d,a_(a[3],b)];case
+10:return[10,a_(a[1],b)];case
+11:return[11,a_(a[1],b)];case
+12:return[12,a_(a[1],b)];case
+13:return[13,a_(a[1],b)];default:return[14,a_(a[1],b)]}}function
+av(a,b){if(typeof
 a==="number")return b;else
 switch(a[0]){case
-0:return[0,al(a[1],b)];case
-1:return[1,al(a[1],b)];case
+0:return[0,av(a[1],b)];case
+1:return[1,av(a[1],b)];case
 2:var
-c=a[1];return[2,c,al(a[2],b)];case
+c=a[1];return[2,c,av(a[2],b)];case
 3:var
-d=a[1];return[3,d,al(a[2],b)];case
+d=a[1];return[3,d,av(a[2],b)];case
 4:var
-e=a[3],f=a[2],g=a[1];return[4,g,f,e,al(a[4],b)];case
+e=a[3],f=a[2],g=a[1];return[4,g,f,e,av(a[4],b)];case
 5:var
-h=a[3],i=a[2],j=a[1];return[5,j,i,h,al(a[4],b)];case
+h=a[3],i=a[2],j=a[1];return[5,j,i,h,av(a[4],b)];case
 6:var
-k=a[3],l=a[2],m=a[1];return[6,m,l,k,al(a[4],b)];case
+k=a[3],l=a[2],m=a[1];return[6,m,l,k,av(a[4],b)];case
 7:var
-n=a[3],o=a[2],p=a[1];return[7,p,o,n,al(a[4],b)];case
+n=a[3],o=a[2],p=a[1];return[7,p,o,n,av(a[4],b)];case
 8:var
-q=a[3],r=a[2],s=a[1];return[8,s,r,q,al(a[4],b)];case
+q=a[3],r=a[2],s=a[1];return[8,s,r,q,av(a[4],b)];case
 9:var
-t=a[1];return[9,t,al(a[2],b)];case
-10:return[10,al(a[1],b)];case
+t=a[1];return[9,t,av(a[2],b)];case
+10:return[10,av(a[1],b)];case
 11:var
-u=a[1];return[11,u,al(a[2],b)];case
+u=a[1];return[11,u,av(a[2],b)];case
 12:var
-v=a[1];return[12,v,al(a[2],b)];case
+v=a[1];return[12,v,av(a[2],b)];case
 13:var
-w=a[2],x=a[1];return[13,x,w,al(a[3],b)];case
+w=a[2],x=a[1];return[13,x,w,av(a[3],b)];case
 14:var
-y=a[2],z=a[1];return[14,z,y,al(a[3],b)];case
-15:return[15,al(a[1],b)];case
-16:return[16,al(a[1],b)];case
+y=a[2],z=a[1];return[14,z,y,av(a[3],b)];case
+15:return[15,av(a[1],b)];case
+16:return[16,av(a[1],b)];case
 17:var
-A=a[1];return[17,A,al(a[2],b)];case
+A=a[1];return[17,A,av(a[2],b)];case
 18:var
-B=a[1];return[18,B,al(a[2],b)];case
-19:return[19,al(a[1],b)];case
+B=a[1];return[18,B,av(a[2],b)];case
+19:return[19,av(a[1],b)];case
 20:var
-C=a[2],D=a[1];return[20,D,C,al(a[3],b)];case
+C=a[2],D=a[1];return[20,D,C,av(a[3],b)];case
 21:var
-E=a[1];return[21,E,al(a[2],b)];case
-22:return[22,al(a[1],b)];case
+E=a[1];return[21,E,av(a[2],b)];case
+22:return[22,av(a[1],b)];case
 23:var
-F=a[1];return[23,F,al(a[2],b)];default:var
-G=a[2],H=a[1];return[24,H,G,al(a[3],b)]}}function
-cu(a){throw[0,hL,a]}function
-fF(a){return 0<=a?a:-a|0}function
-dl(d,c){var
-a=ap(d),e=ap(c),b=aI(a+e|0);bQ(d,0,b,0,a);bQ(c,0,b,a,e);return a8(b)}function
-ne(a){return a?nf:ng}AV(0);m2(1);m2(2);function
-hQ(b){function
+F=a[1];return[23,F,av(a[2],b)];default:var
+G=a[2],H=a[1];return[24,H,G,av(a[3],b)]}}function
+cT(a){throw[0,i8,a]}function
+gH(a){return 0<=a?a:-a|0}function
+d1(d,c){var
+a=aC(d),e=aC(c),b=aT(a+e|0);b7(d,0,b,0,a);b7(c,0,b,a,e);return bo(b)}function
+pv(a){return a?pw:px}EX(0);ph(1);ph(2);function
+jb(b){function
 a(b){var
 a=b;for(;;){if(a){var
-c=a[2],d=a[1];try{AU(d)}catch(a){a=m9(a);if(a[1]!==hP)throw a;var
+c=a[2],d=a[1];try{EW(d)}catch(a){a=po(a);if(a[1]!==ja)throw a;var
 e=a}var
-a=c;continue}return 0}}return a(AW(0))}A2(u(lX),hQ);function
-nh(b,a){return a?[0,A(b,a[1])]:0}function
-fG(a){if(0<=a&&!(hg<a))return a;return cu(ni)}var
-dm=(4*A5(0)|0)-1|0;function
-fH(d){var
+a=c;continue}return 0}}return a(EY(0))}E4(w(oc),jb);function
+py(b,a){return a?[0,E(b,a[1])]:0}function
+gI(a){if(0<=a&&!(iD<a))return a;return cT(pz)}var
+d2=(4*E7(0)|0)-1|0;function
+gJ(d){var
 a=d,b=0;for(;;){if(a){var
 c=[0,a[1],b],a=a[2],b=c;continue}return b}}function
-hR(d,c){var
+jc(d,c){var
 b=0,a=c;for(;;){if(a){var
-e=a[2],b=[0,A(d,a[1]),b],a=e;continue}return b}}function
-b_(a,c){var
-b=aI(a);Aw(b,0,a,c);return b}function
-hS(d,b,a){var
-f=0;if(0<=b&&0<=a&&!((a7(d)-a|0)<b)){var
-c=aI(a);cH(d,b,c,0,a);var
+e=a[2],b=[0,E(d,a[1]),b],a=e;continue}return b}}function
+cw(a,c){var
+b=aT(a);Ey(b,0,a,c);return b}function
+jd(d,b,a){var
+f=0;if(0<=b&&0<=a&&!((bn(d)-a|0)<b)){var
+c=aT(a);de(d,b,c,0,a);var
 e=c;f=1}if(!f)var
-e=cu(np);return a8(e)}function
-hT(e,c,d,b,a){if(0<=a&&0<=c&&!((a7(e)-a|0)<c)&&0<=b&&!((a7(d)-a|0)<b))return cH(e,c,d,b,a);return cu(nq)}function
-bR(e,c,d,b,a){if(0<=a&&0<=c&&!((ap(e)-a|0)<c)&&0<=b&&!((a7(d)-a|0)<b))return bQ(e,c,d,b,a);return cu(nr)}function
-hU(b,a){return a8(b_(b,a))}function
-fI(k,g){if(g){var
-h=ap(k),c=0,b=g,p=0;for(;;){if(b){var
+e=cT(pG);return bo(e)}function
+je(e,c,d,b,a){if(0<=a&&0<=c&&!((bn(e)-a|0)<c)&&0<=b&&!((bn(d)-a|0)<b))return de(e,c,d,b,a);return cT(pH)}function
+b8(e,c,d,b,a){if(0<=a&&0<=c&&!((aC(e)-a|0)<c)&&0<=b&&!((bn(d)-a|0)<b))return b7(e,c,d,b,a);return cT(pI)}function
+jf(b,a){return bo(cw(b,a))}function
+gK(k,g){if(g){var
+h=aC(k),c=0,b=g,p=0;for(;;){if(b){var
 i=b[1];if(b[2]){var
-j=(ap(i)+h|0)+c|0,m=b[2],n=c<=j?j:cu(ns),c=n,b=m;continue}var
-l=ap(i)+c|0}else
+j=(aC(i)+h|0)+c|0,m=b[2],n=c<=j?j:cT(pJ),c=n,b=m;continue}var
+l=aC(i)+c|0}else
 var
 l=c;var
-f=aI(l),e=p,d=g;for(;;){if(d){var
+f=aT(l),e=p,d=g;for(;;){if(d){var
 a=d[1];if(d[2]){var
-o=d[2];bQ(a,0,f,e,ap(a));bQ(k,0,f,e+ap(a)|0,h);var
-e=(e+ap(a)|0)+h|0,d=o;continue}bQ(a,0,f,e,ap(a))}return a8(f)}}}return nt}function
-hV(a,c){var
-d=a[2],b=[0,a[3]];for(;;){if(b[1]<(d+c|0)){b[1]=2*b[1]|0;continue}if(dm<b[1]){if(!((d+c|0)<=dm))throw[0,hM,nx];b[1]=dm}var
-e=aI(b[1]);hT(a[1],0,e,0,a[2]);a[1]=e;a[3]=b[1];if((a[2]+c|0)<=a[3]){if((d+c|0)<=a[3])return 0;throw[0,av,nv]}throw[0,av,nw]}}function
-dn(a,c){var
-b=ap(c),d=a[2]+b|0;if(a[3]<d)hV(a,b);bQ(c,0,a[1],a[2],b);a[2]=d;return 0}function
-fJ(a){return 5===a[2]?12:-6}function
-hW(a){return[0,0,aI(a)]}function
-hX(a,h){var
-b=a7(a[2]),c=a[1]+h|0,d=b<c?1:0;if(d){var
-e=b*2|0,i=c<=e?e:c,f=aI(i);hT(a[2],0,f,0,b);a[2]=f;var
+o=d[2];b7(a,0,f,e,aC(a));b7(k,0,f,e+aC(a)|0,h);var
+e=(e+aC(a)|0)+h|0,d=o;continue}b7(a,0,f,e,aC(a))}return bo(f)}}}return pK}function
+jg(a,c){var
+d=a[2],b=[0,a[3]];for(;;){if(b[1]<(d+c|0)){b[1]=2*b[1]|0;continue}if(d2<b[1]){if(!((d+c|0)<=d2))throw[0,i9,pO];b[1]=d2}var
+e=aT(b[1]);je(a[1],0,e,0,a[2]);a[1]=e;a[3]=b[1];if((a[2]+c|0)<=a[3]){if((d+c|0)<=a[3])return 0;throw[0,aJ,pM]}throw[0,aJ,pN]}}function
+d3(a,c){var
+b=aC(c),d=a[2]+b|0;if(a[3]<d)jg(a,b);b7(c,0,a[1],a[2],b);a[2]=d;return 0}function
+gL(a){return 5===a[2]?12:-6}function
+jh(a){return[0,0,aT(a)]}function
+ji(a,h){var
+b=bn(a[2]),c=a[1]+h|0,d=b<c?1:0;if(d){var
+e=b*2|0,i=c<=e?e:c,f=aT(i);je(a[2],0,f,0,b);a[2]=f;var
 g=0}else
 var
 g=d;return g}function
-cP(a,b){hX(a,1);b5(a[2],a[1],b);a[1]=a[1]+1|0;return 0}function
-aS(a,c){var
-b=ap(c);hX(a,b);bR(c,0,a[2],a[1],b);a[1]=a[1]+b|0;return 0}function
-hY(a){return hS(a[2],0,a[1])}function
-fK(b,c){var
+dl(a,b){ji(a,1);cr(a[2],a[1],b);a[1]=a[1]+1|0;return 0}function
+a1(a,c){var
+b=aC(c);ji(a,b);b8(c,0,a[2],a[1],b);a[1]=a[1]+b|0;return 0}function
+jj(a){return jd(a[2],0,a[1])}function
+gM(b,c){var
 a=c;for(;;)if(typeof
 a==="number")return 0;else
 switch(a[0]){case
 0:var
-d=a[1];aS(b,nG);var
+d=a[1];a1(b,pX);var
 a=d;continue;case
 1:var
-e=a[1];aS(b,nH);var
+e=a[1];a1(b,pY);var
 a=e;continue;case
 2:var
-f=a[1];aS(b,nI);var
+f=a[1];a1(b,pZ);var
 a=f;continue;case
 3:var
-g=a[1];aS(b,nJ);var
+g=a[1];a1(b,p0);var
 a=g;continue;case
 4:var
-h=a[1];aS(b,nK);var
+h=a[1];a1(b,p1);var
 a=h;continue;case
 5:var
-i=a[1];aS(b,nL);var
+i=a[1];a1(b,p2);var
 a=i;continue;case
 6:var
-j=a[1];aS(b,nM);var
+j=a[1];a1(b,p3);var
 a=j;continue;case
 7:var
-k=a[1];aS(b,nN);var
+k=a[1];a1(b,p4);var
 a=k;continue;case
 8:var
-l=a[2],m=a[1];aS(b,nO);fK(b,m);aS(b,nP);var
+l=a[2],m=a[1];a1(b,p5);gM(b,m);a1(b,p6);var
 a=l;continue;case
 9:var
-n=a[3],o=a[1];aS(b,nQ);fK(b,o);aS(b,nR);var
+n=a[3],o=a[1];a1(b,p7);gM(b,o);a1(b,p8);var
 a=n;continue;case
 10:var
-p=a[1];aS(b,nS);var
+p=a[1];a1(b,p9);var
 a=p;continue;case
 11:var
-q=a[1];aS(b,nT);var
+q=a[1];a1(b,p_);var
 a=q;continue;case
 12:var
-r=a[1];aS(b,nU);var
+r=a[1];a1(b,p$);var
 a=r;continue;case
 13:var
-s=a[1];aS(b,nV);var
+s=a[1];a1(b,qa);var
 a=s;continue;default:var
-t=a[1];aS(b,nW);var
+t=a[1];a1(b,qb);var
 a=t;continue}}function
-aB(a){if(typeof
+aM(a){if(typeof
 a==="number")return 0;else
 switch(a[0]){case
-0:return[0,aB(a[1])];case
-1:return[1,aB(a[1])];case
-2:return[2,aB(a[1])];case
-3:return[3,aB(a[1])];case
-4:return[4,aB(a[1])];case
-5:return[5,aB(a[1])];case
-6:return[6,aB(a[1])];case
-7:return[7,aB(a[1])];case
+0:return[0,aM(a[1])];case
+1:return[1,aM(a[1])];case
+2:return[2,aM(a[1])];case
+3:return[3,aM(a[1])];case
+4:return[4,aM(a[1])];case
+5:return[5,aM(a[1])];case
+6:return[6,aM(a[1])];case
+7:return[7,aM(a[1])];case
 8:var
-b=a[1];return[8,b,aB(a[2])];case
+b=a[1];return[8,b,aM(a[2])];case
 9:var
-c=a[2],d=a[1];return[9,c,d,aB(a[3])];case
-10:return[10,aB(a[1])];case
-11:return[11,aB(a[1])];case
-12:return[12,aB(a[1])];case
-13:return[13,aB(a[1])];default:return[14,aB(a[1])]}}function
-aT(a){if(typeof
+c=a[2],d=a[1];return[9,c,d,aM(a[3])];case
+10:return[10,aM(a[1])];case
+11:return[11,aM(a[1])];case
+12:return[12,aM(a[1])];case
+13:return[13,aM(a[1])];default:return[14,aM(a[1])]}}function
+a2(a){if(typeof
 a==="number"){var
 r=function(a){return 0},s=function(a){return 0},t=function(a){return 0};return[0,function(a){return 0},t,s,r]}else
 switch(a[0]){case
 0:var
-b=aT(a[1]),u=b[4],v=b[3],w=b[2],x=b[1],y=function(a){A(w,0);return 0};return[0,function(a){A(x,0);return 0},y,v,u];case
+b=a2(a[1]),u=b[4],v=b[3],w=b[2],x=b[1],y=function(a){E(w,0);return 0};return[0,function(a){E(x,0);return 0},y,v,u];case
 1:var
-c=aT(a[1]),z=c[4],B=c[3],C=c[2],D=c[1],E=function(a){A(C,0);return 0};return[0,function(a){A(D,0);return 0},E,B,z];case
+c=a2(a[1]),z=c[4],A=c[3],B=c[2],C=c[1],D=function(a){E(B,0);return 0};return[0,function(a){E(C,0);return 0},D,A,z];case
 2:var
-d=aT(a[1]),F=d[4],G=d[3],H=d[2],I=d[1],J=function(a){A(H,0);return 0};return[0,function(a){A(I,0);return 0},J,G,F];case
+d=a2(a[1]),F=d[4],G=d[3],H=d[2],I=d[1],J=function(a){E(H,0);return 0};return[0,function(a){E(I,0);return 0},J,G,F];case
 3:var
-e=aT(a[1]),K=e[4],L=e[3],M=e[2],N=e[1],O=function(a){A(M,0);return 0};return[0,function(a){A(N,0);return 0},O,L,K];case
+e=a2(a[1]),K=e[4],L=e[3],M=e[2],N=e[1],O=function(a){E(M,0);return 0};return[0,function(a){E(N,0);return 0},O,L,K];case
 4:var
-f=aT(a[1]),P=f[4],Q=f[3],R=f[2],S=f[1],T=function(a){A(R,0);return 0};return[0,function(a){A(S,0);return 0},T,Q,P];case
+f=a2(a[1]),P=f[4],Q=f[3],R=f[2],S=f[1],T=function(a){E(R,0);return 0};return[0,function(a){E(S,0);return 0},T,Q,P];case
 5:var
-g=aT(a[1]),U=g[4],V=g[3],W=g[2],X=g[1],Y=function(a){A(W,0);return 0};return[0,function(a){A(X,0);return 0},Y,V,U];case
+g=a2(a[1]),U=g[4],V=g[3],W=g[2],X=g[1],Y=function(a){E(W,0);return 0};return[0,function(a){E(X,0);return 0},Y,V,U];case
 6:var
-h=aT(a[1]),Z=h[4],_=h[3],$=h[2],aa=h[1],ab=function(a){A($,0);return 0};return[0,function(a){A(aa,0);return 0},ab,_,Z];case
+h=a2(a[1]),Z=h[4],_=h[3],$=h[2],aa=h[1],ab=function(a){E($,0);return 0};return[0,function(a){E(aa,0);return 0},ab,_,Z];case
 7:var
-i=aT(a[1]),ac=i[4],ad=i[3],ae=i[2],af=i[1],ag=function(a){A(ae,0);return 0};return[0,function(a){A(af,0);return 0},ag,ad,ac];case
+i=a2(a[1]),ac=i[4],ad=i[3],ae=i[2],af=i[1],ag=function(a){E(ae,0);return 0};return[0,function(a){E(af,0);return 0},ag,ad,ac];case
 8:var
-j=aT(a[2]),ah=j[4],ai=j[3],aj=j[2],ak=j[1],al=function(a){A(aj,0);return 0};return[0,function(a){A(ak,0);return 0},al,ai,ah];case
+j=a2(a[2]),ah=j[4],ai=j[3],aj=j[2],ak=j[1],al=function(a){E(aj,0);return 0};return[0,function(a){E(ak,0);return 0},al,ai,ah];case
 9:var
-am=a[2],an=a[1],k=aT(a[3]),ao=k[4],ap=k[3],aq=k[2],ar=k[1],l=aT(aE(aB(an),am)),as=l[4],at=l[3],au=l[2],av=l[1],aw=function(a){A(as,0);A(ao,0);return 0},ax=function(a){A(ap,0);A(at,0);return 0},ay=function(a){A(au,0);A(aq,0);return 0};return[0,function(a){A(ar,0);A(av,0);return 0},ay,ax,aw];case
+am=a[2],an=a[1],k=a2(a[3]),ao=k[4],ap=k[3],aq=k[2],ar=k[1],l=a2(aP(aM(an),am)),as=l[4],at=l[3],au=l[2],av=l[1],aw=function(a){E(as,0);E(ao,0);return 0},ax=function(a){E(ap,0);E(at,0);return 0},ay=function(a){E(au,0);E(aq,0);return 0};return[0,function(a){E(ar,0);E(av,0);return 0},ay,ax,aw];case
 10:var
-m=aT(a[1]),az=m[4],aA=m[3],aC=m[2],aD=m[1],aF=function(a){A(aC,0);return 0};return[0,function(a){A(aD,0);return 0},aF,aA,az];case
+m=a2(a[1]),az=m[4],aA=m[3],aB=m[2],aC=m[1],aD=function(a){E(aB,0);return 0};return[0,function(a){E(aC,0);return 0},aD,aA,az];case
 11:var
-n=aT(a[1]),aG=n[4],aH=n[3],aI=n[2],aJ=n[1],aK=function(a){A(aI,0);return 0};return[0,function(a){A(aJ,0);return 0},aK,aH,aG];case
+n=a2(a[1]),aE=n[4],aF=n[3],aG=n[2],aH=n[1],aI=function(a){E(aG,0);return 0};return[0,function(a){E(aH,0);return 0},aI,aF,aE];case
 12:var
-o=aT(a[1]),aL=o[4],aM=o[3],aN=o[2],aO=o[1],aP=function(a){A(aN,0);return 0};return[0,function(a){A(aO,0);return 0},aP,aM,aL];case
+o=a2(a[1]),aJ=o[4],aK=o[3],aL=o[2],aN=o[1],aO=function(a){E(aL,0);return 0};return[0,function(a){E(aN,0);return 0},aO,aK,aJ];case
 13:var
-p=aT(a[1]),aQ=p[4],aR=p[3],aS=p[2],aU=p[1],aV=function(a){A(aQ,0);return 0},aW=function(a){A(aR,0);return 0},aX=function(a){A(aS,0);return 0};return[0,function(a){A(aU,0);return 0},aX,aW,aV];default:var
-q=aT(a[1]),aY=q[4],aZ=q[3],a0=q[2],a1=q[1],a2=function(a){A(aY,0);return 0},a3=function(a){A(aZ,0);return 0},a4=function(a){A(a0,0);return 0};return[0,function(a){A(a1,0);return 0},a4,a3,a2]}}function
-aE(c,b){var
+p=a2(a[1]),aQ=p[4],aR=p[3],aS=p[2],aT=p[1],aU=function(a){E(aQ,0);return 0},aV=function(a){E(aR,0);return 0},aW=function(a){E(aS,0);return 0};return[0,function(a){E(aT,0);return 0},aW,aV,aU];default:var
+q=a2(a[1]),aX=q[4],aY=q[3],aZ=q[2],a0=q[1],a1=function(a){E(aX,0);return 0},a3=function(a){E(aY,0);return 0},a4=function(a){E(aZ,0);return 0};return[0,function(a){E(a0,0);return 0},a4,a3,a1]}}function
+aP(c,b){var
 a=0;if(typeof
 c==="number")if(typeof
 b==="number")return 0;else
@@ -1013,12 +1014,12 @@ switch(b[0]){case
 13:a=3;break;case
 14:a=4;break;case
 8:a=5;break;case
-9:a=6;break;default:throw[0,av,nX]}else
+9:a=6;break;default:throw[0,aJ,qc]}else
 switch(c[0]){case
 0:var
 d=0,s=c[1];if(typeof
 b!=="number")switch(b[0]){case
-0:return[0,aE(s,b[1])];case
+0:return[0,aP(s,b[1])];case
 8:a=5;d=1;break;case
 9:a=6;d=1;break;case
 10:d=1;break;case
@@ -1029,7 +1030,7 @@ b!=="number")switch(b[0]){case
 1:var
 e=0,t=c[1];if(typeof
 b!=="number")switch(b[0]){case
-1:return[1,aE(t,b[1])];case
+1:return[1,aP(t,b[1])];case
 8:a=5;e=1;break;case
 9:a=6;e=1;break;case
 10:e=1;break;case
@@ -1041,7 +1042,7 @@ b!=="number")switch(b[0]){case
 f=0,u=c[1];if(typeof
 b==="number")f=1;else
 switch(b[0]){case
-2:return[2,aE(u,b[1])];case
+2:return[2,aP(u,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1053,7 +1054,7 @@ switch(b[0]){case
 g=0,v=c[1];if(typeof
 b==="number")g=1;else
 switch(b[0]){case
-3:return[3,aE(v,b[1])];case
+3:return[3,aP(v,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1065,7 +1066,7 @@ switch(b[0]){case
 h=0,w=c[1];if(typeof
 b==="number")h=1;else
 switch(b[0]){case
-4:return[4,aE(w,b[1])];case
+4:return[4,aP(w,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1077,7 +1078,7 @@ switch(b[0]){case
 i=0,x=c[1];if(typeof
 b==="number")i=1;else
 switch(b[0]){case
-5:return[5,aE(x,b[1])];case
+5:return[5,aP(x,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1089,7 +1090,7 @@ switch(b[0]){case
 j=0,y=c[1];if(typeof
 b==="number")j=1;else
 switch(b[0]){case
-6:return[6,aE(y,b[1])];case
+6:return[6,aP(y,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1101,7 +1102,7 @@ switch(b[0]){case
 k=0,z=c[1];if(typeof
 b==="number")k=1;else
 switch(b[0]){case
-7:return[7,aE(z,b[1])];case
+7:return[7,aP(z,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1110,44 +1111,44 @@ switch(b[0]){case
 13:a=3;break;case
 14:a=4;break;default:k=1}if(k)a=7;break;case
 8:var
-l=0,B=c[2],C=c[1];if(typeof
+l=0,A=c[2],B=c[1];if(typeof
 b==="number")l=1;else
 switch(b[0]){case
 8:var
-D=b[1],E=aE(B,b[2]);return[8,aE(C,D),E];case
+C=b[1],D=aP(A,b[2]);return[8,aP(B,C),D];case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:a=4;break;default:l=1}if(l)throw[0,av,n6];break;case
+14:a=4;break;default:l=1}if(l)throw[0,aJ,ql];break;case
 9:var
 m=0,F=c[3],G=c[2],H=c[1];if(typeof
 b==="number")m=1;else
 switch(b[0]){case
 8:a=5;break;case
 9:var
-I=b[3],J=b[2],K=b[1],r=aT(aE(aB(G),K)),L=r[4];A(r[2],0);A(L,0);return[9,H,J,aE(F,I)];case
+I=b[3],J=b[2],K=b[1],r=a2(aP(aM(G),K)),L=r[4];E(r[2],0);E(L,0);return[9,H,J,aP(F,I)];case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:a=4;break;default:m=1}if(m)throw[0,av,n7];break;case
+14:a=4;break;default:m=1}if(m)throw[0,aJ,qm];break;case
 10:var
 M=c[1];if(typeof
-b!=="number"&&10===b[0])return[10,aE(M,b[1])];throw[0,av,n8];case
+b!=="number"&&10===b[0])return[10,aP(M,b[1])];throw[0,aJ,qn];case
 11:var
 n=0,N=c[1];if(typeof
 b==="number")n=1;else
 switch(b[0]){case
 10:break;case
-11:return[11,aE(N,b[1])];default:n=1}if(n)throw[0,av,n9];break;case
+11:return[11,aP(N,b[1])];default:n=1}if(n)throw[0,aJ,qo];break;case
 12:var
 o=0,O=c[1];if(typeof
 b==="number")o=1;else
 switch(b[0]){case
 10:break;case
 11:a=1;break;case
-12:return[12,aE(O,b[1])];default:o=1}if(o)throw[0,av,n_];break;case
+12:return[12,aP(O,b[1])];default:o=1}if(o)throw[0,aJ,qp];break;case
 13:var
 p=0,P=c[1];if(typeof
 b==="number")p=1;else
@@ -1155,7 +1156,7 @@ switch(b[0]){case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
-13:return[13,aE(P,b[1])];default:p=1}if(p)throw[0,av,n$];break;default:var
+13:return[13,aP(P,b[1])];default:p=1}if(p)throw[0,aJ,qq];break;default:var
 q=0,Q=c[1];if(typeof
 b==="number")q=1;else
 switch(b[0]){case
@@ -1163,464 +1164,464 @@ switch(b[0]){case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:return[14,aE(Q,b[1])];default:q=1}if(q)throw[0,av,oa]}switch(a){case
-0:throw[0,av,n0];case
-1:throw[0,av,n1];case
-2:throw[0,av,n2];case
-3:throw[0,av,n3];case
-4:throw[0,av,n4];case
-5:throw[0,av,nY];case
-6:throw[0,av,nZ];default:throw[0,av,n5]}}var
-aK=[a1,ob,Ay(0)];function
-d$(b,a){if(typeof
+14:return[14,aP(Q,b[1])];default:q=1}if(q)throw[0,aJ,qr]}switch(a){case
+0:throw[0,aJ,qf];case
+1:throw[0,aJ,qg];case
+2:throw[0,aJ,qh];case
+3:throw[0,aJ,qi];case
+4:throw[0,aJ,qj];case
+5:throw[0,aJ,qd];case
+6:throw[0,aJ,qe];default:throw[0,aJ,qk]}}var
+aV=[a$,qs,EA(0)];function
+e1(b,a){if(typeof
 b==="number")return[0,0,a];else{if(0===b[0])return[0,[0,b[1],b[2]],a];if(typeof
-a!=="number"&&2===a[0])return[0,[1,b[1]],a[1]];throw aK}}function
-dp(e,b,d){var
-a=d$(e,d);if(typeof
+a!=="number"&&2===a[0])return[0,[1,b[1]],a[1]];throw aV}}function
+d4(e,b,d){var
+a=e1(e,d);if(typeof
 b==="number"){if(b){var
 c=a[2];if(typeof
-c!=="number"&&2===c[0])return[0,a[1],1,c[1]];throw aK}return[0,a[1],0,a[2]]}return[0,a[1],[0,b[1]],a[2]]}function
-a3(b,c,a){if(typeof
-b==="number")return[0,0,af(c,a)];else
+c!=="number"&&2===c[0])return[0,a[1],1,c[1]];throw aV}return[0,a[1],0,a[2]]}return[0,a[1],[0,b[1]],a[2]]}function
+bb(b,c,a){if(typeof
+b==="number")return[0,0,aq(c,a)];else
 switch(b[0]){case
 0:if(typeof
 a!=="number"&&0===a[0]){var
-f=a3(b[1],c,a[1]);return[0,[0,f[1]],f[2]]}break;case
+f=bb(b[1],c,a[1]);return[0,[0,f[1]],f[2]]}break;case
 1:if(typeof
 a!=="number"&&1===a[0]){var
-g=a3(b[1],c,a[1]);return[0,[1,g[1]],g[2]]}break;case
+g=bb(b[1],c,a[1]);return[0,[1,g[1]],g[2]]}break;case
 2:if(typeof
 a!=="number"&&2===a[0]){var
-h=a3(b[1],c,a[1]);return[0,[2,h[1]],h[2]]}break;case
+h=bb(b[1],c,a[1]);return[0,[2,h[1]],h[2]]}break;case
 3:if(typeof
 a!=="number"&&3===a[0]){var
-i=a3(b[1],c,a[1]);return[0,[3,i[1]],i[2]]}break;case
+i=bb(b[1],c,a[1]);return[0,[3,i[1]],i[2]]}break;case
 4:if(typeof
 a!=="number"&&4===a[0]){var
-j=a3(b[1],c,a[1]);return[0,[4,j[1]],j[2]]}break;case
+j=bb(b[1],c,a[1]);return[0,[4,j[1]],j[2]]}break;case
 5:if(typeof
 a!=="number"&&5===a[0]){var
-k=a3(b[1],c,a[1]);return[0,[5,k[1]],k[2]]}break;case
+k=bb(b[1],c,a[1]);return[0,[5,k[1]],k[2]]}break;case
 6:if(typeof
 a!=="number"&&6===a[0]){var
-l=a3(b[1],c,a[1]);return[0,[6,l[1]],l[2]]}break;case
+l=bb(b[1],c,a[1]);return[0,[6,l[1]],l[2]]}break;case
 7:if(typeof
 a!=="number"&&7===a[0]){var
-m=a3(b[1],c,a[1]);return[0,[7,m[1]],m[2]]}break;case
+m=bb(b[1],c,a[1]);return[0,[7,m[1]],m[2]]}break;case
 8:if(typeof
 a!=="number"&&8===a[0]){var
-n=a[1],v=a[2],w=b[2];if(d8([0,b[1]],[0,n]))throw aK;var
-o=a3(w,c,v);return[0,[8,n,o[1]],o[2]]}break;case
+n=a[1],v=a[2],w=b[2];if(eY([0,b[1]],[0,n]))throw aV;var
+o=bb(w,c,v);return[0,[8,n,o[1]],o[2]]}break;case
 9:if(typeof
 a!=="number"&&9===a[0]){var
-d=a[2],e=a[1],x=a[3],y=b[3],z=b[2],B=b[1],C=[0,ar(e)];if(d8([0,ar(B)],C))throw aK;var
-D=[0,ar(d)];if(d8([0,ar(z)],D))throw aK;var
-p=aT(aE(aB(e),d)),E=p[4];A(p[2],0);A(E,0);var
-q=a3(ar(y),c,x),F=q[2];return[0,[9,e,d,aB(q[1])],F]}break;case
+d=a[2],e=a[1],x=a[3],y=b[3],z=b[2],A=b[1],B=[0,aD(e)];if(eY([0,aD(A)],B))throw aV;var
+C=[0,aD(d)];if(eY([0,aD(z)],C))throw aV;var
+p=a2(aP(aM(e),d)),D=p[4];E(p[2],0);E(D,0);var
+q=bb(aD(y),c,x),F=q[2];return[0,[9,e,d,aM(q[1])],F]}break;case
 10:if(typeof
 a!=="number"&&10===a[0]){var
-r=a3(b[1],c,a[1]);return[0,[10,r[1]],r[2]]}break;case
+r=bb(b[1],c,a[1]);return[0,[10,r[1]],r[2]]}break;case
 11:if(typeof
 a!=="number"&&11===a[0]){var
-s=a3(b[1],c,a[1]);return[0,[11,s[1]],s[2]]}break;case
+s=bb(b[1],c,a[1]);return[0,[11,s[1]],s[2]]}break;case
 13:if(typeof
 a!=="number"&&13===a[0]){var
-t=a3(b[1],c,a[1]);return[0,[13,t[1]],t[2]]}break;case
+t=bb(b[1],c,a[1]);return[0,[13,t[1]],t[2]]}break;case
 14:if(typeof
 a!=="number"&&14===a[0]){var
-u=a3(b[1],c,a[1]);return[0,[14,u[1]],u[2]]}break}throw aK}function
-af(b,a){if(typeof
+u=bb(b[1],c,a[1]);return[0,[14,u[1]],u[2]]}break}throw aV}function
+aq(b,a){if(typeof
 b==="number")return[0,0,a];else
 switch(b[0]){case
 0:if(typeof
 a!=="number"&&0===a[0]){var
-s=af(b[1],a[1]);return[0,[0,s[1]],s[2]]}break;case
+s=aq(b[1],a[1]);return[0,[0,s[1]],s[2]]}break;case
 1:if(typeof
 a!=="number"&&0===a[0]){var
-t=af(b[1],a[1]);return[0,[1,t[1]],t[2]]}break;case
+t=aq(b[1],a[1]);return[0,[1,t[1]],t[2]]}break;case
 2:var
-aa=b[2],u=d$(b[1],a),e=u[2],ab=u[1];if(typeof
+aa=b[2],u=e1(b[1],a),e=u[2],ab=u[1];if(typeof
 e!=="number"&&1===e[0]){var
-v=af(aa,e[1]);return[0,[2,ab,v[1]],v[2]]}throw aK;case
+v=aq(aa,e[1]);return[0,[2,ab,v[1]],v[2]]}throw aV;case
 3:var
-ac=b[2],w=d$(b[1],a),f=w[2],ad=w[1];if(typeof
+ac=b[2],w=e1(b[1],a),f=w[2],ad=w[1];if(typeof
 f!=="number"&&1===f[0]){var
-x=af(ac,f[1]);return[0,[3,ad,x[1]],x[2]]}throw aK;case
+x=aq(ac,f[1]);return[0,[3,ad,x[1]],x[2]]}throw aV;case
 4:var
-ae=b[4],ag=b[1],g=dp(b[2],b[3],a),h=g[3],ah=g[1];if(typeof
+ae=b[4],af=b[1],g=d4(b[2],b[3],a),h=g[3],ag=g[1];if(typeof
 h!=="number"&&2===h[0]){var
-ai=g[2],y=af(ae,h[1]);return[0,[4,ag,ah,ai,y[1]],y[2]]}throw aK;case
+ah=g[2],y=aq(ae,h[1]);return[0,[4,af,ag,ah,y[1]],y[2]]}throw aV;case
 5:var
-aj=b[4],ak=b[1],i=dp(b[2],b[3],a),j=i[3],al=i[1];if(typeof
+ai=b[4],aj=b[1],i=d4(b[2],b[3],a),j=i[3],ak=i[1];if(typeof
 j!=="number"&&3===j[0]){var
-am=i[2],z=af(aj,j[1]);return[0,[5,ak,al,am,z[1]],z[2]]}throw aK;case
+al=i[2],z=aq(ai,j[1]);return[0,[5,aj,ak,al,z[1]],z[2]]}throw aV;case
 6:var
-an=b[4],ao=b[1],k=dp(b[2],b[3],a),l=k[3],ap=k[1];if(typeof
+am=b[4],an=b[1],k=d4(b[2],b[3],a),l=k[3],ao=k[1];if(typeof
 l!=="number"&&4===l[0]){var
-aq=k[2],A=af(an,l[1]);return[0,[6,ao,ap,aq,A[1]],A[2]]}throw aK;case
+ap=k[2],A=aq(am,l[1]);return[0,[6,an,ao,ap,A[1]],A[2]]}throw aV;case
 7:var
-as=b[4],at=b[1],m=dp(b[2],b[3],a),n=m[3],au=m[1];if(typeof
+ar=b[4],as=b[1],m=d4(b[2],b[3],a),n=m[3],at=m[1];if(typeof
 n!=="number"&&5===n[0]){var
-av=m[2],B=af(as,n[1]);return[0,[7,at,au,av,B[1]],B[2]]}throw aK;case
+au=m[2],B=aq(ar,n[1]);return[0,[7,as,at,au,B[1]],B[2]]}throw aV;case
 8:var
-aw=b[4],ax=b[1],o=dp(b[2],b[3],a),p=o[3],ay=o[1];if(typeof
+av=b[4],aw=b[1],o=d4(b[2],b[3],a),p=o[3],ax=o[1];if(typeof
 p!=="number"&&6===p[0]){var
-az=o[2],C=af(aw,p[1]);return[0,[8,ax,ay,az,C[1]],C[2]]}throw aK;case
+ay=o[2],C=aq(av,p[1]);return[0,[8,aw,ax,ay,C[1]],C[2]]}throw aV;case
 9:var
-aA=b[2],D=d$(b[1],a),q=D[2],aB=D[1];if(typeof
+az=b[2],D=e1(b[1],a),q=D[2],aA=D[1];if(typeof
 q!=="number"&&7===q[0]){var
-E=af(aA,q[1]);return[0,[9,aB,E[1]],E[2]]}throw aK;case
+E=aq(az,q[1]);return[0,[9,aA,E[1]],E[2]]}throw aV;case
 10:var
-F=af(b[1],a);return[0,[10,F[1]],F[2]];case
+F=aq(b[1],a);return[0,[10,F[1]],F[2]];case
 11:var
-aC=b[1],G=af(b[2],a);return[0,[11,aC,G[1]],G[2]];case
+aB=b[1],G=aq(b[2],a);return[0,[11,aB,G[1]],G[2]];case
 12:var
-aD=b[1],H=af(b[2],a);return[0,[12,aD,H[1]],H[2]];case
+aC=b[1],H=aq(b[2],a);return[0,[12,aC,H[1]],H[2]];case
 13:if(typeof
 a!=="number"&&8===a[0]){var
-I=a[1],aE=a[2],aF=b[3],aG=b[1];if(d8([0,b[2]],[0,I]))throw aK;var
-J=af(aF,aE);return[0,[13,aG,I,J[1]],J[2]]}break;case
+I=a[1],aE=a[2],aF=b[3],aG=b[1];if(eY([0,b[2]],[0,I]))throw aV;var
+J=aq(aF,aE);return[0,[13,aG,I,J[1]],J[2]]}break;case
 14:if(typeof
 a!=="number"&&9===a[0]){var
-K=a[1],aH=a[3],aI=b[3],aJ=b[2],aL=b[1],aM=[0,ar(K)];if(d8([0,ar(aJ)],aM))throw aK;var
-L=af(aI,ar(aH));return[0,[14,aL,K,L[1]],L[2]]}break;case
+K=a[1],aH=a[3],aI=b[3],aJ=b[2],aK=b[1],aL=[0,aD(K)];if(eY([0,aD(aJ)],aL))throw aV;var
+L=aq(aI,aD(aH));return[0,[14,aK,K,L[1]],L[2]]}break;case
 15:if(typeof
 a!=="number"&&10===a[0]){var
-M=af(b[1],a[1]);return[0,[15,M[1]],M[2]]}break;case
+M=aq(b[1],a[1]);return[0,[15,M[1]],M[2]]}break;case
 16:if(typeof
 a!=="number"&&11===a[0]){var
-N=af(b[1],a[1]);return[0,[16,N[1]],N[2]]}break;case
+N=aq(b[1],a[1]);return[0,[16,N[1]],N[2]]}break;case
 17:var
-aN=b[1],O=af(b[2],a);return[0,[17,aN,O[1]],O[2]];case
+aM=b[1],O=aq(b[2],a);return[0,[17,aM,O[1]],O[2]];case
 18:var
 P=b[2],r=b[1];if(0===r[0]){var
-T=r[1],aR=T[2],U=af(T[1],a),aS=U[1],V=af(P,U[2]);return[0,[18,[0,[0,aS,aR]],V[1]],V[2]]}var
-W=r[1],aT=W[2],X=af(W[1],a),aU=X[1],Y=af(P,X[2]);return[0,[18,[1,[0,aU,aT]],Y[1]],Y[2]];case
+T=r[1],aQ=T[2],U=aq(T[1],a),aR=U[1],V=aq(P,U[2]);return[0,[18,[0,[0,aR,aQ]],V[1]],V[2]]}var
+W=r[1],aS=W[2],X=aq(W[1],a),aT=X[1],Y=aq(P,X[2]);return[0,[18,[1,[0,aT,aS]],Y[1]],Y[2]];case
 19:if(typeof
 a!=="number"&&13===a[0]){var
-Q=af(b[1],a[1]);return[0,[19,Q[1]],Q[2]]}break;case
+Q=aq(b[1],a[1]);return[0,[19,Q[1]],Q[2]]}break;case
 20:if(typeof
 a!=="number"&&1===a[0]){var
-aO=b[2],aP=b[1],R=af(b[3],a[1]);return[0,[20,aP,aO,R[1]],R[2]]}break;case
+aN=b[2],aO=b[1],R=aq(b[3],a[1]);return[0,[20,aO,aN,R[1]],R[2]]}break;case
 21:if(typeof
 a!=="number"&&2===a[0]){var
-aQ=b[1],S=af(b[2],a[1]);return[0,[21,aQ,S[1]],S[2]]}break;case
+aP=b[1],S=aq(b[2],a[1]);return[0,[21,aP,S[1]],S[2]]}break;case
 23:var
 d=b[2],c=b[1];if(typeof
 c==="number")switch(c){case
-0:return a9(c,d,a);case
-1:return a9(c,d,a);case
+0:return bp(c,d,a);case
+1:return bp(c,d,a);case
 2:if(typeof
 a!=="number"&&14===a[0]){var
-Z=af(d,a[1]);return[0,[23,2,Z[1]],Z[2]]}throw aK;default:return a9(c,d,a)}else
+Z=aq(d,a[1]);return[0,[23,2,Z[1]],Z[2]]}throw aV;default:return bp(c,d,a)}else
 switch(c[0]){case
-0:return a9(c,d,a);case
-1:return a9(c,d,a);case
-2:return a9(c,d,a);case
-3:return a9(c,d,a);case
-4:return a9(c,d,a);case
-5:return a9(c,d,a);case
-6:return a9(c,d,a);case
-7:return a9(c,d,a);case
-8:return a9([8,c[1],c[2]],d,a);case
+0:return bp(c,d,a);case
+1:return bp(c,d,a);case
+2:return bp(c,d,a);case
+3:return bp(c,d,a);case
+4:return bp(c,d,a);case
+5:return bp(c,d,a);case
+6:return bp(c,d,a);case
+7:return bp(c,d,a);case
+8:return bp([8,c[1],c[2]],d,a);case
 9:var
-aV=c[1],_=a3(c[2],d,a),$=_[2];return[0,[23,[9,aV,_[1]],$[1]],$[2]];case
-10:return a9(c,d,a);default:return a9(c,d,a)}}throw aK}function
-a9(d,c,b){var
-a=af(c,b);return[0,[23,d,a[1]],a[2]]}function
-a_(k,g,a){var
-b=ap(a),h=0<=g?k:0,d=fF(g);if(d<=b)return a;var
-l=2===h?48:32,c=b_(d,l);switch(h){case
-0:bR(a,0,c,0,b);break;case
-1:bR(a,0,c,d-b|0,b);break;default:var
+aU=c[1],_=bb(c[2],d,a),$=_[2];return[0,[23,[9,aU,_[1]],$[1]],$[2]];case
+10:return bp(c,d,a);default:return bp(c,d,a)}}throw aV}function
+bp(d,c,b){var
+a=aq(c,b);return[0,[23,d,a[1]],a[2]]}function
+bq(k,g,a){var
+b=aC(a),h=0<=g?k:0,d=gH(g);if(d<=b)return a;var
+l=2===h?48:32,c=cw(d,l);switch(h){case
+0:b8(a,0,c,0,b);break;case
+1:b8(a,0,c,d-b|0,b);break;default:var
 e=0;if(0<b){var
-i=0;if(43!==bb(a,0)&&45!==bb(a,0)&&32!==bb(a,0)){e=1;i=1}if(!i){b5(c,0,bb(a,0));bR(a,1,c,(d-b|0)+1|0,b-1|0)}}else
+i=0;if(43!==bv(a,0)&&45!==bv(a,0)&&32!==bv(a,0)){e=1;i=1}if(!i){cr(c,0,bv(a,0));b8(a,1,c,(d-b|0)+1|0,b-1|0)}}else
 e=1;if(e){var
-f=0;if(1<b&&48===bb(a,0)){var
-j=0;if(aa!==bb(a,1)&&88!==bb(a,1)){f=1;j=1}if(!j){b5(c,1,bb(a,1));bR(a,2,c,(d-b|0)+2|0,b-2|0)}}else
-f=1;if(f)bR(a,0,c,d-b|0,b)}}return a8(c)}function
-cQ(k,b){var
-c=fF(k),a=ap(b),d=bb(b,0),e=0;if(58<=d){if(71<=d){if(!(5<d+mn>>>0))e=1}else
+f=0;if(1<b&&48===bv(a,0)){var
+j=0;if(aa!==bv(a,1)&&88!==bv(a,1)){f=1;j=1}if(!j){cr(c,1,bv(a,1));b8(a,2,c,(d-b|0)+2|0,b-2|0)}}else
+f=1;if(f)b8(a,0,c,d-b|0,b)}}return bo(c)}function
+dm(k,b){var
+c=gH(k),a=aC(b),d=bv(b,0),e=0;if(58<=d){if(71<=d){if(!(5<d+oE>>>0))e=1}else
 if(65<=d)e=1}else{var
 f=0;if(32!==d)if(43<=d)switch(d-43|0){case
 5:if(a<(c+2|0)&&1<a){var
-j=0;if(aa===bb(b,1)||88===bb(b,1))j=1;if(j){var
-h=b_(c+2|0,48);b5(h,1,bb(b,1));bR(b,2,h,(c-a|0)+4|0,a-2|0);return a8(h)}}e=1;f=1;break;case
+j=0;if(aa===bv(b,1)||88===bv(b,1))j=1;if(j){var
+h=cw(c+2|0,48);cr(h,1,bv(b,1));b8(b,2,h,(c-a|0)+4|0,a-2|0);return bo(h)}}e=1;f=1;break;case
 0:case
 2:break;case
 1:case
 3:case
 4:f=1;break;default:e=1;f=1}else
 f=1;if(!f&&a<(c+1|0)){var
-g=b_(c+1|0,48);b5(g,0,d);bR(b,1,g,(c-a|0)+2|0,a-1|0);return a8(g)}}if(e&&a<c){var
-i=b_(c,48);bR(b,0,i,c-a|0,a);return a8(i)}return b}function
-oc(n){var
-m=0,G=ap(n);for(;;){if(G<=m)var
+g=cw(c+1|0,48);cr(g,0,d);b8(b,1,g,(c-a|0)+2|0,a-1|0);return bo(g)}}if(e&&a<c){var
+i=cw(c,48);b8(b,0,i,c-a|0,a);return bo(i)}return b}function
+qt(n){var
+m=0,G=aC(n);for(;;){if(G<=m)var
 s=n;else{var
-r=d9(n,m)+mz|0,t=0;if(59<r>>>0){if(33<r-61>>>0)t=1}else
+r=eZ(n,m)+oQ|0,t=0;if(59<r>>>0){if(33<r-61>>>0)t=1}else
 if(2===r)t=1;if(!t){var
 m=m+1|0;continue}var
-f=cI(n),a=[0,0],x=a7(f)-1|0,C=0;if(!(x<0)){var
+g=df(n),a=[0,0],x=bn(g)-1|0,C=0;if(!(x<0)){var
 l=C;for(;;){var
-h=b6(f,l),j=0;if(32<=h){var
-p=h-34|0,u=0;if(58<p>>>0){if(93<=p)u=1}else
-if(56<p-1>>>0){j=1;u=1}if(!u){var
+i=cs(g,l),j=0;if(32<=i){var
+o=i-34|0,u=0;if(58<o>>>0){if(93<=o)u=1}else
+if(56<o-1>>>0){j=1;u=1}if(!u){var
 q=1;j=2}}else
-if(11<=h){if(13===h)j=1}else
-if(8<=h)j=1;switch(j){case
+if(11<=i){if(13===i)j=1}else
+if(8<=i)j=1;switch(j){case
 0:var
 q=4;break;case
 1:var
 q=2;break}a[1]=a[1]+q|0;var
 F=l+1|0;if(x!==l){var
-l=F;continue}break}}if(a[1]===a7(f)){var
-v=a7(f),w=aI(v);cH(f,0,w,0,v);var
+l=F;continue}break}}if(a[1]===bn(g)){var
+v=bn(g),w=aT(v);de(g,0,w,0,v);var
 z=w}else{var
-c=aI(a[1]);a[1]=0;var
-y=a7(f)-1|0,D=0;if(!(y<0)){var
+c=aT(a[1]);a[1]=0;var
+y=bn(g)-1|0,D=0;if(!(y<0)){var
 k=D;for(;;){var
-d=b6(f,k),e=0;if(35<=d)if(92===d)e=2;else
-if(fu<=d)e=1;else
+d=cs(g,k),e=0;if(35<=d)if(92===d)e=2;else
+if(eR<=d)e=1;else
 e=3;else
 if(32<=d)if(34<=d)e=2;else
 e=3;else
 if(14<=d)e=1;else
 switch(d){case
-8:at(c,a[1],92);a[1]++;at(c,a[1],98);break;case
-9:at(c,a[1],92);a[1]++;at(c,a[1],b);break;case
-10:at(c,a[1],92);a[1]++;at(c,a[1],g);break;case
-13:at(c,a[1],92);a[1]++;at(c,a[1],i);break;default:e=1}switch(e){case
-1:at(c,a[1],92);a[1]++;at(c,a[1],48+(d/o|0)|0);a[1]++;at(c,a[1],48+((d/10|0)%10|0)|0);a[1]++;at(c,a[1],48+(d%10|0)|0);break;case
-2:at(c,a[1],92);a[1]++;at(c,a[1],d);break;case
-3:at(c,a[1],d);break}a[1]++;var
+8:aG(c,a[1],92);a[1]++;aG(c,a[1],98);break;case
+9:aG(c,a[1],92);a[1]++;aG(c,a[1],b);break;case
+10:aG(c,a[1],92);a[1]++;aG(c,a[1],f);break;case
+13:aG(c,a[1],92);a[1]++;aG(c,a[1],h);break;default:e=1}switch(e){case
+1:aG(c,a[1],92);a[1]++;aG(c,a[1],48+(d/p|0)|0);a[1]++;aG(c,a[1],48+((d/10|0)%10|0)|0);a[1]++;aG(c,a[1],48+(d%10|0)|0);break;case
+2:aG(c,a[1],92);a[1]++;aG(c,a[1],d);break;case
+3:aG(c,a[1],d);break}a[1]++;var
 E=k+1|0;if(y!==k){var
 k=E;continue}break}}var
 z=c}var
-s=a8(z)}var
-A=ap(s),B=b_(A+2|0,34);bQ(s,0,B,1,A);return a8(B)}}function
-hZ(d,f){var
-g=fF(f),e=o3[1];switch(d[2]){case
+s=bo(z)}var
+A=aC(s),B=cw(A+2|0,34);b7(s,0,B,1,A);return bo(B)}}function
+jk(d,f){var
+g=gH(f),e=ri[1];switch(d[2]){case
 0:var
-b=z;break;case
+b=A;break;case
 1:var
 b=a;break;case
 2:var
 b=69;break;case
 3:var
-b=D;break;case
+b=F;break;case
 4:var
 b=71;break;case
 5:var
 b=e;break;case
 6:var
-b=m;break;case
+b=l;break;case
 7:var
 b=72;break;default:var
 b=70}var
-c=hW(16);cP(c,37);switch(d[1]){case
+c=jh(16);dl(c,37);switch(d[1]){case
 0:break;case
-1:cP(c,43);break;default:cP(c,32)}if(8<=d[2])cP(c,35);cP(c,46);aS(c,u(W+g));cP(c,b);return hY(c)}function
-ea(m,a){if(13<=m){var
-g=[0,0],h=ap(a)-1|0,n=0;if(!(h<0)){var
-c=n;for(;;){if(!(9<d9(a,c)+l5>>>0))g[1]++;var
+1:dl(c,43);break;default:dl(c,32)}if(8<=d[2])dl(c,35);dl(c,46);a1(c,w(ab+g));dl(c,b);return jj(c)}function
+e2(m,a){if(13<=m){var
+g=[0,0],h=aC(a)-1|0,n=0;if(!(h<0)){var
+c=n;for(;;){if(!(9<eZ(a,c)+ok>>>0))g[1]++;var
 q=c+1|0;if(h!==c){var
 c=q;continue}break}}var
-i=g[1],j=aI(ap(a)+((i-1|0)/3|0)|0),k=[0,0],d=function(a){b5(j,k[1],a);k[1]++;return 0},e=[0,((i-1|0)%3|0)+1|0],l=ap(a)-1|0,o=0;if(!(l<0)){var
+i=g[1],j=aT(aC(a)+((i-1|0)/3|0)|0),k=[0,0],d=function(a){cr(j,k[1],a);k[1]++;return 0},e=[0,((i-1|0)%3|0)+1|0],l=aC(a)-1|0,o=0;if(!(l<0)){var
 b=o;for(;;){var
-f=d9(a,b);if(9<f+l5>>>0)d(f);else{if(0===e[1]){d(95);e[1]=3}e[1]+=-1;d(f)}var
+f=eZ(a,b);if(9<f+ok>>>0)d(f);else{if(0===e[1]){d(95);e[1]=3}e[1]+=-1;d(f)}var
 p=b+1|0;if(l!==b){var
-b=p;continue}break}}return a8(j)}return a}function
-o4(b,c){switch(b){case
+b=p;continue}break}}return bo(j)}return a}function
+rj(b,c){switch(b){case
 1:var
-a=oe;break;case
+a=qv;break;case
 2:var
-a=of;break;case
+a=qw;break;case
 4:var
-a=oh;break;case
+a=qy;break;case
 5:var
-a=oi;break;case
+a=qz;break;case
 6:var
-a=oj;break;case
+a=qA;break;case
 7:var
-a=ok;break;case
+a=qB;break;case
 8:var
-a=ol;break;case
+a=qC;break;case
 9:var
-a=om;break;case
+a=qD;break;case
 10:var
-a=on;break;case
+a=qE;break;case
 11:var
-a=oo;break;case
+a=qF;break;case
 0:case
 13:var
-a=od;break;case
+a=qu;break;case
 3:case
 14:var
-a=og;break;default:var
-a=op}return ea(b,fB(a,c))}function
-o5(b,c){switch(b){case
+a=qx;break;default:var
+a=qG}return e2(b,gD(a,c))}function
+rk(b,c){switch(b){case
 1:var
-a=oE;break;case
+a=qV;break;case
 2:var
-a=oF;break;case
+a=qW;break;case
 4:var
-a=oH;break;case
+a=qY;break;case
 5:var
-a=oI;break;case
+a=qZ;break;case
 6:var
-a=oJ;break;case
+a=q0;break;case
 7:var
-a=oK;break;case
+a=q1;break;case
 8:var
-a=oL;break;case
+a=q2;break;case
 9:var
-a=oM;break;case
+a=q3;break;case
 10:var
-a=oN;break;case
+a=q4;break;case
 11:var
-a=oO;break;case
+a=q5;break;case
 0:case
 13:var
-a=oD;break;case
+a=qU;break;case
 3:case
 14:var
-a=oG;break;default:var
-a=oP}return ea(b,fB(a,c))}function
-o6(b,c){switch(b){case
+a=qX;break;default:var
+a=q6}return e2(b,gD(a,c))}function
+rl(b,c){switch(b){case
 1:var
-a=oR;break;case
+a=q8;break;case
 2:var
-a=oS;break;case
+a=q9;break;case
 4:var
-a=oU;break;case
+a=q$;break;case
 5:var
-a=oV;break;case
+a=ra;break;case
 6:var
-a=oW;break;case
+a=rb;break;case
 7:var
-a=oX;break;case
+a=rc;break;case
 8:var
-a=oY;break;case
+a=rd;break;case
 9:var
-a=oZ;break;case
+a=re;break;case
 10:var
-a=o0;break;case
+a=rf;break;case
 11:var
-a=o1;break;case
+a=rg;break;case
 0:case
 13:var
-a=oQ;break;case
+a=q7;break;case
 3:case
 14:var
-a=oT;break;default:var
-a=o2}return ea(b,fB(a,c))}function
-o7(b,c){switch(b){case
+a=q_;break;default:var
+a=rh}return e2(b,gD(a,c))}function
+rm(b,c){switch(b){case
 1:var
-a=or;break;case
+a=qI;break;case
 2:var
-a=os;break;case
+a=qJ;break;case
 4:var
-a=ou;break;case
+a=qL;break;case
 5:var
-a=ov;break;case
+a=qM;break;case
 6:var
-a=ow;break;case
+a=qN;break;case
 7:var
-a=ox;break;case
+a=qO;break;case
 8:var
-a=oy;break;case
+a=qP;break;case
 9:var
-a=oz;break;case
+a=qQ;break;case
 10:var
-a=oA;break;case
+a=qR;break;case
 11:var
-a=oB;break;case
+a=qS;break;case
 0:case
 13:var
-a=oq;break;case
+a=qH;break;case
 3:case
 14:var
-a=ot;break;default:var
-a=oC}return ea(b,AH(a,c))}function
-bS(c,i,b){function
+a=qK;break;default:var
+a=qT}return e2(b,EJ(a,c))}function
+b9(c,i,b){function
 j(d){switch(c[1]){case
 0:var
 a=45;break;case
 1:var
 a=43;break;default:var
-a=32}return AB(b,i,a)}function
+a=32}return ED(b,i,a)}function
 q(c){var
-a=Au(b);return 3===a?b<0.?o9:o_:4<=a?o$:c}switch(c[2]){case
+a=Ew(b);return 3===a?b<0.?ro:rp:4<=a?rq:c}switch(c[2]){case
 5:var
-e=mV(hZ(c,i),b),d=0,u=ap(e);for(;;){if(d===u)var
+e=pa(jk(c,i),b),d=0,u=aC(e);for(;;){if(d===u)var
 p=0;else{var
-k=bb(e,d)-46|0,l=0;if(23<k>>>0){if(55===k)l=1}else
+k=bv(e,d)-46|0,l=0;if(23<k>>>0){if(55===k)l=1}else
 if(21<k-1>>>0)l=1;if(!l){var
 d=d+1|0;continue}var
 p=1}var
-v=p?e:dl(e,o8);return q(v)}case
+v=p?e:d1(e,rn);return q(v)}case
 6:return j(0);case
 7:var
-h=cI(j(0)),f=a7(h);if(0===f)var
+h=df(j(0)),f=bn(h);if(0===f)var
 o=h;else{var
-m=aI(f),n=f-1|0,r=0;if(!(n<0)){var
+m=aT(f),n=f-1|0,r=0;if(!(n<0)){var
 a=r;for(;;){var
-g=b6(h,a),s=25<g+mn>>>0?g:g+mz|0;at(m,a,s);var
+g=cs(h,a),s=25<g+oE>>>0?g:g+oQ|0;aG(m,a,s);var
 t=a+1|0;if(n!==a){var
 a=t;continue}break}}var
-o=m}return a8(o);case
-8:return q(j(0));default:return mV(hZ(c,i),b)}}function
-d1(d,x,w,v){var
+o=m}return bo(o);case
+8:return q(j(0));default:return pa(jk(c,i),b)}}function
+eQ(d,x,w,v){var
 b=x,a=w,c=v;for(;;)if(typeof
-c==="number")return A(b,a);else
+c==="number")return E(b,a);else
 switch(c[0]){case
 0:var
-y=c[1];return function(c){return _(b,[5,a,c],y)};case
+y=c[1];return function(c){return aj(b,[5,a,c],y)};case
 1:var
 z=c[1];return function(c){var
 e=0;if(40<=c)if(92===c)var
-d=nj;else
-if(fu<=c)e=1;else
+d=pA;else
+if(eR<=c)e=1;else
 e=2;else
 if(32<=c)if(39<=c)var
-d=nk;else
+d=pB;else
 e=2;else
 if(14<=c)e=1;else
 switch(c){case
 8:var
-d=nl;break;case
+d=pC;break;case
 9:var
-d=nm;break;case
+d=pD;break;case
 10:var
-d=nn;break;case
+d=pE;break;case
 13:var
-d=no;break;default:e=1}switch(e){case
+d=pF;break;default:e=1}switch(e){case
 1:var
-f=aI(4);at(f,0,92);at(f,1,48+(c/o|0)|0);at(f,2,48+((c/10|0)%10|0)|0);at(f,3,48+(c%10|0)|0);var
-d=a8(f);break;case
+f=aT(4);aG(f,0,92);aG(f,1,48+(c/p|0)|0);aG(f,2,48+((c/10|0)%10|0)|0);aG(f,3,48+(c%10|0)|0);var
+d=bo(f);break;case
 2:var
-g=aI(1);at(g,0,c);var
-d=a8(g);break}var
-h=ap(d),i=b_(h+2|0,39);bQ(d,0,i,1,h);return _(b,[4,a,a8(i)],z)};case
+g=aT(1);aG(g,0,c);var
+d=bo(g);break}var
+h=aC(d),i=cw(h+2|0,39);b7(d,0,i,1,h);return aj(b,[4,a,bo(i)],z)};case
 2:var
-B=c[2],C=c[1];return fL(b,a,B,C,function(a){return a});case
-3:return fL(b,a,c[2],c[1],oc);case
-4:return eb(b,a,c[4],c[2],c[3],o4,c[1]);case
-5:return eb(b,a,c[4],c[2],c[3],o5,c[1]);case
-6:return eb(b,a,c[4],c[2],c[3],o6,c[1]);case
-7:return eb(b,a,c[4],c[2],c[3],o7,c[1]);case
+A=c[2],B=c[1];return gN(b,a,A,B,function(a){return a});case
+3:return gN(b,a,c[2],c[1],qt);case
+4:return e3(b,a,c[4],c[2],c[3],rj,c[1]);case
+5:return e3(b,a,c[4],c[2],c[3],rk,c[1]);case
+6:return e3(b,a,c[4],c[2],c[3],rl,c[1]);case
+7:return e3(b,a,c[4],c[2],c[3],rm,c[1]);case
 8:var
 g=c[4],h=c[3],i=c[2],f=c[1];if(typeof
 i==="number"){if(typeof
-h==="number")return h?function(d,c){return _(b,[4,a,bS(f,d,c)],g)}:function(c){return _(b,[4,a,bS(f,fJ(f),c)],g)};var
-T=h[1];return function(c){return _(b,[4,a,bS(f,T,c)],g)}}else{if(0===i[0]){var
+h==="number")return h?function(d,c){return aj(b,[4,a,b9(f,d,c)],g)}:function(c){return aj(b,[4,a,b9(f,gL(f),c)],g)};var
+T=h[1];return function(c){return aj(b,[4,a,b9(f,T,c)],g)}}else{if(0===i[0]){var
 l=i[2],m=i[1];if(typeof
-h==="number")return h?function(d,c){return _(b,[4,a,a_(m,l,bS(f,d,c))],g)}:function(c){return _(b,[4,a,a_(m,l,bS(f,fJ(f),c))],g)};var
-U=h[1];return function(c){return _(b,[4,a,a_(m,l,bS(f,U,c))],g)}}var
+h==="number")return h?function(d,c){return aj(b,[4,a,bq(m,l,b9(f,d,c))],g)}:function(c){return aj(b,[4,a,bq(m,l,b9(f,gL(f),c))],g)};var
+U=h[1];return function(c){return aj(b,[4,a,bq(m,l,b9(f,U,c))],g)}}var
 n=i[1];if(typeof
-h==="number")return h?function(e,d,c){return _(b,[4,a,a_(n,e,bS(f,d,c))],g)}:function(d,c){return _(b,[4,a,a_(n,d,bS(f,fJ(f),c))],g)};var
-V=h[1];return function(d,c){return _(b,[4,a,a_(n,d,bS(f,V,c))],g)}}case
-9:return fL(b,a,c[2],c[1],ne);case
+h==="number")return h?function(e,d,c){return aj(b,[4,a,bq(n,e,b9(f,d,c))],g)}:function(d,c){return aj(b,[4,a,bq(n,d,b9(f,gL(f),c))],g)};var
+V=h[1];return function(d,c){return aj(b,[4,a,bq(n,d,b9(f,V,c))],g)}}case
+9:return gN(b,a,c[2],c[1],pv);case
 10:var
 a=[7,a],c=c[1];continue;case
 11:var
@@ -1628,102 +1629,102 @@ a=[2,a,c[1]],c=c[2];continue;case
 12:var
 a=[3,a,c[1]],c=c[2];continue;case
 13:var
-D=c[3],E=c[2],p=hW(16);fK(p,E);var
-u=hY(p);return function(c){return _(b,[4,a,u],D)};case
+C=c[3],D=c[2],o=jh(16);gM(o,D);var
+u=jj(o);return function(c){return aj(b,[4,a,u],C)};case
 14:var
 F=c[3],G=c[2];return function(d){var
-e=d[1],c=af(e,ar(aB(G)));if(typeof
-c[2]==="number")return _(b,a,al(c[1],F));throw aK};case
+e=d[1],c=aq(e,aD(aM(G)));if(typeof
+c[2]==="number")return aj(b,a,av(c[1],F));throw aV};case
 15:var
-H=c[1];return function(d,c){return _(b,[6,a,function(a){return aN(d,a,c)}],H)};case
+H=c[1];return function(d,c){return aj(b,[6,a,function(a){return aA(d,a,c)}],H)};case
 16:var
-I=c[1];return function(c){return _(b,[6,a,c],I)};case
+I=c[1];return function(c){return aj(b,[6,a,c],I)};case
 17:var
 a=[0,a,c[1]],c=c[2];continue;case
 18:var
 k=c[1];if(0===k[0]){var
-J=c[2],K=k[1][1],L=0,b=function(b,c,d){return function(a){return _(c,[1,b,[0,a]],d)}}(a,b,J),a=L,c=K;continue}var
-M=c[2],N=k[1][1],O=0,b=function(b,c,d){return function(a){return _(c,[1,b,[1,a]],d)}}(a,b,M),a=O,c=N;continue;case
-19:throw[0,av,pb];case
+J=c[2],K=k[1][1],L=0,b=function(b,c,d){return function(a){return aj(c,[1,b,[0,a]],d)}}(a,b,J),a=L,c=K;continue}var
+M=c[2],N=k[1][1],O=0,b=function(b,c,d){return function(a){return aj(c,[1,b,[1,a]],d)}}(a,b,M),a=O,c=N;continue;case
+19:throw[0,aJ,rs];case
 20:var
-P=c[3],Q=[8,a,pc];return function(a){return _(b,Q,P)};case
+P=c[3],Q=[8,a,rt];return function(a){return aj(b,Q,P)};case
 21:var
-R=c[2];return function(c){return _(b,[4,a,fB(pd,c)],R)};case
+R=c[2];return function(c){return aj(b,[4,a,gD(ru,c)],R)};case
 22:var
-S=c[1];return function(c){return _(b,[5,a,c],S)};case
+S=c[1];return function(c){return aj(b,[5,a,c],S)};case
 23:var
 e=c[2],j=c[1];if(typeof
 j==="number")switch(j){case
-0:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e]);case
-1:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e]);case
-2:throw[0,av,pe];default:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e])}else
+0:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e]);case
+1:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e]);case
+2:throw[0,aJ,rv];default:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e])}else
 switch(j[0]){case
-0:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e]);case
-1:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e]);case
-2:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e]);case
-3:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e]);case
-4:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e]);case
-5:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e]);case
-6:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e]);case
-7:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e]);case
-8:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e]);case
+0:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e]);case
+1:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e]);case
+2:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e]);case
+3:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e]);case
+4:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e]);case
+5:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e]);case
+6:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e]);case
+7:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e]);case
+8:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e]);case
 9:var
-t=j[2];return d<50?hd(d+1|0,b,a,t,e):aR(hd,[0,b,a,t,e]);case
-10:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e]);default:return d<50?ae(d+1|0,b,a,e):aR(ae,[0,b,a,e])}default:var
-q=c[3],r=c[1],s=A(c[2],0);return d<50?hc(d+1|0,b,a,q,r,s):aR(hc,[0,b,a,q,r,s])}}function
-hd(e,d,c,a,b){if(typeof
-a==="number")return e<50?ae(e+1|0,d,c,b):aR(ae,[0,d,c,b]);else
+t=j[2];return d<50?iA(d+1|0,b,a,t,e):a0(iA,[0,b,a,t,e]);case
+10:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e]);default:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e])}default:var
+q=c[3],r=c[1],s=E(c[2],0);return d<50?iz(d+1|0,b,a,q,r,s):a0(iz,[0,b,a,q,r,s])}}function
+iA(e,d,c,a,b){if(typeof
+a==="number")return e<50?ap(e+1|0,d,c,b):a0(ap,[0,d,c,b]);else
 switch(a[0]){case
 0:var
-f=a[1];return function(a){return bc(d,c,f,b)};case
+f=a[1];return function(a){return bw(d,c,f,b)};case
 1:var
-g=a[1];return function(a){return bc(d,c,g,b)};case
+g=a[1];return function(a){return bw(d,c,g,b)};case
 2:var
-h=a[1];return function(a){return bc(d,c,h,b)};case
+h=a[1];return function(a){return bw(d,c,h,b)};case
 3:var
-i=a[1];return function(a){return bc(d,c,i,b)};case
+i=a[1];return function(a){return bw(d,c,i,b)};case
 4:var
-j=a[1];return function(a){return bc(d,c,j,b)};case
+j=a[1];return function(a){return bw(d,c,j,b)};case
 5:var
-k=a[1];return function(a){return bc(d,c,k,b)};case
+k=a[1];return function(a){return bw(d,c,k,b)};case
 6:var
-l=a[1];return function(a){return bc(d,c,l,b)};case
+l=a[1];return function(a){return bw(d,c,l,b)};case
 7:var
-m=a[1];return function(a){return bc(d,c,m,b)};case
+m=a[1];return function(a){return bw(d,c,m,b)};case
 8:var
-n=a[2];return function(a){return bc(d,c,n,b)};case
+n=a[2];return function(a){return bw(d,c,n,b)};case
 9:var
-o=a[3],p=a[2],q=aE(aB(a[1]),p);return function(a){return bc(d,c,aZ(q,o),b)};case
+o=a[3],p=a[2],q=aP(aM(a[1]),p);return function(a){return bw(d,c,a_(q,o),b)};case
 10:var
-r=a[1];return function(e,a){return bc(d,c,r,b)};case
+r=a[1];return function(e,a){return bw(d,c,r,b)};case
 11:var
-s=a[1];return function(a){return bc(d,c,s,b)};case
+s=a[1];return function(a){return bw(d,c,s,b)};case
 12:var
-t=a[1];return function(a){return bc(d,c,t,b)};case
-13:throw[0,av,pf];default:throw[0,av,pg]}}function
-ae(d,b,e,a){var
-c=[8,e,ph];return d<50?d1(d+1|0,b,c,a):aR(d1,[0,b,c,a])}function
-hc(g,b,e,a,d,c){if(d){var
-h=d[1];return function(d){return pa(b,e,a,h,A(c,d))}}var
-f=[4,e,c];return g<50?d1(g+1|0,b,f,a):aR(d1,[0,b,f,a])}function
-_(a,b,c){return hG(d1(0,a,b,c))}function
-bc(a,b,c,d){return hG(hd(0,a,b,c,d))}function
-pa(a,b,c,d,e){return hG(hc(0,a,b,c,d,e))}function
-fL(e,d,c,a,b){if(typeof
-a==="number")return function(a){return _(e,[4,d,A(b,a)],c)};else{if(0===a[0]){var
-f=a[2],g=a[1];return function(a){return _(e,[4,d,a_(g,f,A(b,a))],c)}}var
-h=a[1];return function(f,a){return _(e,[4,d,a_(h,f,A(b,a))],c)}}}function
-eb(f,e,d,g,c,b,a){if(typeof
+t=a[1];return function(a){return bw(d,c,t,b)};case
+13:throw[0,aJ,rw];default:throw[0,aJ,rx]}}function
+ap(d,b,e,a){var
+c=[8,e,ry];return d<50?eQ(d+1|0,b,c,a):a0(eQ,[0,b,c,a])}function
+iz(g,b,e,a,d,c){if(d){var
+h=d[1];return function(d){return rr(b,e,a,h,E(c,d))}}var
+f=[4,e,c];return g<50?eQ(g+1|0,b,f,a):a0(eQ,[0,b,f,a])}function
+aj(a,b,c){return i3(eQ(0,a,b,c))}function
+bw(a,b,c,d){return i3(iA(0,a,b,c,d))}function
+rr(a,b,c,d,e){return i3(iz(0,a,b,c,d,e))}function
+gN(e,d,c,a,b){if(typeof
+a==="number")return function(a){return aj(e,[4,d,E(b,a)],c)};else{if(0===a[0]){var
+f=a[2],g=a[1];return function(a){return aj(e,[4,d,bq(g,f,E(b,a))],c)}}var
+h=a[1];return function(f,a){return aj(e,[4,d,bq(h,f,E(b,a))],c)}}}function
+e3(f,e,d,g,c,b,a){if(typeof
 g==="number"){if(typeof
-c==="number")return c?function(g,c){return _(f,[4,e,cQ(g,aN(b,a,c))],d)}:function(c){return _(f,[4,e,aN(b,a,c)],d)};var
-k=c[1];return function(c){return _(f,[4,e,cQ(k,aN(b,a,c))],d)}}else{if(0===g[0]){var
+c==="number")return c?function(g,c){return aj(f,[4,e,dm(g,aA(b,a,c))],d)}:function(c){return aj(f,[4,e,aA(b,a,c)],d)};var
+k=c[1];return function(c){return aj(f,[4,e,dm(k,aA(b,a,c))],d)}}else{if(0===g[0]){var
 h=g[2],i=g[1];if(typeof
-c==="number")return c?function(g,c){return _(f,[4,e,a_(i,h,cQ(g,aN(b,a,c)))],d)}:function(c){return _(f,[4,e,a_(i,h,aN(b,a,c))],d)};var
-l=c[1];return function(c){return _(f,[4,e,a_(i,h,cQ(l,aN(b,a,c)))],d)}}var
+c==="number")return c?function(g,c){return aj(f,[4,e,bq(i,h,dm(g,aA(b,a,c)))],d)}:function(c){return aj(f,[4,e,bq(i,h,aA(b,a,c))],d)};var
+l=c[1];return function(c){return aj(f,[4,e,bq(i,h,dm(l,aA(b,a,c)))],d)}}var
 j=g[1];if(typeof
-c==="number")return c?function(h,g,c){return _(f,[4,e,a_(j,h,cQ(g,aN(b,a,c)))],d)}:function(g,c){return _(f,[4,e,a_(j,g,aN(b,a,c))],d)};var
-m=c[1];return function(g,c){return _(f,[4,e,a_(j,g,cQ(m,aN(b,a,c)))],d)}}}function
-b$(b,h){var
+c==="number")return c?function(h,g,c){return aj(f,[4,e,bq(j,h,dm(g,aA(b,a,c)))],d)}:function(g,c){return aj(f,[4,e,bq(j,g,aA(b,a,c))],d)};var
+m=c[1];return function(g,c){return aj(f,[4,e,bq(j,g,dm(m,aA(b,a,c)))],d)}}}function
+cx(b,h){var
 a=h;for(;;)if(typeof
 a==="number")return 0;else
 switch(a[0]){case
@@ -1731,486 +1732,507 @@ switch(a[0]){case
 d=a[2],i=a[1];if(typeof
 d==="number")switch(d){case
 0:var
-c=ny;break;case
+c=pP;break;case
 1:var
-c=nz;break;case
+c=pQ;break;case
 2:var
-c=nA;break;case
+c=pR;break;case
 3:var
-c=nB;break;case
+c=pS;break;case
 4:var
-c=nC;break;case
+c=pT;break;case
 5:var
-c=nD;break;default:var
-c=nE}else
+c=pU;break;default:var
+c=pV}else
 switch(d[0]){case
 0:var
 c=d[1];break;case
 1:var
 c=d[1];break;default:var
-c=dl(nF,hU(1,d[1]))}b$(b,i);return dn(b,c);case
+c=d1(pW,jf(1,d[1]))}cx(b,i);return d3(b,c);case
 1:var
 f=a[2],g=a[1];if(0===f[0]){var
-j=f[1];b$(b,g);dn(b,pi);var
+j=f[1];cx(b,g);d3(b,rz);var
 a=j;continue}var
-k=f[1];b$(b,g);dn(b,pj);var
+k=f[1];cx(b,g);d3(b,rA);var
 a=k;continue;case
 6:var
-n=a[2];b$(b,a[1]);return dn(b,A(n,0));case
+n=a[2];cx(b,a[1]);return d3(b,E(n,0));case
 7:var
 a=a[1];continue;case
 8:var
-o=a[2];b$(b,a[1]);return cu(o);case
+o=a[2];cx(b,a[1]);return cT(o);case
 2:case
 4:var
-l=a[2];b$(b,a[1]);return dn(b,l);default:var
-m=a[2];b$(b,a[1]);var
-e=b[2];if(b[3]<=e)hV(b,1);at(b[1],e,m);b[2]=e+1|0;return 0}}function
-h0(b){var
-a=b[1];return _(function(d){var
-e=64,b=dm<64?dm:e,c=aI(b),a=[0,c,0,b,c];b$(a,d);return hS(a[1],0,a[2])},0,a)}var
-t=aq(0),p=aq(1);function
-aU(a){return hI(a,t)}function
-h1(a){return P(a,t)?aX(a):a}function
-dq(b,a){return P(b,a)?a:b}function
-cv(b,a){return J(aq(b),a)}function
-e(b,a){return v(aq(b),a)}function
-C(a){return J(a,p)}function
-as(d,a){var
-b=na(d,a),c=Z(d,v(b,a));return G(t,c)?[0,b,c]:P(t,a)?[0,Z(b,p),J(c,a)]:[0,C(b),Z(c,a)]}function
-h2(b,a){return as(b,a)[1]}function
-h3(b,a){return as(b,a)[2]}function
-fM(d,c){var
-b=d,a=c;for(;;){if(x(a,t))return h1(b);var
-e=Z(b,v(na(b,a),a)),b=a,a=e;continue}}var
-pl=pk.slice();function
-bA(b,a){return b>>>a|0|b<<(32-a|0)}function
-pm(M){var
+l=a[2];cx(b,a[1]);return d3(b,l);default:var
+m=a[2];cx(b,a[1]);var
+e=b[2];if(b[3]<=e)jg(b,1);aG(b[1],e,m);b[2]=e+1|0;return 0}}function
+jl(b){var
+a=b[1];return aj(function(d){var
+e=64,b=d2<64?d2:e,c=aT(b),a=[0,c,0,b,c];cx(a,d);return jd(a[1],0,a[2])},0,a)}var
+q=at(0),n=at(1);function
+aQ(a){return i5(a,q)}function
+jm(a){return M(a,q)?aI(a):a}function
+b_(b,a){return M(b,a)?a:b}function
+gO(b,a){return G(b,a)?b:a}function
+cU(b,a){return B(at(b),a)}function
+c(b,a){return r(at(b),a)}function
+z(a){return B(a,n)}function
+au(d,a){var
+b=pr(d,a),c=S(d,r(b,a));return G(q,c)?[0,b,c]:M(q,a)?[0,S(b,n),B(c,a)]:[0,z(b),S(c,a)]}function
+jn(b,a){return au(b,a)[1]}function
+jo(b,a){return au(b,a)[2]}function
+gP(d,c){var
+b=d,a=c;for(;;){if(y(a,q))return jm(b);var
+e=S(b,r(pr(b,a),a)),b=a,a=e;continue}}var
+rC=rB.slice();function
+bQ(b,a){return b>>>a|0|b<<(32-a|0)}function
+rD(M){var
 h=0,p=M;for(;;){if(p){var
 h=h+1|0,p=p[2];continue}var
-g=b_(((h+72|0)/64|0)*64|0,0),q=0,m=M;for(;;){if(m){var
-Q=m[2];b5(g,q,m[1]);var
-q=q+1|0,m=Q;continue}b5(g,h,dg);At(g,a7(g)-8|0,AE(AM(pn,mY(h))));var
-f=po.slice(),N=(a7(g)/64|0)-1|0,av=0;if(!(N<0)){var
+g=cw(((h+72|0)/64|0)*64|0,0),q=0,m=M;for(;;){if(m){var
+Q=m[2];cr(g,q,m[1]);var
+q=q+1|0,m=Q;continue}cr(g,h,dc);Ev(g,bn(g)-8|0,EG(EO(rE,pd(h))));var
+f=rF.slice(),N=(bn(g)/64|0)-1|0,av=0;if(!(N<0)){var
 o=av;a:for(;;){var
-aw=64*o|0,C=function(b){return function(a){return 16<=a?0:AC(Aq(g,b+(4*a|0)|0))}}(aw),c=m1(64,C(0)),i=1;for(;;){c[1+i]=C(i);var
+aw=64*o|0,B=function(b){return function(a){return 16<=a?0:EE(Es(g,b+(4*a|0)|0))}}(aw),c=pg(64,B(0)),i=1;for(;;){c[1+i]=B(i);var
 T=i+1|0;if(63!==i){var
 i=T;continue}var
 b=16;for(;;){var
-E=b+hn|0,F=b+hn|0,am=aQ(c,E)[1+E]>>>3|0,G=b+hn|0,an=bA(aQ(c,F)[1+F],18)^am,H=b-2|0,ao=bA(aQ(c,G)[1+G],7)^an,I=b-2|0,ap=aQ(c,H)[1+H]>>>10|0,J=b-2|0,aq=bA(aQ(c,I)[1+I],19)^ap,K=b-7|0,ar=bA(aQ(c,J)[1+J],17)^aq,L=b-16|0,as=aQ(c,K)[1+K],at=((aQ(c,L)[1+L]+ao|0)+as|0)+ar|0;aQ(c,b)[1+b]=at;var
+D=b+iK|0,F=b+iK|0,am=aZ(c,D)[1+D]>>>3|0,G=b+iK|0,an=bQ(aZ(c,F)[1+F],18)^am,H=b-2|0,ao=bQ(aZ(c,G)[1+G],7)^an,I=b-2|0,ap=aZ(c,H)[1+H]>>>10|0,J=b-2|0,aq=bQ(aZ(c,I)[1+I],19)^ap,K=b-7|0,ar=bQ(aZ(c,J)[1+J],17)^aq,L=b-16|0,as=aZ(c,K)[1+K],at=((aZ(c,L)[1+L]+ao|0)+as|0)+ar|0;aZ(c,b)[1+b]=at;var
 au=b+1|0;if(63!==b){var
 b=au;continue}var
-x=f.length-1,a=0===x?[0]:An(f,0,x),e=0;for(;;){var
-k=aQ(a,0)[1],l=aQ(a,4)[5],_=bA(l,25),$=bA(l,11)^_,aa=bA(l,6)^$,ab=bA(k,22),ac=bA(k,13)^ab,ad=bA(k,2)^ac,ae=aQ(c,e)[1+e],af=aQ(pl,e)[1+e],ag=(l^-1)&aQ(a,6)[7],ah=l&aQ(a,5)[6]^ag,D=(((aQ(a,7)[8]+aa|0)+ah|0)+af|0)+ae|0,ai=aQ(a,2)[3],aj=aQ(a,1)[2]&ai,P=0,ak=ad+(k&a[2]^k&a[3]^aj)|0;if(!((a.length-1-7|0)<0)&&!((a.length-1-7|0)<1)){Ak(a,0,a,1,7);P=1}if(!P)cu(nu);a[5]=a[5]+D|0;a[1]=D+ak|0;var
+x=f.length-1,a=0===x?[0]:Ep(f,0,x),e=0;for(;;){var
+k=aZ(a,0)[1],l=aZ(a,4)[5],_=bQ(l,25),$=bQ(l,11)^_,aa=bQ(l,6)^$,ab=bQ(k,22),ac=bQ(k,13)^ab,ad=bQ(k,2)^ac,ae=aZ(c,e)[1+e],af=aZ(rC,e)[1+e],ag=(l^-1)&aZ(a,6)[7],ah=l&aZ(a,5)[6]^ag,C=(((aZ(a,7)[8]+aa|0)+ah|0)+af|0)+ae|0,ai=aZ(a,2)[3],aj=aZ(a,1)[2]&ai,P=0,ak=ad+(k&a[2]^k&a[3]^aj)|0;if(!((a.length-1-7|0)<0)&&!((a.length-1-7|0)<1)){Em(a,0,a,1,7);P=1}if(!P)cT(pL);a[5]=a[5]+C|0;a[1]=C+ak|0;var
 al=e+1|0;if(63!==e){var
 e=al;continue}var
-B=a.length-1-1|0,W=0;if(!(B<0)){var
+A=a.length-1-1|0,W=0;if(!(A<0)){var
 d=W;for(;;){var
-X=a[1+d];f[1+d]=aQ(f,d)[1+d]+X|0;var
-Y=d+1|0;if(B!==d){var
+X=a[1+d];f[1+d]=aZ(f,d)[1+d]+X|0;var
+Y=d+1|0;if(A!==d){var
 d=Y;continue}break}}var
 ax=o+1|0;if(N!==o){var
 o=ax;continue a}break}break}break}break}}var
-O=h0(pp),r=f.length-1;if(0===r)var
+O=jl(rG),r=f.length-1;if(0===r)var
 t=[0];else{var
-y=m1(r,A(O,f[1])),z=r-1|0,U=1;if(!(z<1)){var
-j=U;for(;;){y[1+j]=A(O,f[1+j]);var
+y=pg(r,E(O,f[1])),z=r-1|0,U=1;if(!(z<1)){var
+j=U;for(;;){y[1+j]=E(O,f[1+j]);var
 V=j+1|0;if(z!==j){var
 j=V;continue}break}}var
 t=y}var
 n=t.length-1-1|0,s=0;for(;;){if(0<=n){var
 Z=[0,t[1+n],s],n=n-1|0,s=Z;continue}var
-w=cI(fI(pq,s)),v=function(a,d){if(a===a7(w))return 0;var
-b=mO(w,a),c=a+1|0;return[0,b,function(a){return v(c,a)}]},R=0,S=function(a){return v(R,a)},u=function(f,e){if(0===f){var
+w=df(gK(rH,s)),v=function(a,d){if(a===bn(w))return 0;var
+b=o5(w,a),c=a+1|0;return[0,b,function(a){return v(c,a)}]},R=0,S=function(a){return v(R,a)},u=function(f,e){if(0===f){var
 a=0,d=e;for(;;){var
-b=A(d,0);if(b){var
-a=[0,b[1],a],d=b[2];continue}return fH(a)}}var
-c=A(e,0);if(c){var
+b=E(d,0);if(b){var
+a=[0,b[1],a],d=b[2];continue}return gJ(a)}}var
+c=E(e,0);if(c){var
 g=c[1];return[0,g,u(f-1|0,c[2])]}return 0};return u(500,S)}}}}function
-cR(b,a){return b?a?0:1:a}function
-H(a){return a?0:1}function
-ay(b,a){var
-c=a?[0,A(b,a[1])]:a;return c}function
-bT(a){return a[1]}function
-ca(a){return a[2]}function
-fN(b,a){return b?[0,fN(b[1],a)]:a}function
-ec(a,b){return a?fN(b,ec(a[1],b)):a}function
-bB(b,a){return b?a:a?0:1}function
-h4(b,a){return b?[0,h4(b[1],a)]:a}function
-h5(a,b){return a?h4(b,h5(a[1],b)):a}function
-dr(d,c){var
+dn(b,a){return b?a?0:1:a}function
+J(a){return a?0:1}function
+ak(b,a){var
+c=a?[0,E(b,a[1])]:a;return c}function
+bx(a){return a[1]}function
+by(a){return a[2]}function
+e4(b,a){return b?[0,e4(b[1],a)]:a}function
+e5(a,b){return a?e4(b,e5(a[1],b)):a}function
+bz(b,a){return b?a:a?0:1}function
+jp(b,a){return b?[0,jp(b[1],a)]:a}function
+jq(a,b){return a?jp(b,jq(a[1],b)):a}function
+a5(d,c){var
 b=d,a=c;for(;;){if(b){if(a){var
 b=b[1],a=a[1];continue}return a}return a?0:1}}function
-fO(d,c){var
+gQ(d,c){var
 b=d,a=c;for(;;){if(b){if(a){var
 b=b[1],a=a[1];continue}return a}return 1}}function
-fP(b,a){return fO([0,b],a)}function
-ed(a){if(G(a,p))return p;var
-b=as(a,aq(2)),c=b[1];return x(b[2],t)?C(e(2,ed(c))):C(e(2,e(2,c)))}function
-ee(a){return typeof
-a==="number"?a?1:[0,p]:[0,C(e(2,a[1]))]}function
-ef(a){return typeof
-a==="number"?a:[0,e(2,a[1])]}function
-eg(f,b){if(G(f,p))return 1;var
-k=as(f,aq(2)),a=k[1];if(x(k[2],t)){if(G(b,p)){if(G(a,p))return 0;var
-c=as(a,aq(2)),d=c[1];return x(c[2],t)?[0,e(2,ed(d))]:[0,e(2,e(2,d))]}var
-g=as(b,aq(2)),h=g[1];return x(g[2],t)?ee(eg(a,h)):ef(eg(a,h))}if(G(b,p))return[0,ed(a)];var
-i=as(b,aq(2)),j=i[1];return x(i[2],t)?ef(cS(a,j)):ee(eg(a,j))}function
-cS(c,a){if(G(c,p))return G(a,p)?0:x(as(a,aq(2))[2],t)?1:1;var
-i=as(c,aq(2)),b=i[1];if(x(i[2],t)){if(G(a,p))return[0,ed(b)];var
-d=as(a,aq(2)),f=d[1];return x(d[2],t)?ef(cS(b,f)):ee(eg(b,f))}if(G(a,p))return[0,e(2,b)];var
-g=as(a,aq(2)),h=g[1];return x(g[2],t)?ee(cS(b,h)):ef(cS(b,h))}function
-eh(a,g,f){var
-b=g,d=f;for(;;){if(G(d,p))return A(a,b);var
-e=as(d,aq(2)),c=e[1];if(x(e[2],t)){var
-b=eh(a,b,c),d=c;continue}return A(a,eh(a,eh(a,b,c),c))}}function
-fQ(h,g){var
-b=h,a=g;for(;;){if(G(b,p))return G(a,p)?1:x(as(a,aq(2))[2],t)?0:0;var
-e=as(b,aq(2)),f=e[1];if(x(e[2],t)){if(G(a,p))return 0;var
-c=as(a,aq(2)),i=c[1];if(x(c[2],t)){var
-b=f,a=i;continue}return 0}if(G(a,p))return 0;var
-d=as(a,aq(2)),j=d[1];if(x(d[2],t))return 0;var
+e6(b,a){return gQ([0,b],a)}function
+e7(a){if(G(a,n))return n;var
+b=au(a,at(2)),d=b[1];return y(b[2],q)?z(c(2,e7(d))):z(c(2,c(2,d)))}function
+e8(a){return typeof
+a==="number"?a?1:[0,n]:[0,z(c(2,a[1]))]}function
+e9(a){return typeof
+a==="number"?a:[0,c(2,a[1])]}function
+e_(f,b){if(G(f,n))return 1;var
+k=au(f,at(2)),a=k[1];if(y(k[2],q)){if(G(b,n)){if(G(a,n))return 0;var
+d=au(a,at(2)),e=d[1];return y(d[2],q)?[0,c(2,e7(e))]:[0,c(2,c(2,e))]}var
+g=au(b,at(2)),h=g[1];return y(g[2],q)?e8(e_(a,h)):e9(e_(a,h))}if(G(b,n))return[0,e7(a)];var
+i=au(b,at(2)),j=i[1];return y(i[2],q)?e9(dp(a,j)):e8(e_(a,j))}function
+dp(d,a){if(G(d,n))return G(a,n)?0:y(au(a,at(2))[2],q)?1:1;var
+i=au(d,at(2)),b=i[1];if(y(i[2],q)){if(G(a,n))return[0,e7(b)];var
+e=au(a,at(2)),f=e[1];return y(e[2],q)?e9(dp(b,f)):e8(e_(b,f))}if(G(a,n))return[0,c(2,b)];var
+g=au(a,at(2)),h=g[1];return y(g[2],q)?e8(dp(b,h)):e9(dp(b,h))}function
+e$(a,g,f){var
+b=g,d=f;for(;;){if(G(d,n))return E(a,b);var
+e=au(d,at(2)),c=e[1];if(y(e[2],q)){var
+b=e$(a,b,c),d=c;continue}return E(a,e$(a,e$(a,b,c),c))}}function
+jr(h,g){var
+b=h,a=g;for(;;){if(G(b,n))return G(a,n)?1:y(au(a,at(2))[2],q)?0:0;var
+e=au(b,at(2)),f=e[1];if(y(e[2],q)){if(G(a,n))return 0;var
+c=au(a,at(2)),i=c[1];if(y(c[2],q)){var
+b=f,a=i;continue}return 0}if(G(a,n))return 0;var
+d=au(a,at(2)),j=d[1];if(y(d[2],q))return 0;var
 b=f,a=j;continue}}function
-ei(g,f,d){var
-h=d[2],a=d[1];if(typeof
+fa(g,f,e){var
+h=e[2],a=e[1];if(typeof
 h==="number"){var
-k=e(2,e(2,p)),l=cS(A(f,A(g,p)),k);return[0,e(2,a),l]}var
-i=C(e(2,e(2,a))),b=A(f,A(g,h[1])),c=hI(i,b),j=0===c?0:0<=c?2:1,m=2<=j?0:1;if(m){var
-n=cS(b,i);return[0,C(e(2,a)),n]}return[0,e(2,a),[0,b]]}function
-ds(b){if(G(b,p))return[0,p,0];var
-h=as(b,aq(2)),a=h[1];if(x(h[2],t)){if(G(a,p))return[0,p,[0,p]];var
-c=as(a,aq(2)),d=c[1];if(x(c[2],t)){var
-i=ds(d),j=function(a){return e(2,a)};return ei(function(a){return e(2,a)},j,i)}var
-k=ds(d),l=function(a){return e(2,a)};return ei(function(a){return C(e(2,a))},l,k)}if(G(a,p))return[0,p,[0,e(2,p)]];var
-f=as(a,aq(2)),g=f[1];if(x(f[2],t)){var
-m=ds(g),n=function(a){return C(e(2,a))};return ei(function(a){return e(2,a)},n,m)}var
-o=ds(g);function
-q(a){return C(e(2,a))}return ei(function(a){return C(e(2,a))},q,o)}var
-h6=J;function
-h7(c,b){var
-a=hI(c,b);return 0===a?0:0<=a?2:1}function
-fR(a){var
-b=aU(a);return 0===b?p:0<b?a:p}function
-a$(b,a){var
-c=aU(a);return 0===c?t:1===c?h2(b,a):cv(-1,h2(cv(-1,b),a))}function
-h8(b,a){var
-c=aU(a);return 0===c?b:1===c?h3(b,a):J(a,cv(1,h3(cv(-1,b),a)))}function
-ej(e){function
-f(a){return 0<aU(hJ(e,a))?1:0}if(0<aU(e)){var
+k=c(2,c(2,n)),l=dp(E(f,E(g,n)),k);return[0,c(2,a),l]}var
+i=z(c(2,c(2,a))),b=E(f,E(g,h[1])),d=i5(i,b),j=0===d?0:0<=d?2:1,m=2<=j?0:1;if(m){var
+o=dp(b,i);return[0,z(c(2,a)),o]}return[0,c(2,a),[0,b]]}function
+d5(b){if(G(b,n))return[0,n,0];var
+h=au(b,at(2)),a=h[1];if(y(h[2],q)){if(G(a,n))return[0,n,[0,n]];var
+d=au(a,at(2)),e=d[1];if(y(d[2],q)){var
+i=d5(e),j=function(a){return c(2,a)};return fa(function(a){return c(2,a)},j,i)}var
+k=d5(e),l=function(a){return c(2,a)};return fa(function(a){return z(c(2,a))},l,k)}if(G(a,n))return[0,n,[0,c(2,n)]];var
+f=au(a,at(2)),g=f[1];if(y(f[2],q)){var
+m=d5(g),o=function(a){return z(c(2,a))};return fa(function(a){return c(2,a)},o,m)}var
+p=d5(g);function
+r(a){return z(c(2,a))}return fa(function(a){return z(c(2,a))},r,p)}function
+js(b,g,f){var
+c=g,a=f;for(;;){if(G(c,n))return a;var
+d=au(c,at(2)),e=d[1];if(y(d[2],q)){var
+c=e,a=aA(b,a,a);continue}return aA(b,a,js(b,e,aA(b,a,a)))}}var
+gR=B;function
+jt(c,b){var
+a=i5(c,b);return 0===a?0:0<=a?2:1}var
+rJ=y;function
+gS(a){var
+b=aQ(a);return 0===b?n:0<b?a:n}function
+aw(b,a){var
+c=aQ(a);return 0===c?q:1===c?jn(b,a):cU(-1,jn(cU(-1,b),a))}function
+ju(b,a){var
+c=aQ(a);return 0===c?b:1===c?jo(b,a):B(a,cU(1,jo(cU(-1,b),a)))}function
+b$(e){function
+f(a){return 0<aQ(i6(e,a))?1:0}if(0<aQ(e)){var
 a=1;for(;;){if(f(a)){var
 a=2*a|0;continue}var
 b=0,c=a;for(;;){if(1<(c-b|0)){var
 d=(b+c|0)/2|0;if(f(d)){var
 b=d;continue}var
-c=d;continue}return aq(b)}}}return t}function
-cT(b,c){var
-a=m$(c);return 0<=a?m_(b,a):hJ(b,-a|0)}function
-fS(b,a){return h1(v(b,a$(a,fM(b,a))))}function
-cb(b,a){return a?a[1]:b}function
-bU(a){var
+c=d;continue}return at(b)}}}return q}function
+bA(b,c){var
+a=pq(c);return 0<=a?pp(b,a):i6(b,-a|0)}function
+jv(b,c){var
+a=pq(c);return 0<=a?i6(b,a):pp(b,-a|0)}function
+gT(b,a){return jm(r(b,aw(a,gP(b,a))))}function
+bI(b,a){return a?a[1]:b}function
+ca(a){var
 b=a?a[2]:a;return b}function
-bC(e,d,c){var
+ay(e,d,c){var
 b=e,a=d;for(;;){if(b){if(a){var
 b=b[1],a=a[2];continue}return c}return a?a[1]:c}}function
-M(d,c){var
+T(d,c){var
 a=d,b=c;for(;;){if(a){var
 e=[0,a[1],b],a=a[2],b=e;continue}return b}}function
-bk(e,d,c){var
+aR(e,d,c){var
 a=d,b=c;for(;;){if(a){var
-f=aN(e,b,a[1]),a=a[2],b=f;continue}return b}}function
-ab(e,d){var
+f=aA(e,b,a[1]),a=a[2],b=f;continue}return b}}function
+$(e,d){var
 a=d;for(;;){if(a){var
-b=A(e,a[1]);if(!b){var
+b=E(e,a[1]);if(!b){var
 a=a[2];continue}var
 c=b}else
 var
 c=a;return c}}function
-F(d,c){var
+I(d,c){var
 a=c;for(;;){if(a){var
-b=A(d,a[1]);if(b){var
+b=E(d,a[1]);if(b){var
 a=a[2];continue}return b}return 1}}function
-cU(d,c){var
+cy(d,c){var
 a=c;for(;;){if(a){var
-b=a[1];if(A(d,b))return[0,b];var
+b=a[1];if(E(d,b))return[0,b];var
 a=a[2];continue}return a}}function
-h9(b,a){if(b)if(a)var
-d=h9(b[1],a[2]),c=[0,a[1],d];else
+jw(b,a){if(b)if(a)var
+d=jw(b[1],a[2]),c=[0,a[1],d];else
 var
 c=a;else
 var
 c=b;return c}function
-dt(b,a){var
-c=a?[0,b,dt(b,a[1])]:a;return c}var
-h_=0,pr=1;function
-h$(a,b){var
-c=a?1:a;return fG((b<<1&hg)+c|0)}function
-fT(b,a){if(b){var
-c=b[1];if(G(a,p))return pr;var
-d=as(a,aq(2)),e=d[1];return x(d[2],t)?h$(0,fT(c,e)):h$(1,fT(c,e))}return h_}function
-ia(a){if(a){var
-b=ia(a[2]),c=v(e(2,p),b),d=a[1]?p:t;return J(d,c)}return t}function
-ib(c,b){var
+dq(b,a){var
+c=a?[0,b,dq(b,a[1])]:a;return c}var
+jx=0,rK=1;function
+jy(a,b){var
+c=a?1:a;return gI((b<<1&iD)+c|0)}function
+gU(b,a){if(b){var
+c=b[1];if(G(a,n))return rK;var
+d=au(a,at(2)),e=d[1];return y(d[2],q)?jy(0,gU(c,e)):jy(1,gU(c,e))}return jx}function
+jz(a){if(a){var
+b=jz(a[2]),d=r(c(2,n),b),e=a[1]?n:q;return B(e,d)}return q}function
+jA(c,b){var
 a=c-b|0;return 0<=a?0===a?0:2:1}function
-ek(b,a){return 2<=ib(b,a)?0:1}function
+fb(b,a){return 2<=jA(b,a)?0:1}function
 k(a){if(a)var
 c=k(a[2]),b=[0,a[1],c];else
 var
 b=a;return b}function
-y(b,a){return M(M(b,0),a)}function
-aw(c){var
+x(b,a){return T(T(b,0),a)}function
+ac(c){var
 b=0,a=c;for(;;){if(a){var
 b=[0,b],a=a[2];continue}return b}}function
 s(e,d){var
 b=0,a=d,f=0;for(;;){if(a){var
-c=a[2],b=[0,A(e,a[1]),b],a=c;continue}return M(b,f)}}function
-ac(e,d){var
+c=a[2],b=[0,E(e,a[1]),b],a=c;continue}return T(b,f)}}function
+W(e,d){var
 b=0,a=d,f=0;for(;;){if(a){var
-c=a[2],b=M(A(e,a[1]),b),a=c;continue}return M(b,f)}}function
-bl(d){var
+c=a[2],b=T(E(e,a[1]),b),a=c;continue}return T(b,f)}}function
+bc(d){var
 b=0,a=d,e=0;for(;;){if(a){var
-c=a[2],b=M(a[1],b),a=c;continue}return M(b,e)}}function
-az(g,f){var
+c=a[2],b=T(a[1],b),a=c;continue}return T(b,e)}}function
+an(g,f){var
 b=0,a=f,h=0;for(;;){if(a){var
-c=a[1],d=a[2],e=A(g,c)?[0,c,b]:b,b=e,a=d;continue}return M(b,h)}}function
-aA(e,d){var
+c=a[1],d=a[2],e=E(g,c)?[0,c,b]:b,b=e,a=d;continue}return T(b,h)}}function
+V(e,d){var
 c=0,b=e,a=d,f=0;for(;;){if(b&&a){var
-c=[0,[0,b[1],a[1]],c],b=b[2],a=a[2];continue}return M(c,f)}}function
-du(e,d){var
+c=[0,[0,b[1],a[1]],c],b=b[2],a=a[2];continue}return T(c,f)}}function
+cb(e,d){var
 c=0,b=e,a=d,f=0;for(;;){if(a){var
-c=[0,[0,b,a[1]],c],b=J(b,p),a=a[2];continue}return M(c,f)}}function
-el(c,a){var
-b=0,d=M(a,0);return bk(function(b,a){if(b){var
-d=b[1],e=d[1];return x(e,A(c,a))?[0,[0,e,[0,a,d[2]]],b[2]]:[0,[0,A(c,a),[0,a,0]],b]}return[0,[0,A(c,a),[0,a,0]],0]},d,b)}function
-cc(e,d){var
+c=[0,[0,b,a[1]],c],b=B(b,n),a=a[2];continue}return T(c,f)}}function
+dr(c,a){var
+b=0,d=T(a,0);return aR(function(b,a){if(b){var
+d=b[1],e=d[1];return y(e,E(c,a))?[0,[0,e,[0,a,d[2]]],b[2]]:[0,[0,E(c,a),[0,a,0]],b]}return[0,[0,E(c,a),[0,a,0]],0]},d,b)}function
+bR(e,d){var
 b=0,a=d;for(;;){if(a){var
-c=A(e,a[1]);if(c){var
-b=[0,c[1],b],a=a[2];continue}return c}return[0,M(b,0)]}}function
-ax(c,b,a){var
-d=M(a,0);return bk(function(b,a){return aN(c,a,b)},d,b)}function
-aL(c){var
-b=t,a=c;for(;;){if(a){var
-b=J(b,p),a=a[1];continue}return b}}function
-bd(a){var
-b=aU(a);if(0===b)return 0;if(0<b){var
-c=0;return eh(function(a){return[0,a]},c,a)}return 0}function
-cd(e,d){var
+c=E(e,a[1]);if(c){var
+b=[0,c[1],b],a=a[2];continue}return c}return[0,T(b,0)]}}function
+jB(f,l,k,j){var
+c=0,e=l,g=k,a=j,m=0;for(;;){if(a){var
+b=a[2],d=a[1];if(y(E(f,d),g)){var
+c=[0,[0,e,d],c],a=b;continue}if(b)var
+i=E(f,d),h=y(E(f,b[1]),i);else
+var
+h=b;if(h){var
+c=[0,[0,B(e,n),d],c],e=B(e,n),g=E(f,d),a=b;continue}var
+a=b;continue}return T(c,m)}}function
+ao(c,b,a){var
+d=T(a,0);return aR(function(b,a){return aA(c,a,b)},d,b)}function
+ag(c){var
+b=q,a=c;for(;;){if(a){var
+b=B(b,n),a=a[1];continue}return b}}function
+aW(a){var
+b=aQ(a);if(0===b)return 0;if(0<b){var
+c=0;return e$(function(a){return[0,a]},c,a)}return 0}function
+aN(e,d){var
 c=0,b=e,a=d,f=0;for(;;){if(a){var
-c=[0,b,c],b=[0,b],a=a[1];continue}return M(c,f)}}function
-dv(d){var
-c=0,b=t,a=bd(d),e=0;for(;;){if(a){var
-c=[0,b,c],b=J(b,p),a=a[1];continue}return M(c,e)}}function
-em(j,i,h){var
-d=M(i,h),a=0,c=i,b=h;for(;;){if(c){var
+c=[0,b,c],b=[0,b],a=a[1];continue}return T(c,f)}}function
+ds(d){var
+c=0,b=q,a=aW(d),e=0;for(;;){if(a){var
+c=[0,b,c],b=B(b,n),a=a[1];continue}return T(c,e)}}function
+fc(j,i,h){var
+d=T(i,h),a=0,c=i,b=h;for(;;){if(c){var
 e=c[1];if(b){if(d){var
-f=d[2],g=b[1];if(aN(j,e,g)){var
+f=d[2],g=b[1];if(aA(j,e,g)){var
 d=f,a=[0,e,a],c=c[2];continue}var
-d=f,a=[0,g,a],b=b[2];continue}return d}return M(a,c)}return M(a,b)}}function
-ic(c,b,a){if(a){var
-d=a[2],e=a[1];return e?[0,0,ic(c,em(c,e,b),d)]:[0,b,d]}return[0,b,0]}function
-id(e,d,c){var
+d=f,a=[0,g,a],b=b[2];continue}return d}return T(a,c)}return T(a,b)}}function
+jC(c,b,a){if(a){var
+d=a[2],e=a[1];return e?[0,0,jC(c,fc(c,e,b),d)]:[0,b,d]}return[0,b,0]}function
+jD(e,d,c){var
 b=d,a=c;for(;;){if(a){var
-f=a[2],b=em(e,a[1],b),a=f;continue}return b}}function
-ie(c,i){var
+f=a[2],b=fc(e,a[1],b),a=f;continue}return b}}function
+fd(c,i){var
 b=0,a=i;for(;;){if(a){var
 d=a[2],e=a[1];if(d){var
-f=d[1],g=d[2],h=aN(c,e,f)?[0,e,[0,f,0]]:[0,f,[0,e,0]],b=ic(c,h,b),a=g;continue}return id(c,a,b)}return id(c,a,b)}}function
-ig(c,b,a){if(b){var
-d=b[2],e=b[1];return e?[0,0,ig(c,d,em(c,e[1],a))]:[0,[0,a],d]}return[0,[0,a],0]}function
-ih(b,e){var
+f=d[1],g=d[2],h=aA(c,e,f)?[0,e,[0,f,0]]:[0,f,[0,e,0]],b=jC(c,h,b),a=g;continue}return jD(c,a,b)}return jD(c,a,b)}}function
+jE(c,b,a){if(b){var
+d=b[2],e=b[1];return e?[0,0,jE(c,d,fc(c,e[1],a))]:[0,[0,a],d]}return[0,[0,a],0]}function
+jF(b,e){var
 a=e;for(;;){if(a){var
 c=a[2],d=a[1];if(d){var
-f=ih(b,c);return em(b,d[1],f)}var
+f=jF(b,c);return fc(b,d[1],f)}var
 a=c;continue}return a}}function
-fU(c,e){var
+gV(c,e){var
 b=0,a=e;for(;;){if(a){var
-d=a[2],b=ig(c,b,[0,a[1],0]),a=d;continue}return ih(c,b)}}function
-en(a){var
+d=a[2],b=jE(c,b,[0,a[1],0]),a=d;continue}return jF(c,b)}}function
+fe(a){var
 b=a?1:a;return b}function
-cV(a){var
-b=fM(a[1],a[2]),c=a$(a[2],b),d=aU(c);return 0===d?a:0<d?[0,a$(a[1],b),c]:a}function
-ak(b,a){return cV([0,J(v(b[1],a[2]),v(a[1],b[2])),v(b[2],a[2])])}function
-R(b,a){return cV([0,v(b[1],a[1]),v(b[2],a[2])])}function
-bD(a){return[0,aX(a[1]),a[2]]}function
-aM(a){var
-b=a[1],c=aU(b);return 0===c?[0,t,p]:0<c?[0,a[2],b]:[0,t,p]}var
-Q=[0,t,p],U=[0,p,p];function
-a4(a){return G(t,a[1])}function
-ag(a){return P(t,a[1])}function
-K(b,a){return G(v(b[1],a[2]),v(a[1],b[2]))}function
-cW(b,a){var
-c=x(b[1],a[1]);return c?x(b[2],a[2]):c}function
-aF(a){return ax(ak,Q,a)}function
-ii(f,a){if(a){var
-g=a[1],b=g[2],c=g[1],d=ii(f,a[2]);if(d){var
-h=d[1],i=h[2],e=h[1],j=d[2];return aN(f,c,e)?[0,[0,e,J(b,i)],j]:[0,[0,c,b],[0,[0,e,i],j]]}var
+dt(a){var
+b=gP(a[1],a[2]),c=aw(a[2],b),d=aQ(c);return 0===d?a:0<d?[0,aw(a[1],b),c]:a}function
+ah(b,a){return dt([0,B(r(b[1],a[2]),r(a[1],b[2])),r(b[2],a[2])])}function
+O(b,a){return dt([0,r(b[1],a[1]),r(b[2],a[2])])}function
+br(a){return[0,aI(a[1]),a[2]]}function
+az(a){var
+b=a[1],c=aQ(b);return 0===c?[0,q,n]:0<c?[0,a[2],b]:[0,q,n]}var
+Q=[0,q,n],P=[0,n,n];function
+aE(a){return G(q,a[1])}function
+ad(a){return M(q,a[1])}function
+D(b,a){return G(r(b[1],a[2]),r(a[1],b[2]))}function
+bS(b,a){var
+c=y(b[1],a[1]);return c?y(b[2],a[2]):c}function
+aF(a){return ao(ah,Q,a)}function
+jG(b,e){var
+a=e;for(;;){if(a){var
+c=a[2],d=a[1];if(E(b,d))return[0,d,jG(b,c)];var
+a=c;continue}return a}}function
+jH(f,a){if(a){var
+g=a[1],b=g[2],c=g[1],d=jH(f,a[2]);if(d){var
+h=d[1],i=h[2],e=h[1],j=d[2];return aA(f,c,e)?[0,[0,e,B(b,i)],j]:[0,[0,c,b],[0,[0,e,i],j]]}var
 k=[0,[0,c,b],0]}else
 var
 k=a;return k}function
-ij(a){if(a){var
-b=a[1],c=ij(a[2]),d=b[2][1],e=b[1];return y(s(function(a){return[0,a[1],v(e,a[2])]},d),c)}return a}function
-ik(a){if(a){var
-b=a[1],c=ik(a[2]);return J(v(b[1],b[2][2]),c)}return t}function
-il(d,c,b){if(b){var
-f=il(d,c,b[2]),a=b[1],e=P(t,a[2])?A(c,a[1]):A(d,a[1]);return J(v(a[2],e),f)}return t}function
-pt(b,a){var
-c=a[1],d=b[1],e=x(d[1],c[1]),f=e?x(d[2],c[2]):e;return f?x(b[2],a[2]):f}function
-bV(a){return[0,0,a]}function
-eo(b,a){var
-c=ak(b[2],a[2]);return[0,y(b[1],a[1]),c]}function
-cw(b,a){var
-c=R(b,a[2]),d=a[1];return[0,s(function(a){var
-c=R(b,a[2]);return[0,a[1],c]},d),c]}function
-ce(b,a){return eo(b,cw(bD(U),a))}function
-im(a){return ax(eo,bV(Q),a)}function
-ep(e,d,c){var
-a=d,b=c;for(;;){if(a){if(x(b,t))return a[1];var
-a=a[2],b=Z(b,p);continue}return e}}function
-io(a){var
-b=du(t,a);return[0,s(function(a){return[0,[0,[0,a[1],t],t],a[2]]},b),Q]}function
-dw(c,b,a){if(c[11])return io(a[3]);var
-d=0,e=a[1],f=c[6]?aX(p):b[2];return[0,[0,[0,[0,[0,b[1],f],e],U],d],Q]}function
-dx(a){var
+jI(a){if(a){var
+b=a[1],c=jI(a[2]),d=b[2][1],e=b[1];return x(s(function(a){return[0,a[1],r(e,a[2])]},d),c)}return a}function
+jJ(a){if(a){var
+b=a[1],c=jJ(a[2]);return B(r(b[1],b[2][2]),c)}return q}function
+jK(d,c,b){if(b){var
+f=jK(d,c,b[2]),a=b[1],e=M(q,a[2])?E(c,a[1]):E(d,a[1]);return B(r(a[2],e),f)}return q}function
+rM(b,a){var
+c=a[1],d=b[1],e=y(d[1],c[1]),f=e?y(d[2],c[2]):e;return f?y(b[2],a[2]):f}function
+cc(a){return[0,0,a]}function
+ff(b,a){var
+c=ah(b[2],a[2]);return[0,x(b[1],a[1]),c]}function
+cV(b,a){var
+c=O(b,a[2]),d=a[1];return[0,s(function(a){var
+c=O(b,a[2]);return[0,a[1],c]},d),c]}function
+cz(b,a){return ff(b,cV(br(P),a))}function
+jL(a){return ao(ff,cc(Q),a)}function
+fg(e,d,c){var
+a=d,b=c;for(;;){if(a){if(y(b,q))return a[1];var
+a=a[2],b=S(b,n);continue}return e}}function
+jM(a){var
+b=cb(q,a);return[0,s(function(a){return[0,[0,[0,a[1],q],q],a[2]]},b),Q]}function
+d6(c,b,a){if(c[11])return jM(a[3]);var
+d=0,e=a[1],f=c[6]?aI(n):b[2];return[0,[0,[0,[0,[0,b[1],f],e],P],d],Q]}function
+d7(a){var
 b=a[3];return aF(s(function(a){return a[2]},b))}function
-fV(b,a){switch(b[3]){case
-0:return dx(a);case
-1:return a[4];default:return U}}function
-ip(c,a){var
-b=a[3],d=im(s(function(b){var
-d=dw(c,a,b);return cw(b[2],d)},b));return cw(aM(dx(a)),d)}function
-fW(b,a){var
-c=b[4];return az(function(b){return x(b[2],a)},c)}function
-fX(a,b){var
-c=fW(a,b);return aF(s(function(b){return fV(a,b)},c))}var
-eq=bV(Q);function
-er(e,a,d){var
-b=a[3],c=cU(function(a){return x(a[1],d)},b);return ay(function(b){return dw(e,a,b)},c)}function
-iq(f,e){var
+gW(b,a){switch(b[3]){case
+0:return d7(a);case
+1:return a[4];default:return P}}function
+jN(c,a){var
+b=a[3],d=jL(s(function(b){var
+d=d6(c,a,b);return cV(b[2],d)},b));return cV(az(d7(a)),d)}function
+gX(b,a){var
+c=b[4];return an(function(b){return y(b[2],a)},c)}function
+gY(a,b){var
+c=gX(a,b);return aF(s(function(b){return gW(a,b)},c))}var
+fh=cc(Q);function
+fi(e,a,d){var
+b=a[3],c=cy(function(a){return y(a[1],d)},b);return ak(function(b){return d6(e,a,b)},c)}function
+jO(f,e){var
 a=f;for(;;){if(a){var
-c=a[2],b=a[1],g=b[1];if(ab(function(b){return function(a){return x(b,a)}}(g),e)){var
+c=a[2],b=a[1],g=b[1];if($(function(b){return function(a){return y(b,a)}}(g),e)){var
 a=c;continue}var
-d=[0,b,iq(c,[0,b[1],0])]}else
+d=[0,b,jO(c,[0,b[1],0])]}else
 var
 d=a;return d}}function
-ir(b,a){if(a){var
-c=a[1],d=b[4];return az(function(a){return x(a[1],c)},d)}return b[4]}function
-is(d,c,b){var
-a=ir(c,b);return d[6]?iq(a,0):a}function
-it(e,g,d){if(d){var
-a=d[1],i=g[4],c=cU(function(b){var
-c=x(b[1],a[1]);if(c){var
-d=e[6];if(!d)return x(b[2],a[2]);var
+jP(b,a){if(a){var
+c=a[1],d=b[4];return an(function(a){return y(a[1],c)},d)}return b[4]}function
+jQ(d,c,b){var
+a=jP(c,b);return d[6]?jO(a,0):a}function
+jR(e,g,d){if(d){var
+a=d[1],i=g[4],c=cy(function(b){var
+c=y(b[1],a[1]);if(c){var
+d=e[6];if(!d)return y(b[2],a[2]);var
 f=d}else
 var
 f=c;return f},i);if(c)var
-j=er(e,c[1],a[3]),k=a[4],b=ay(function(a){return cw(k,a)},j);else
+j=fi(e,c[1],a[3]),k=a[4],b=ak(function(a){return cV(k,a)},j);else
 var
 b=c;if(b)var
-f=it(e,g,d[2]),l=f?[0,eo(b[1],f[1])]:f,h=l;else
+f=jR(e,g,d[2]),l=f?[0,ff(b[1],f[1])]:f,h=l;else
 var
-h=b;return h}return[0,bV(Q)]}function
-iu(a,b,f){var
+h=b;return h}return[0,cc(Q)]}function
+jS(a,b,f){var
 c=a[11];if(c)var
 j=c[1][3],k=s(function(a){var
-b=io(a[1]);return ce(bV(a[2]),b)},j),i=is(a,b,0),g=y(ac(function(b){var
-c=b[3];return ac(function(c){var
-d=dw(a,b,c),e=[0,ce(bV(a[2]),d),0],f=bV(a[3]);return[0,ce(dw(a,b,c),f),e]},c)},i),k);else
+b=jM(a[1]);return cz(cc(a[2]),b)},j),i=jQ(a,b,0),g=x(W(function(b){var
+c=b[3];return W(function(c){var
+d=d6(a,b,c),e=[0,cz(cc(a[2]),d),0],f=cc(a[3]);return[0,cz(d6(a,b,c),f),e]},c)},i),k);else
 var
 g=c;var
-l=a[10],m=y(s(function(d){var
-c=it(a,b,d[1]);if(c){var
-e=c[1];return ce(bV(d[2]),e)}return eq},l),g),d=a[7];if(d)var
-n=d[1],e=ir(b,f),h=ac(function(b){return ac(function(c){var
-d=x(b[1],c[1]),e=d?H(x(b[2],c[2])):d;if(e){var
+l=a[10],m=x(s(function(d){var
+c=jR(a,b,d[1]);if(c){var
+e=c[1];return cz(cc(d[2]),e)}return fh},l),g),d=a[7];if(d)var
+n=d[1],e=jP(b,f),h=W(function(b){return W(function(c){var
+d=y(b[1],c[1]),e=d?J(y(b[2],c[2])):d;if(e){var
 f=b[3];return s(function(e){var
-f=er(a,c,e[1]);if(f){var
-g=dw(a,b,e),d=a[8],h=f[1],i=c[2],j=b[2],k=d?ep(Q,ep(0,d[1],j),i):U;return ce(eo(bV(R(n,k)),h),g)}return eq},f)}return e},e)},e);else
+f=fi(a,c,e[1]);if(f){var
+g=d6(a,b,e),d=a[8],h=f[1],i=c[2],j=b[2],k=d?fg(Q,fg(0,d[1],j),i):P;return cz(ff(cc(O(n,k)),h),g)}return fh},f)}return e},e)},e);else
 var
 h=d;var
-o=y(h,m),p=is(a,b,f);return y(ac(function(d){var
+o=x(h,m),p=jQ(a,b,f);return x(W(function(d){var
 b=a[9];return s(function(e){var
-b=er(a,d,e[1]);if(b){var
-c=er(a,d,e[2]);return c?ce(c[1],b[1]):eq}return eq},b)},p),o)}function
-iv(a){if(a[10])return 1;var
+b=fi(a,d,e[1]);if(b){var
+c=fi(a,d,e[2]);return c?cz(c[1],b[1]):fh}return fh},b)},p),o)}function
+jT(a){if(a[10])return 1;var
 b=a[11],c=b?1:b;return c}function
-iw(a){return ax(function(b,a){return fS(b[2],a)},p,a)}function
-ix(b,a){return x(h8(b,a[2]),t)}function
-es(b,a){var
-c=a$(b,a[2]);return v(a[1],c)}function
-iy(a){var
-b=s(ca,a[1]);return[0,a[2],b]}function
-cX(a){return iw(iy(a))}function
-iz(a){var
-b=P(t,cX(a));if(b){var
-c=iy(a),d=cX(a);return F(function(a){return ix(d,a)},c)}return b}function
-iA(a){var
-b=cX(a),c=es(b,a[2]),d=a[1];return[0,s(function(a){var
-c=es(b,a[2]);return[0,a[1],c]},d),c]}function
-iB(a){var
+jU(a){return ao(function(b,a){return gT(b[2],a)},n,a)}function
+jV(b,a){return y(ju(b,a[2]),q)}function
+fj(b,a){var
+c=aw(b,a[2]);return r(a[1],c)}function
+jW(a){var
+b=s(by,a[1]);return[0,a[2],b]}function
+du(a){return jU(jW(a))}function
+jX(a){var
+b=M(q,du(a));if(b){var
+c=jW(a),d=du(a);return I(function(a){return jV(d,a)},c)}return b}function
+jY(a){var
+b=du(a),c=fj(b,a[2]),d=a[1];return[0,s(function(a){var
+c=fj(b,a[2]);return[0,a[1],c]},d),c]}function
+jZ(a){var
 b=a[11];if(b){var
-c=b[1];return y(c[1],c[2])}return[0,a[3],[0,a[2],0]]}function
-fY(a){return iw(iB(a))}function
-iC(g,a,f){var
+c=b[1];return x(c[1],c[2])}return[0,a[3],[0,a[2],0]]}function
+gZ(a){return jU(jZ(a))}function
+j0(g,a,f){var
 c=g,b=f;for(;;){if(b){if(a){var
-d=a[1],e=b[2],h=d[2],i=b[1];if(x(d[1],c)){var
-j=iC(J(c,p),a[2],e);return ay(function(a){return[0,[0,h,i],a]},j)}var
-c=J(c,p),b=e;continue}return pu}return a?0:pv}}function
-iD(a){var
+d=a[1],e=b[2],h=d[2],i=b[1];if(y(d[1],c)){var
+j=j0(B(c,n),a[2],e);return ak(function(a){return[0,[0,h,i],a]},j)}var
+c=B(c,n),b=e;continue}return rN}return a?0:rO}}function
+j1(a){var
 b=a[4];if(b){var
-c=b[1];return K(c,a[3])?a[3]:c}return a[3]}function
-pw(a){var
+c=b[1];return D(c,a[3])?a[3]:c}return a[3]}function
+rP(a){var
 b=a[3];return s(function(b){var
-c=b[2],d=R(aM(dx(a)),c);return[0,b[1],d]},b)}function
-iE(b,a){return ag(fX(b,a))}function
-iF(a){if(2<=a[3]){var
-c=aL(aw(a[2])),d=v(aL(aw(a[1])),c),b=x(aL(aw(a[4])),d);if(b){var
-e=a[2];return az(function(b){return iE(a,b)},e)}return b}var
-f=a[2];return az(function(b){return iE(a,b)},f)}function
-px(a){var
-e=a[3],b=F(function(a){return a4(a[2])},e);if(b){var
-c=ag(dx(a));if(c)return a4(a[4]);var
+c=b[2],d=O(az(d7(a)),c);return[0,b[1],d]},b)}function
+j2(b,a){return ad(gY(b,a))}function
+j3(a){if(2<=a[3]){var
+c=ag(ac(a[2])),d=r(ag(ac(a[1])),c),b=y(ag(ac(a[4])),d);if(b){var
+e=a[2];return an(function(b){return j2(a,b)},e)}return b}var
+f=a[2];return an(function(b){return j2(a,b)},f)}function
+rQ(a){var
+e=a[3],b=I(function(a){return aE(a[2])},e);if(b){var
+c=ad(d7(a));if(c)return aE(a[4]);var
 d=c}else
 var
 d=b;return d}function
-iG(a){var
-b=a[3],c=aF(s(function(a){return R(a[2],a[4])},b));return R(aM(dx(a)),c)}function
-iH(b,a){if(b[1]){var
+j4(a){var
+b=a[3],c=aF(s(function(a){return O(a[2],a[4])},b));return O(az(d7(a)),c)}function
+j5(b,a){if(b[1]){var
 c=a[1];return s(function(b){var
-c=a[4];return s(iG,az(function(a){return x(a[1],b)},c))},c)}var
-d=0,e=iF(a);return[0,s(function(b){var
-c=fW(a,b),d=aF(s(function(b){var
-c=iG(b);return R(fV(a,b),c)},c));return R(aM(fX(a,b)),d)},e),d]}function
-I(f,e){var
+c=a[4];return s(j4,an(function(a){return y(a[1],b)},c))},c)}var
+d=0,e=j3(a);return[0,s(function(b){var
+c=gX(a,b),d=aF(s(function(b){var
+c=j4(b);return O(gW(a,b),c)},c));return O(az(gY(a,b)),d)},e),d]}function
+K(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=d6(b[1],a[1]);if(c){var
+c=eW(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return a?0:1}}var
-dy=34;function
-dz(a){var
+cW=34;function
+d8(a){var
 b=32===a?1:0,c=b||(9===a?1:0),d=c||(10===a?1:0),e=d||(13===a?1:0);return e}function
-fZ(a){if(48===a)return[0,t];if(49===a)return[0,p];if(50===a)return[0,e(2,p)];if(51===a)return[0,C(e(2,p))];if(52===a)return[0,e(2,e(2,p))];if(53===a)return[0,C(e(2,e(2,p)))];if(54===a)return[0,e(2,C(e(2,p)))];if(55===a)return[0,C(e(2,C(e(2,p))))];if(56===a)return[0,e(2,e(2,e(2,p)))];var
-b=57===a?1:0,c=b?[0,C(e(2,e(2,e(2,p))))]:b;return c}function
-et(b){var
-a=fZ(b),c=a?1:a;return c}function
-iI(f,d){var
-b=f,a=d;for(;;){if(a){var
-c=fZ(a[1]);if(c){var
-g=a[2],h=c[1],b=J(v(e(2,C(e(2,e(2,p)))),b),h),a=g;continue}return c}return[0,b]}}function
-iJ(d,c){var
+g0(a){if(48===a)return[0,q];if(49===a)return[0,n];if(50===a)return[0,c(2,n)];if(51===a)return[0,z(c(2,n))];if(52===a)return[0,c(2,c(2,n))];if(53===a)return[0,z(c(2,c(2,n)))];if(54===a)return[0,c(2,z(c(2,n)))];if(55===a)return[0,z(c(2,z(c(2,n))))];if(56===a)return[0,c(2,c(2,c(2,n)))];var
+b=57===a?1:0,d=b?[0,z(c(2,c(2,c(2,n))))]:b;return d}function
+fk(b){var
+a=g0(b),c=a?1:a;return c}function
+j6(f,e){var
+b=f,a=e;for(;;){if(a){var
+d=g0(a[1]);if(d){var
+g=a[2],h=d[1],b=B(r(c(2,z(c(2,c(2,n)))),b),h),a=g;continue}return d}return[0,b]}}function
+j7(d,c){var
 a=d,b=c;for(;;){if(b){if(a){var
 a=a[1],b=b[2];continue}return a}return 1}}function
-iK(a){var
-b=iJ(py,a);return b?a?a[2]?48===a[1]?0:iI(t,a):iI(t,a):a:b}function
-cY(d,c){var
+j8(a){var
+b=j7(rR,a);return b?a?a[2]?48===a[1]?0:j6(q,a):j6(q,a):a:b}function
+dv(d,c){var
 a=c;for(;;){if(a){var
-b=a[1];if(d6(d,b[1]))return[0,b[2]];var
+b=a[1];if(eW(d,b[1]))return[0,b[2]];var
 a=a[2];continue}return a}}function
-f0(k,j,i,h){var
-a=cY(k,dA);if(a){var
-b=cY(j,dA);if(b){var
-c=cY(i,dA);if(c)var
-d=cY(h,dA),l=d?[0,[0,[0,[0,a[1],b[1]],c[1]],d[1]]]:d,e=l;else
+g1(k,j,i,h){var
+a=dv(k,d9);if(a){var
+b=dv(j,d9);if(b){var
+c=dv(i,d9);if(c)var
+d=dv(h,d9),l=d?[0,[0,[0,[0,a[1],b[1]],c[1]],d[1]]]:d,e=l;else
 var
 e=c;var
 f=e}else
@@ -2219,28 +2241,28 @@ f=b;var
 g=f}else
 var
 g=a;return g}function
-bE(i,h,g,f,e,d,c,b){function
+bT(i,h,g,f,e,d,c,b){function
 a(a,b){var
 c=a?1<<b:a;return c}var
-j=a(i,7),k=a(h,6),l=a(g,5),m=a(f,4),n=a(e,3),o=a(d,2),p=a(c,1);return fG(((((((a(b,0)+p|0)+o|0)+n|0)+m|0)+l|0)+k|0)+j|0)}function
-cZ(b){function
+j=a(i,7),k=a(h,6),l=a(g,5),m=a(f,4),n=a(e,3),o=a(d,2),p=a(c,1);return gI(((((((a(b,0)+p|0)+o|0)+n|0)+m|0)+l|0)+k|0)+j|0)}function
+dw(b){function
 a(a){return 0!==(b&1<<a)?1:0}var
 c=a(7);return a(6)?0:c}function
-iL(a){function
+j9(a){function
 b(b){return 0!==(a&1<<b)?1:0}var
 f=b(7),g=b(6);if(b(5)){if(f)return 0;var
-c=H(a===34?1:0);return c?H(92===a?1:0):c}if(g){if(f)return 0;var
-d=H(a===34?1:0);if(d)return H(92===a?1:0);var
+c=J(a===34?1:0);return c?J(92===a?1:0):c}if(g){if(f)return 0;var
+d=J(a===34?1:0);if(d)return J(92===a?1:0);var
 e=d}else
 var
 e=g;return e}var
-pA=[0,[0,dy,dy],pz];function
-pB(cJ,cI){var
+rT=[0,[0,cW,cW],rS];function
+rU(cJ,cI){var
 d=cJ,h=cI;for(;;){if(h){var
-w=h[2],j=h[1];if(iL(j)){var
+w=h[2],j=h[1];if(j9(j)){var
 d=[0,j,d],h=w;continue}if(w){var
-i=w[2],e=w[1];if(H(92===j?1:0)){var
-bx=cZ(e);if(bx){var
+i=w[2],e=w[1];if(J(92===j?1:0)){var
+bx=dw(e);if(bx){var
 s=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),by=s(7),bz=s(6),co=s(5),cp=s(4),cq=s(3),cr=s(2),cs=s(1);if(co)var
 ao=0;else{if(bz)if(by)var
 cm=cs||cr,cn=cm||cq,ah=cn||cp;else
@@ -2252,40 +2274,40 @@ ao=ah}}else
 var
 ao=bx;if(ao){var
 d=[0,e,[0,j,d]],h=i;continue}if(i){var
-x=i[2],N=i[1],bA=cZ(e),bB=bA?cZ(N):bA;if(bB){var
-k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),g=k(7),b=k(6),c=k(5),m=k(4),bC=k(3),bD=k(2),bF=k(1);if(k(0))if(bF)if(m)var
+x=i[2],M=i[1],bA=dw(e),bB=bA?dw(M):bA;if(bB){var
+k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),g=k(7),b=k(6),c=k(5),l=k(4),bC=k(3),bD=k(2),bE=k(1);if(k(0))if(bE)if(l)var
 a=0;else
 var
 ct=c?b?g:b:c,a=ct;else
-if(bD)if(bC)if(m)var
+if(bD)if(bC)if(l)var
 a=0;else{var
 V=0;if(c)if(b)if(g)var
-a=H(0!==(e&32)?1:0);else{var
+a=J(0!==(e&32)?1:0);else{var
 ai=g;V=1}else{var
 ai=b;V=1}else{var
 ai=c;V=1}if(V)var
 a=ai}else
-if(m)var
+if(l)var
 a=0;else
 var
 cu=c?b?g:b:c,a=cu;else
-if(m)var
+if(l)var
 a=0;else
 var
 cv=c?b?g:b:c,a=cv;else
-if(bF)if(m)var
+if(bE)if(l)var
 a=0;else
 var
 cw=c?b?g:b:c,a=cw;else
-if(bD)if(m)var
+if(bD)if(l)var
 a=0;else
 var
 cx=c?b?g:b:c,a=cx;else
-if(bC)if(m)var
+if(bC)if(l)var
 a=0;else
 var
 cy=c?b?g:b:c,a=cy;else
-if(m)var
+if(l)var
 a=0;else{var
 W=0;if(c)if(b)if(g)var
 a=0!==(e&32)?1:0;else{var
@@ -2295,8 +2317,8 @@ aj=c;W=1}if(W)var
 a=aj}}else
 var
 a=bB;if(a){var
-d=[0,N,[0,e,[0,j,d]]],h=x;continue}if(x){var
-bS=x[1],bG=cZ(e),bH=bG?cZ(N):bG,bI=bH?cZ(bS):bH;if(bI){var
+d=[0,M,[0,e,[0,j,d]]],h=x;continue}if(x){var
+bR=x[1],bF=dw(e),bG=bF?dw(M):bF,bH=bG?dw(bR):bG;if(bH){var
 n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),t=n(7),o=n(6),p=n(5),q=n(4),G=n(3),ak=n(2),cH=n(1);if(n(0))if(ak||G)var
 f=0;else
 var
@@ -2308,7 +2330,7 @@ cA=q?p?o?t:o:p:q,f=cA;else
 if(ak)if(G)var
 f=0;else{var
 z=0;if(q)if(p)if(o)if(t)var
-bJ=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(e),cC=bJ(5),cD=bJ(4),cB=cD||cC,f=H(cB);else{var
+bI=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(e),cC=bI(5),cD=bI(4),cB=cD||cC,f=J(cB);else{var
 E=t;z=1}else{var
 E=o;z=1}else{var
 E=p;z=1}else{var
@@ -2317,25 +2339,25 @@ f=E}else
 if(G)var
 f=0;else{var
 A=0;if(q)if(p)if(o)if(t)var
-bK=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(e),cF=bK(5),cG=bK(4),cE=cG||cF,f=cE;else{var
+bJ=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(e),cF=bJ(5),cG=bJ(4),cE=cG||cF,f=cE;else{var
 F=t;A=1}else{var
 F=o;A=1}else{var
 F=p;A=1}else{var
 F=q;A=1}if(A)var
 f=F}}else
 var
-f=bI;if(f){var
-d=[0,bS,[0,N,[0,e,[0,j,d]]]],h=x[2];continue}var
-bT=f}else
+f=bH;if(f){var
+d=[0,bR,[0,M,[0,e,[0,j,d]]]],h=x[2];continue}var
+bS=f}else
 var
-bT=x;var
-bU=bT}else
+bS=x;var
+bU=bS}else
 var
-bU=i;return bU}if(l===e){if(i){var
-O=i[2];if(O){var
+bU=i;return bU}if(m===e){if(i){var
+N=i[2];if(N){var
+O=N[2];if(O){var
 P=O[2];if(P){var
-Q=P[2];if(Q){var
-r=Q[2],ap=f0(i[1],O[1],P[1],Q[1]);if(ap){var
+r=P[2],ap=g1(i[1],N[1],O[1],P[1]);if(ap){var
 y=ap[1],aE=y[1][1],aF=aE[1],aG=aF[1],aH=aG[1],aI=aH[1],aw=0;if(aI){var
 aJ=aH[2];if(aJ)if(aG[2]){var
 aq=0;aw=1}else{var
@@ -2355,13 +2377,13 @@ var
 B=aI;if(!aw)var
 aq=B;if(aq){var
 ax=0;if(r){var
-I=r[2],ay=0;if(I){var
-J=I[2],az=0;if(J){var
-K=J[2],aA=0;if(K){var
+H=r[2],ay=0;if(H){var
+I=H[2],az=0;if(I){var
+K=I[2],aA=0;if(K){var
 L=K[2],aB=0;if(L){var
 al=L[2],aC=0;if(al){var
-bL=92===r[1]?1:0,bM=bL?l===I[1]?1:0:bL;if(bM){var
-am=f0(J[1],K[1],L[1],al[1]);if(am){var
+bK=92===r[1]?1:0,bL=bK?m===H[1]?1:0:bK;if(bL){var
+am=g1(I[1],K[1],L[1],al[1]);if(am){var
 aO=am[1][1][1],aP=aO[1],aQ=aP[1],aR=aQ[1],aS=aR[1],b8=0;if(aS){var
 aT=aR[2];if(aT)if(aQ[2]){var
 ar=0;ay=1;az=1;aA=1;aB=1;aC=1;b8=1}else{var
@@ -2377,43 +2399,43 @@ ar=C;ay=1;az=1;aA=1;aB=1;aC=1}}else
 var
 an=am}else
 var
-an=bM}else
+an=bL}else
 var
 an=al;if(!aC)var
-bN=an}else
+bM=an}else
 var
-bN=L;if(!aB)var
+bM=L;if(!aB)var
+bN=bM}else
+var
+bN=K;if(!aA)var
 bO=bN}else
 var
-bO=K;if(!aA)var
+bO=I;if(!az)var
 bP=bO}else
 var
-bP=J;if(!az)var
-bQ=bP}else
-var
-bQ=I;if(!ay){var
-bR=bQ;ax=1}}else{var
-bR=r;ax=1}if(ax)var
-ar=bR;if(ar){if(r){var
+bP=H;if(!ay){var
+bQ=bP;ax=1}}else{var
+bQ=r;ax=1}if(ax)var
+ar=bQ;if(ar){if(r){var
 as=r[2];if(as){var
-R=as[2];if(R){var
+Q=as[2];if(Q){var
+R=Q[2];if(R){var
 S=R[2];if(S){var
-T=S[2];if(T){var
-U=T[2];if(U){var
-at=f0(R[1],S[1],T[1],U[1]);if(at){var
-bV=at[1],be=bV[2],bf=be[1],bg=bf[1],bh=bV[1],bi=bh[2],bj=bi[1],bk=bj[1],bl=bh[1][2],bm=y[2],bn=bm[1],bo=bn[1],bp=y[1],bq=bp[2],br=bq[1],bs=br[1],u=bs[2],v=bs[1],bt=bp[1][2],ag=bt[1][2],D=bt[2],cK=U[2],cc=H(u),cd=cR(v,u),ce=v?u:v,cf=cR(D,ce),bu=D?v:D,cg=bu?u:bu,ch=cR(ag,cg),bv=ag?D:ag,bw=bv?v:bv,ci=bw?u:bw,cj=[0,bE(1,0,bj[2],bi[2],bg[1],bg[2],bf[2],be[2]),0],ck=[0,bE(1,0,bn[2],bm[2],bl[1][2],bl[2],bk[1],bk[2]),cj],cl=[0,bE(1,0,cd,cc,br[2],bq[2],bo[1],bo[2]),ck],d=M([0,bE(1,1,1,1,0,ci,ch,cf),cl],d),h=cK;continue}var
+U=S[2];if(U){var
+at=g1(Q[1],R[1],S[1],U[1]);if(at){var
+bV=at[1],be=bV[2],bf=be[1],bg=bf[1],bh=bV[1],bi=bh[2],bj=bi[1],bk=bj[1],bl=bh[1][2],bm=y[2],bn=bm[1],bo=bn[1],bp=y[1],bq=bp[2],br=bq[1],bs=br[1],u=bs[2],v=bs[1],bt=bp[1][2],ag=bt[1][2],D=bt[2],cK=U[2],cc=J(u),cd=dn(v,u),ce=v?u:v,cf=dn(D,ce),bu=D?v:D,cg=bu?u:bu,ch=dn(ag,cg),bv=ag?D:ag,bw=bv?v:bv,ci=bw?u:bw,cj=[0,bT(1,0,bj[2],bi[2],bg[1],bg[2],bf[2],be[2]),0],ck=[0,bT(1,0,bn[2],bm[2],bl[1][2],bl[2],bk[1],bk[2]),cj],cl=[0,bT(1,0,cd,cc,br[2],bq[2],bo[1],bo[2]),ck],d=T([0,bT(1,1,1,1,0,ci,ch,cf),cl],d),h=cK;continue}var
 bW=at}else
 var
 bW=U;var
 bX=bW}else
 var
-bX=T;var
+bX=S;var
 bY=bX}else
 var
-bY=S;var
+bY=R;var
 bZ=bY}else
 var
-bZ=R;var
+bZ=Q;var
 b0=bZ}else
 var
 b0=as;var
@@ -2422,229 +2444,215 @@ var
 b1=r;return b1}}var
 aX=y[2],aY=aX[1],aZ=aY[1],X=aZ[2],Y=aZ[1],Z=aY[2],_=aX[2],a0=y[1],a1=a0[2],a2=a1[1],a3=a2[1],$=a3[2],aa=a3[1],ab=a2[2],ac=a1[2],a4=a0[1],a5=a4[2],a6=a5[1],a7=a6[1],ad=a7[2],a8=a7[1],ae=a6[2],af=a5[2],a9=a4[1],a_=a9[1],a$=a_[1],ba=a$[2],bb=a$[1],bc=a_[2],bd=a9[2],aD=0;if(!bb&&!ba&&!bc&&!bd&&!a8){var
 b9=0;if(!ad&&!ae&&!af&&!aa){var
-au=[0,bE(0,$,ab,ac,Y,X,Z,_),0];aD=1;b9=1}if(!b9){var
-cb=[0,bE(1,0,ab,ac,Y,X,Z,_),0],au=[0,bE(1,1,0,ad,ae,af,aa,$),cb];aD=1}}if(!aD)var
-b$=[0,bE(1,0,ab,ac,Y,X,Z,_),0],ca=[0,bE(1,0,a8,ad,ae,af,aa,$),b$],au=[0,bE(1,1,1,0,bb,ba,bc,bd),ca];var
-d=M(au,d),h=r;continue}var
+au=[0,bT(0,$,ab,ac,Y,X,Z,_),0];aD=1;b9=1}if(!b9){var
+cb=[0,bT(1,0,ab,ac,Y,X,Z,_),0],au=[0,bT(1,1,0,ad,ae,af,aa,$),cb];aD=1}}if(!aD)var
+b$=[0,bT(1,0,ab,ac,Y,X,Z,_),0],ca=[0,bT(1,0,a8,ad,ae,af,aa,$),b$],au=[0,bT(1,1,1,0,bb,ba,bc,bd),ca];var
+d=T(au,d),h=r;continue}var
 b2=ap}else
 var
-b2=Q;var
+b2=P;var
 b3=b2}else
 var
-b3=P;var
+b3=O;var
 b4=b3}else
 var
-b4=O;var
+b4=N;var
 b5=b4}else
 var
 b5=i;return b5}var
-av=cY(e,pA);if(av){var
+av=dv(e,rT);if(av){var
 d=[0,av[1],d],h=i;continue}var
 b6=av}else
 var
-b6=w;return b6}return[0,M(d,0)]}}function
-f1(d,c){var
-b=d,a=c;for(;;){if(b){if(a)switch(ib(b[1],a[1])){case
+b6=w;return b6}return[0,T(d,0)]}}function
+g2(d,c){var
+b=d,a=c;for(;;){if(b){if(a)switch(jA(b[1],a[1])){case
 0:var
 b=b[2],a=a[2];continue;case
 1:return 1;default:return 0}return a}return 1}}function
-cx(d){var
-a=fU(f1,d);for(;;){if(a){var
+cA(d){var
+a=gV(g2,d);for(;;){if(a){var
 b=a[2];if(b){var
-c=H(I(a[1],b[1]));if(c){var
+c=J(K(a[1],b[1]));if(c){var
 a=b;continue}return c}return 1}return 1}}function
-iM(c,b,a){if(dz(c))return[0,[0,[6,b],a]];if(a){var
+j_(c,b,a){if(d8(c))return[0,[0,[6,b],a]];if(a){var
 d=a[2],e=a[1];if(0===e[0]){var
-f=e[1];if(44===c)return[0,[0,pC,[0,[0,[0,b,f]],d]]];var
-g=93===c?1:0,n=g?[0,[0,[6,[3,M(f,[0,b,0])]],d]]:g;return n}var
+f=e[1];if(44===c)return[0,[0,rV,[0,[0,[0,b,f]],d]]];var
+g=93===c?1:0,n=g?[0,[0,[6,[3,T(f,[0,b,0])]],d]]:g;return n}var
 h=e[2],i=e[1];if(44===c)return[0,[0,[1,[0,[0,h,b],i],0],d]];var
-j=d3===c?1:0;if(j)var
-k=M(i,[0,[0,h,b],0]),l=cx(s(bT,k)),o=l?[0,[0,[6,[4,k]],d]]:l,m=o;else
+j=eT===c?1:0;if(j)var
+k=T(i,[0,[0,h,b],0]),l=cA(s(bx,k)),o=l?[0,[0,[6,[4,k]],d]]:l,m=o;else
 var
 m=j;return m}return a}function
-pP(R,Q,P){var
-e=R,a=Q,i=P;for(;;){if(i){var
+r8(Q,P,O){var
+e=Q,a=P,i=O;for(;;){if(i){var
 d=i[1];switch(e[0]){case
 0:var
-u=e[1];if(dz(d))var
+u=e[1];if(d8(d))var
 c=[0,[0,[0,u],a]];else
 if(d===34)var
-c=[0,[0,pD,a]];else
-if(et(d))var
+c=[0,[0,rW,a]];else
+if(fk(d))var
 c=[0,[0,[4,[0,d,0]],a]];else
 if(91===d)var
-c=[0,[0,pF,[0,pE,a]]];else
-if(ht===d)var
-c=[0,[0,pG,a]];else
-if(g===d)var
-c=[0,[0,[5,k(pH),0],a]];else
+c=[0,[0,rY,[0,rX,a]]];else
+if(iQ===d)var
+c=[0,[0,rZ,a]];else
+if(f===d)var
+c=[0,[0,[5,k(r0),0],a]];else
 if(b===d)var
-c=[0,[0,[5,k(pJ),pI],a]];else
-if(z===d)var
-c=[0,[0,[5,k(pL),pK],a]];else{var
+c=[0,[0,[5,k(r2),r1],a]];else
+if(A===d)var
+c=[0,[0,[5,k(r4),r3],a]];else{var
 q=93===d?1:0,r=q?u:q,o=0;if(r)if(a)var
-s=a[1],c=0===s[0]?s[1]?0:[0,[0,pM,a[2]]]:0;else{var
+s=a[1],c=0===s[0]?s[1]?0:[0,[0,r5,a[2]]]:0;else{var
 t=a;o=1}else{var
 t=r;o=1}if(o)var
 c=t}break;case
 1:var
-v=e[2],w=e[1];if(dz(d))var
+v=e[2],w=e[1];if(d8(d))var
 c=[0,[0,[1,w,v],a]];else
 if(d===34)var
 c=[0,[0,[3,[0,w],0,0],a]];else
 var
-x=d3===d?1:0,y=x?v:x,K=y?[0,[0,pN,a]]:y,c=K;break;case
+x=eT===d?1:0,y=x?v:x,K=y?[0,[0,r6,a]]:y,c=K;break;case
 2:var
-A=e[2],B=e[1];if(dz(d))var
-c=[0,[0,[2,B,A],a]];else
+z=e[2],B=e[1];if(d8(d))var
+c=[0,[0,[2,B,z],a]];else
 var
-C=58===d?1:0,L=C?[0,[0,pO,[0,[1,B,A],a]]]:C,c=L;break;case
+C=58===d?1:0,L=C?[0,[0,r7,[0,[1,B,z],a]]]:C,c=L;break;case
 3:var
-j=e[3],f=e[1];if(e[2])var
-c=[0,[0,[3,f,0,[0,d,j]],a]];else
+j=e[3],g=e[1];if(e[2])var
+c=[0,[0,[3,g,0,[0,d,j]],a]];else
 if(d===34){var
-l=pB(0,M(j,0)),p=0;if(l){var
-D=l[1];if(f)var
-c=[0,[0,[2,f[1],D],a]];else{var
+l=rU(0,T(j,0)),p=0;if(l){var
+D=l[1];if(g)var
+c=[0,[0,[2,g[1],D],a]];else{var
 E=[0,[0,[6,[2,D]],a]];p=1}}else{var
 E=l;p=1}if(p)var
 c=E}else
 var
-c=[0,[0,[3,f,92===d?1:0,[0,d,j]],a]];break;case
+c=[0,[0,[3,g,92===d?1:0,[0,d,j]],a]];break;case
 4:var
-F=e[1];if(et(d))var
+F=e[1];if(fk(d))var
 c=[0,[0,[4,[0,d,F]],a]];else
 var
-m=iK(M(F,0)),c=m?iM(d,[1,m[1]],a):m;break;case
+m=j8(T(F,0)),c=m?j_(d,[1,m[1]],a):m;break;case
 5:var
 h=e[1];if(h){var
 G=d===h[1]?1:0;if(G)var
-H=h[2],I=e[2],N=H?[5,H,I]:[6,I],n=[0,[0,N,a]];else
+H=h[2],I=e[2],M=H?[5,H,I]:[6,I],n=[0,[0,M,a]];else
 var
 n=G}else
 var
 n=h;var
 c=n;break;default:var
-c=iM(d,e[1],a)}if(c){var
+c=j_(d,e[1],a)}if(c){var
 J=c[1],e=J[1],a=J[2],i=i[2];continue}return c}switch(e[0]){case
 4:if(a)return 0;var
-O=iK(M(e[1],0));return ay(function(a){return[1,a]},O);case
+N=j8(T(e[1],0));return ak(function(a){return[1,a]},N);case
 6:return a?0:[0,e[1]];default:return 0}}}function
-eu(d){var
-e=d[1],f=e[1],g=f[2],c=e[2],b=d[2],h=g?c?b?55:54:b?53:52:c?b?51:50:b?49:48;return f[1]?g?c?b?z:a:b?o:99:c?b?98:97:b?57:56:h}function
-dB(a){var
-b=a[1],c=b[1],d=[0,eu(a[2]),0],e=[0,eu(b[2]),d],f=[0,eu(c[2]),e];return[0,92,[0,l,[0,eu(c[1]),f]]]}function
-p2(aY,aX){var
-b=aY,f=aX;for(;;){if(f){var
-c=f[2],a=f[1],u=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aS=u(7),D=u(6);if(u(5))var
+fl(d){var
+e=d[1],f=e[1],g=f[2],c=e[2],b=d[2],h=g?c?b?55:54:b?53:52:c?b?51:50:b?49:48;return f[1]?g?c?b?A:a:b?p:99:c?b?98:97:b?57:56:h}function
+d_(a){var
+b=a[1],c=b[1],d=[0,fl(a[2]),0],e=[0,fl(b[2]),d],f=[0,fl(c[2]),e];return[0,92,[0,m,[0,fl(c[1]),f]]]}function
+j$(a){if(a===34)return[0,92,[0,cW,0]];if(92===a)return r_;if(8===a)return r$;if(12===a)return sa;if(10===a)return sb;if(13===a)return sc;if(9===a)return sd;if(j9(a)&&J(eR===a?1:0))return[0,a,0];function
+b(b){return 0!==(a&1<<b)?1:0}var
+c=b(7),d=b(6),e=b(5),f=b(4),g=b(3),h=b(2),i=b(1);return d_([0,[0,[0,g3,g3],[0,[0,[0,c,d],e],f]],[0,[0,[0,g,h],i],b(0)]])}function
+sj(aO,aN){var
+a=aO,c=aN;for(;;){if(c){var
+b=c[2],d=c[1],s=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),aI=s(7),B=s(6);if(s(5))var
+H=0;else
+var
+aH=B?aI:B,H=aH;if(H){if(b){var
+aP=b[2],aQ=b[1],l=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),Q=l(4),R=l(3),S=l(2),U=l(1),V=l(0),e=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aQ),L=e(5),M=e(4),N=e(3),O=e(2),P=e(1),a=T(d_([0,[0,[0,g3,[0,[0,[0,0,Q],R],S]],[0,[0,[0,U,V],L],M]],[0,[0,[0,N,O],P],e(0)]]),a),c=aP;continue}return a}var
+o=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),aK=o(7),C=o(6),D=o(5);if(o(4))var
+I=0;else
+var
+aJ=D?C?aK:C:D,I=aJ;if(I){if(b){var
+t=b[2];if(t){var
+aR=t[2],aS=t[1],aT=b[1],n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),af=n(3),ag=n(2),ah=n(1),ai=n(0),g=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aT),$=g(5),aa=g(4),ab=g(3),ac=g(2),ad=g(1),ae=g(0),f=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aS),W=f(5),X=f(4),Y=f(3),Z=f(2),_=f(1),a=T(d_([0,[0,[0,[0,[0,[0,af,ag],ah],ai],[0,[0,[0,$,aa],ab],ac]],[0,[0,[0,ad,ae],W],X]],[0,[0,[0,Y,Z],_],f(0)]]),a),c=aR;continue}return a}return a}var
+m=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),aM=m(7),E=m(6),F=m(5),G=m(4);if(m(3))var
 K=0;else
 var
-aR=D?aS:D,K=aR;if(K){if(c){var
-aZ=c[2],a0=c[1],n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),$=n(4),aa=n(3),ab=n(2),ac=n(1),ad=n(0),g=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a0),W=g(5),X=g(4),Y=g(3),Z=g(2),_=g(1),b=M(dB([0,[0,[0,f2,[0,[0,[0,0,$],aa],ab]],[0,[0,[0,ac,ad],W],X]],[0,[0,[0,Y,Z],_],g(0)]]),b),f=aZ;continue}return b}var
-q=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aU=q(7),E=q(6),F=q(5);if(q(4))var
-L=0;else
+aL=G?F?E?aM:E:F:G,K=aL;if(K){if(b){var
+u=b[2];if(u){var
+v=u[2];if(v){var
+aU=v[2],aV=v[1],aW=u[1],aX=b[1],r=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),aF=r(2),aG=r(1),A=r(0),k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aX),q=k(5),aA=k(4),aB=k(3),aC=k(2),aD=k(1),aE=k(0),j=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aW),au=j(5),av=j(4),aw=j(3),ax=j(2),ay=j(1),az=j(0),i=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aV),ao=i(5),ap=i(4),aq=i(3),ar=i(2),as=i(1),at=i(0);if(aF)var
+w=1,p=se;else
 var
-aT=F?E?aU:E:F,L=aT;if(L){if(c){var
-v=c[2];if(v){var
-a1=v[2],a2=v[1],a3=c[1],p=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),ap=p(3),aq=p(2),ar=p(1),as=p(0),i=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a3),aj=i(5),ak=i(4),al=i(3),am=i(2),an=i(1),ao=i(0),h=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a2),ae=h(5),af=h(4),ag=h(3),ah=h(2),ai=h(1),b=M(dB([0,[0,[0,[0,[0,[0,ap,aq],ar],as],[0,[0,[0,aj,ak],al],am]],[0,[0,[0,an,ao],ae],af]],[0,[0,[0,ag,ah],ai],h(0)]]),b),f=a1;continue}return b}return b}var
-o=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aW=o(7),G=o(6),I=o(5),J=o(4);if(o(3))var
-N=0;else
-var
-aV=J?I?G?aW:G:I:J,N=aV;if(N){if(c){var
-w=c[2];if(w){var
-x=w[2];if(x){var
-a4=x[2],a5=x[1],a6=w[1],a7=c[1],t=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),aP=t(2),aQ=t(1),C=t(0),m=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a7),s=m(5),aK=m(4),aL=m(3),aM=m(2),aN=m(1),aO=m(0),l=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a6),aE=l(5),aF=l(4),aG=l(3),aH=l(2),aI=l(1),aJ=l(0),k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a5),ay=k(5),az=k(4),aA=k(3),aB=k(2),aC=k(1),aD=k(0);if(aP)var
-z=1,r=pX;else
-var
-j=H(aK),au=cR(s,j),av=j?H(s):j,aw=cR(C,av),B=j?H(s):j,ax=B?H(C):B,z=j,r=[0,[0,cR(aQ,ax),aw],au];var
-A=r[1],at=dB([0,[0,[0,pZ,[0,[0,pY,aG],aH]],[0,[0,[0,aI,aJ],ay],az]],[0,[0,[0,aA,aB],aC],aD]]),b=M(y(dB([0,[0,[0,p1,[0,[0,p0,A[1]],A[2]]],[0,[0,[0,r[2],z],aL],aM]],[0,[0,[0,aN,aO],aE],aF]]),at),b),f=a4;continue}return b}return b}return b}if(a===34)var
-d=[0,92,[0,dy,0]];else
-if(92===a)var
-d=pR;else
-if(8===a)var
-d=pS;else
-if(12===a)var
-d=pT;else
-if(10===a)var
-d=pU;else
-if(13===a)var
-d=pV;else
-if(9===a)var
-d=pW;else{var
-O=0;if(iL(a)&&H(fu===a?1:0))var
-d=[0,a,0];else
-O=1;if(O)var
-e=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),P=e(7),Q=e(6),R=e(5),S=e(4),T=e(3),U=e(2),V=e(1),d=dB([0,[0,[0,f2,f2],[0,[0,[0,P,Q],R],S]],[0,[0,[0,T,U],V],e(0)]])}var
-b=M(d,b),f=c;continue}return b}}function
-iN(b,a){return[0,dy,p2([0,dy,b],a)]}function
-iO(q){var
-f=p3,b=q,a=0;for(;;){if(f){var
-c=e(2,C(e(2,e(2,p)))),g=aU(c);if(0===g)var
-d=[0,t,b];else
+h=J(aA),ak=dn(q,h),al=h?J(q):h,am=dn(A,al),z=h?J(q):h,an=z?J(A):z,w=h,p=[0,[0,dn(aG,an),am],ak];var
+y=p[1],aj=d_([0,[0,[0,sg,[0,[0,sf,aw],ax]],[0,[0,[0,ay,az],ao],ap]],[0,[0,[0,aq,ar],as],at]]),a=T(x(d_([0,[0,[0,si,[0,[0,sh,y[1]],y[2]]],[0,[0,[0,p[2],w],aB],aC]],[0,[0,[0,aD,aE],au],av]]),aj),a),c=aU;continue}return a}return a}return a}var
+a=T(j$(d),a),c=b;continue}return a}}function
+ka(b,a){return[0,cW,sj([0,cW,b],a)]}function
+g4(r){var
+f=sk,b=r,a=0;for(;;){if(f){var
+d=c(2,z(c(2,c(2,n)))),g=aQ(d);if(0===g)var
+e=[0,q,b];else
 if(1===g)var
-d=as(b,c);else
+e=au(b,d);else
 var
-h=as(cv(-1,b),c),m=h[2],n=J(cv(1,c),m),d=[0,cv(-1,h[1]),n];var
-i=d[1],j=d[2],o=0<=aU(j)?j:t,k=J(e(2,e(2,e(2,e(2,C(e(2,p)))))),o),l=0<aU(k)?fT(ps,k):h_;if(x(i,t))return[0,l,a];var
+h=au(cU(-1,b),d),m=h[2],o=B(cU(1,d),m),e=[0,cU(-1,h[1]),o];var
+i=e[1],j=e[2],p=0<=aQ(j)?j:q,k=B(c(2,c(2,c(2,c(2,z(c(2,n)))))),p),l=0<aQ(k)?gU(rL,k):jx;if(y(i,q))return[0,l,a];var
 f=f[1],b=i,a=[0,l,a];continue}return a}}function
-p4(b,a){return f1(b[1],a[1])}function
-ev(a,b){if(typeof
-b==="number")return M(k(p5),a);else
+sl(b,a){return g2(b[1],a[1])}function
+fm(a,b){if(typeof
+b==="number")return T(k(sm),a);else
 switch(b[0]){case
-0:return b[1]?M(k(p6),a):M(k(p7),a);case
-1:return M(iO(b[1]),a);case
-2:return iN(a,b[1]);case
+0:return b[1]?T(k(sn),a):T(k(so),a);case
+1:return T(g4(b[1]),a);case
+2:return ka(a,b[1]);case
 3:var
 i=b[1];if(i){var
 f=a,j=91,c=i;for(;;){if(c){var
-n=c[2],f=ev([0,j,f],c[1]),j=44,c=n;continue}return[0,93,f]}}return[0,93,[0,91,a]];default:var
+n=c[2],f=fm([0,j,f],c[1]),j=44,c=n;continue}return[0,93,f]}}return[0,93,[0,91,a]];default:var
 l=function(a){if(a)var
-b=a[1],c=b[1],e=l(a[2]),f=b[2],d=[0,[0,c,[2,ev([0,58,iN(0,c)],f)]],e];else
+b=a[1],c=b[1],e=l(a[2]),f=b[2],d=[0,[0,c,[2,fm([0,58,ka(0,c)],f)]],e];else
 var
-d=a;return d},h=fU(p4,l(b[1]));if(h){var
-e=a,m=ht,d=[0,h[1],h[2]];for(;;){if(d){var
+d=a;return d},h=gV(sl,l(b[1]));if(h){var
+e=a,m=iQ,d=[0,h[1],h[2]];for(;;){if(d){var
 g=d[1][2];if(typeof
 g!=="number"&&2===g[0]){var
-o=d[2],e=M(M(g[1],0),[0,m,e]),m=44,d=o;continue}return[0,d3,e]}return[0,d3,e]}}return[0,d3,[0,ht,a]]}}function
-f3(a){return M(ev(0,a),0)}function
-ew(d){var
+o=d[2],e=T(T(g[1],0),[0,m,e]),m=44,d=o;continue}return[0,eT,e]}return[0,eT,e]}}return[0,eT,[0,iQ,a]]}}function
+d$(a){return T(fm(0,a),0)}function
+ea(d){var
 b=0,a=d,e=0;for(;;){if(a){var
-c=a[2],b=[0,10,ev(b,a[1])],a=c;continue}return M(b,e)}}function
-h(a,b){return 0===a[0]?A(b,a[1]):[1,a[1]]}function
-O(a){return[1,k(a)]}function
-L(c,b,a){return c?a:O(b)}function
-aY(b,a){return 0===a[0]?[0,a[1]]:[1,y(b,[0,32,a[1]])]}function
-a0(e,d){var
+c=a[2],b=[0,10,fm(b,a[1])],a=c;continue}return T(b,e)}}function
+i(a,b){return 0===a[0]?E(b,a[1]):[1,a[1]]}function
+R(a){return[1,k(a)]}function
+N(c,b,a){return c?a:R(b)}function
+a6(b,a){return 0===a[0]?[0,a[1]]:[1,x(b,[0,32,a[1]])]}function
+a7(e,d){var
 b=0,a=d;for(;;){if(a){var
-c=A(e,a[1]);if(0===c[0]){var
-b=[0,c[1],b],a=a[2];continue}return[1,c[1]]}return[0,M(b,0)]}}function
-bu(b,a){if(typeof
-a==="number")return p8;function
-c(a){return[0,[0,a]]}return h(A(b,a),c)}function
-a5(a){if(typeof
-a!=="number"&&4===a[0])return[0,a[1]];return O(p9)}function
+c=E(e,a[1]);if(0===c[0]){var
+b=[0,c[1],b],a=a[2];continue}return[1,c[1]]}return[0,T(b,0)]}}function
+a8(b,a){if(typeof
+a==="number")return sp;function
+c(a){return[0,[0,a]]}return i(E(b,a),c)}function
+bd(a){if(typeof
+a!=="number"&&4===a[0])return[0,a[1]];return R(sq)}function
 be(a){if(typeof
-a!=="number"&&3===a[0])return[0,a[1]];return O(p_)}function
-aj(d,c){var
+a!=="number"&&3===a[0])return[0,a[1]];return R(sr)}function
+af(d,c){var
 a=c;for(;;){if(a){var
-b=a[1];if(I(d,b[1]))return[0,b[2]];var
+b=a[1];if(K(d,b[1]))return[0,b[2]];var
 a=a[2];continue}return a}}function
-X(c,b){var
-a=aj(c,b),d=a?1:a;return d}function
-cf(b,a){return ab(function(b){return I(a,b)},b)}function
-S(b,d,a){function
+Y(c,b){var
+a=af(c,b),d=a?1:a;return d}function
+cB(b,a){return $(function(b){return K(a,b)},b)}function
+U(b,d,a){function
 c(a){var
-c=[0,a],e=L(F(function(a){var
-c=cf(b,a[1]);return c?c:cf(d,a[1])},a),p$,c);return L(F(function(b){return X(b,a)},b),qa,e)}return h(a5(a),c)}function
-r(d,a,c){var
-b=aj(a,c);return b?aY(a,A(d,b[1])):O(qb)}function
-ah(b,a){function
-c(a){return a0(b,a)}return h(be(a),c)}function
-iP(b,a){return x(aL(aw(a)),b)}function
-am(c,b,a){function
+c=[0,a],e=N(I(function(a){var
+c=cB(b,a[1]);return c?c:cB(d,a[1])},a),ss,c);return N(I(function(b){return Y(b,a)},b),st,e)}return i(bd(a),c)}function
+u(d,a,c){var
+b=af(a,c);return b?a6(a,E(d,b[1])):R(su)}function
+_(b,a){function
+c(a){return a7(b,a)}return i(be(a),c)}function
+kb(b,a){return y(ag(ac(a)),b)}function
+ax(c,b,a){function
 d(a){var
-d=a0(b,a);return L(iP(c,a),qc,d)}return h(be(a),d)}function
-$(c){if(typeof
+d=a7(b,a);return N(kb(c,a),sv,d)}return i(be(a),d)}function
+ai(c){if(typeof
 c!=="number"&&2===c[0]){var
 h=c[1],a=h,j=[0,h];for(;;){if(a){var
 b=a[2];if(b){var
@@ -2655,153 +2663,166 @@ var
 f=b;var
 g=f}else
 var
-g=a;return L(H(g),qe,j)}}return O(qd)}function
-aG(a){if(typeof
-a!=="number"&&1===a[0])return[0,a[1]];return O(qf)}function
-ex(b,a){function
-c(a){return L(P(a,b),qg,[0,a])}return h(aG(a),c)}function
-f4(a){if(typeof
-a!=="number"&&0===a[0])return[0,a[1]];return O(qh)}function
-dC(d,c){var
+g=a;return N(J(g),sx,j)}}return R(sw)}function
+aK(a){if(typeof
+a!=="number"&&1===a[0])return[0,a[1]];return R(sy)}function
+fn(b,a){function
+c(a){return N(M(a,b),sz,[0,a])}return i(aK(a),c)}function
+eb(a){if(typeof
+a!=="number"&&0===a[0])return[0,a[1]];return R(sA)}function
+ec(d,c){var
 a=d;for(;;){if(a){var
-b=a[1];if(I(b[1],c))return[0,b[2]];var
-a=a[2];continue}return O(qi)}}function
-bf(b,a){function
-c(a){return dC(b,a)}return h($(a),c)}function
-iQ(a){return ac(function(a){return y(ac(function(a){return 44===a?qk:[0,a,0]},a),qj)},a)}function
-ey(a){function
+b=a[1];if(K(b[1],c))return[0,b[2]];var
+a=a[2];continue}return R(sB)}}function
+aO(b,a){function
+c(a){return ec(b,a)}return i(ai(a),c)}function
+kc(a){return W(function(a){return x(W(function(a){return 44===a?sD:[0,a,0]},a),sC)},a)}function
+fo(a){function
 b(a){var
-b=L(cx(a),ql,[0,a]),c=a?1:a;return L(c,qm,b)}return h(ah($,a),b)}function
-ez(b,a){function
+b=N(cA(a),sE,[0,a]),c=a?1:a;return N(c,sF,b)}return i(_(ai,a),b)}function
+fp(b,a){function
 c(a){var
-b=L(cx(s(iQ,a)),qn,[0,a]),c=a?1:a;return L(c,qo,b)}return h(ah(function(a){return am(b,$,a)},a),c)}function
-iR(c,b,a){function
+b=N(cA(s(kc,a)),sG,[0,a]),c=a?1:a;return N(c,sH,b)}return i(_(function(a){return ax(b,ai,a)},a),c)}function
+kd(c,b,a){function
 d(a){function
 f(a){var
-c=cY(a,dA);if(c){if(!b)return 0!==(a&32)?1:0;var
+c=dv(a,d9);if(c){if(!b)return 0!==(a&32)?1:0;var
 d=b}else
 var
 d=c;return d}var
-d=iJ(c,a),g=[0,a],e=d?iP(aL(c),a):d,h=e?F(f,a):e;return L(h,qp,g)}return h($(a),d)}var
-qq=0;function
-eA(a){return iR(qr,qq,a)}function
-iS(b,a){return[0,J(v(b[1],a[2]),a[1]),v(b[2],a[2])]}function
-f5(b,a){if(a){var
-c=a[2],d=a[1];return d?[0,0,f5(iS(d[1],b),c)]:[0,[0,b],c]}return[0,[0,b],0]}function
-iT(d){var
+d=j7(c,a),g=[0,a],e=d?kb(ag(c),a):d,h=e?I(f,a):e;return N(h,sI,g)}return i(ai(a),d)}var
+sJ=0;function
+fq(a){return kd(sK,sJ,a)}function
+ke(b,a){return[0,B(r(b[1],a[2]),a[1]),r(b[2],a[2])]}function
+g5(b,a){if(a){var
+c=a[2],d=a[1];return d?[0,0,g5(ke(d[1],b),c)]:[0,[0,b],c]}return[0,[0,b],0]}function
+kf(d){var
 a=d;for(;;){if(a){var
 b=a[2],c=a[1];if(c){var
-e=c[1];return iS(iT(b),e)}var
-a=b;continue}return[0,t,p]}}function
-iU(l,k,j,i){var
-d=l,a=k,c=j,b=i;for(;;){if(b){var
-g=b[2],f=fZ(b[1]);if(f){var
-h=f[1];if(c){var
-m=c[1],n=a[2],o=v(e(2,C(e(2,e(2,p)))),n),q=a[1],a=[0,J(v(e(2,C(e(2,e(2,p)))),q),h),o],c=m,b=g;continue}var
-r=[0,h,e(2,C(e(2,e(2,p))))],d=f5(a,d),a=r,c=qs,b=g;continue}return f}return[0,iT(f5(a,d))[1]]}}function
-f6(a){return a?a[2]?48===a[1]?0:iU(0,[0,t,p],qt,a):iU(0,[0,t,p],qu,a):a}function
-f7(d){var
-b=e(2,e(2,e(2,e(2,e(2,C(e(2,e(2,C(e(2,e(2,C(e(2,C(e(2,e(2,e(2,e(2,e(2,C(e(2,p))))))))))))))))))))),a=d;for(;;){if(a){if(!G(b,t)){var
-b=Z(b,p),a=a[2];continue}var
-c=0}else
+e=c[1];return ke(kf(b),e)}var
+a=b;continue}return[0,q,n]}}function
+kg(l,k,j,i){var
+e=l,a=k,d=j,b=i;for(;;){if(b){var
+g=b[2],f=g0(b[1]);if(f){var
+h=f[1];if(d){var
+m=d[1],o=a[2],p=r(c(2,z(c(2,c(2,n)))),o),q=a[1],a=[0,B(r(c(2,z(c(2,c(2,n)))),q),h),p],d=m,b=g;continue}var
+s=[0,h,c(2,z(c(2,c(2,n))))],e=g5(a,e),a=s,d=sL,b=g;continue}return f}return[0,kf(g5(a,e))[1]]}}function
+g6(a){return a?a[2]?48===a[1]?0:kg(0,[0,q,n],sM,a):kg(0,[0,q,n],sN,a):a}function
+g7(e){var
+b=c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,c(2,c(2,c(2,c(2,z(c(2,n))))))))))))))))))))),a=e;for(;;){if(a){if(!G(b,q)){var
+b=S(b,n),a=a[2];continue}var
+d=0}else
 var
-c=1;return c?f6(d):c}}function
-iV(g,f,e){var
+d=1;return d?g6(e):d}}function
+kh(g,f,e){var
 b=f,a=e;for(;;){if(a){var
-c=a[2],d=a[1];if(d6(d,g))return[0,M(b,0),[0,c]];var
-b=[0,d,b],a=c;continue}return[0,M(b,0),0]}}function
-iW(m){var
-e=iV(47,0,m),f=e[2],g=e[1];if(f){var
-b=f7(g);if(b){var
-h=b[1],c=f7(f[1]);if(c){var
-a=c[1],k=aU(a);if(0===k)return 0;if(0<k){var
-i=H(fQ(a,p)),j=i?x(fM(h,a),p):i,n=j?[0,[0,h,a]]:j;return n}return 0}var
+c=a[2],d=a[1];if(eW(d,g))return[0,T(b,0),[0,c]];var
+b=[0,d,b],a=c;continue}return[0,T(b,0),0]}}function
+ki(m){var
+e=kh(47,0,m),f=e[2],g=e[1];if(f){var
+b=g7(g);if(b){var
+h=b[1],c=g7(f[1]);if(c){var
+a=c[1],k=aQ(a);if(0===k)return 0;if(0<k){var
+i=J(jr(a,n)),j=i?y(gP(h,a),n):i,o=j?[0,[0,h,a]]:j;return o}return 0}var
 l=c}else
 var
 l=b;return l}var
-d=f7(g),o=d?[0,[0,d[1],p]]:d;return o}function
-an(e){if(typeof
+d=g7(g),p=d?[0,[0,d[1],n]]:d;return p}function
+ar(e){if(typeof
 e!=="number"&&2===e[0]){var
 a=e[1];if(a)if(45===a[1]){var
-c=iW(a[2]),f=0;if(c){var
-d=c[1];if(x(d[1],t))var
+c=ki(a[2]),f=0;if(c){var
+d=c[1];if(y(d[1],q))var
 b=0;else{var
-g=[0,[0,aX(d[1]),d[2]]];f=1}}else{var
+g=[0,[0,aI(d[1]),d[2]]];f=1}}else{var
 g=c;f=1}if(f)var
 b=g}else
 var
-b=iW(a);else
+b=ki(a);else
 var
-b=a;return b?[0,b[1]]:O(qw)}return O(qv)}function
-aC(a){function
-b(a){return L(G(t,a[1]),qx,[0,a])}return h(an(a),b)}var
-iX=k(qy);function
-bv(a){if(typeof
-a!=="number"&&2===a[0]){if(I(a[1],iX))return qA;var
-b=function(a){return[0,[0,a]]};return h(an(a),b)}return O(qz)}function
-eB(f,e){var
+b=a;return b?[0,b[1]]:R(sP)}return R(sO)}function
+al(a){function
+b(a){return N(G(q,a[1]),sQ,[0,a])}return i(ar(a),b)}var
+kj=k(sR);function
+bB(a){if(typeof
+a!=="number"&&2===a[0]){if(K(a[1],kj))return sT;var
+b=function(a){return[0,[0,a]]};return i(ar(a),b)}return R(sS)}function
+fr(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=I(b[1],a[1]);if(c){var
+c=K(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return a?0:1}}var
-f8=aX(e(2,p));function
-dD(c){return function(d){var
-b=t,a=d;for(;;){if(a){if(A(c,a[1]))return b;var
-b=J(b,p),a=a[2];continue}return f8}}}function
-f9(a){var
+kk=aI(c(2,n));function
+ed(c){return function(d){var
+b=q,a=d;for(;;){if(a){if(E(c,a[1]))return b;var
+b=B(b,n),a=a[2];continue}return kk}}}function
+fs(a){var
 b=a[5];if(b)return b[1];var
-c=a[7];return ac(function(a){var
-b=a[4];return ac(function(a){var
+c=a[7];return W(function(a){var
+b=a[4];return W(function(a){var
 b=a?[0,a[1],0]:a;return b},b)},c)}function
-f_(a){var
-b=f9(a);return ab(function(a){return P(a[1],t)},b)}function
-bw(b,a){return x(aL(aw(a)),b)}function
-eC(c,a){var
-b=G(t,a);return b?P(a,c):b}function
-iY(a){return x(a[1],a[2])}function
-iZ(a){var
-p=P(t,a[1]);if(p){var
-q=P(t,a[2]);if(q){var
-r=P(t,a[3]);if(r){var
-u=a[5];if(u)var
-h=bw(a[3],u[1]);else
+ft(a){var
+b=fs(a);return $(function(a){return M(a[1],q)},b)}function
+bJ(b,a){return y(ag(ac(a)),b)}function
+fu(c,a){var
+b=G(q,a);return b?M(a,c):b}function
+kl(a){return y(a[1],a[2])}function
+g8(a){var
+v=M(q,a[1]);if(v){var
+w=M(q,a[2]);if(w){var
+x=M(q,a[3]);if(x){var
+z=a[5];if(z)var
+l=bJ(a[3],z[1]);else
 var
-A=a[7],H=A?1:A,h=H;if(h){if(1===a[4])var
-C=a[7],i=iY(aF(s(function(a){return a[5]},C)));else
+F=a[7],N=F?1:F,l=N;if(l){if(1===a[4])var
+H=a[7],m=kl(aF(s(function(a){return a[5]},H)));else
 var
-i=1;if(i){var
-v=a[6];if(v){var
-j=v[1],w=a[4]?0:1;if(w){var
-y=eC(j[3],j[2]);if(y)var
-D=j[1],E=a[3],k=F(function(a){return eC(E,a)},D);else
+m=1;if(m){var
+A=a[6];if(A){var
+e=A[1],B=a[4]?0:1;if(B){var
+C=fu(e[3],e[2]);if(C){var
+J=e[1],K=a[3],D=I(function(a){return fu(K,a)},J);if(D){var
+d=e[1];for(;;){if(d){var
+k=d[2];if(k){var
+u=M(d[1],k[1]);if(u){var
+d=k;continue}var
+n=u}else
 var
-k=y}else
+n=1}else
 var
-k=w;var
-l=k}else
+n=1;var
+f=n;break}}else
 var
-l=1;if(l){var
-G=a[7],z=F(function(b){var
-k=eC(a[1],b[1]);if(k){var
-l=eC(a[2],b[2]);if(l){var
-m=bw(a[3],b[3]);if(m){var
-n=F(a4,b[3]);if(n){var
-o=a[4]?iY(aF(b[3])):ag(aF(b[3]));if(o){var
-p=1===a[4]?a4(b[5]):1;if(p){if(a[5])var
+f=D}else
+var
+f=C}else
+var
+f=B;var
+o=f}else
+var
+o=1;if(o){var
+L=a[7],E=I(function(b){var
+k=fu(a[1],b[1]);if(k){var
+l=fu(a[2],b[2]);if(l){var
+m=bJ(a[3],b[3]);if(m){var
+n=I(aE,b[3]);if(n){var
+o=a[4]?kl(aF(b[3])):ad(aF(b[3]));if(o){var
+p=1===a[4]?aE(b[5]):1;if(p){if(a[5])var
 d=1;else{var
-f=bw(a[3],b[4]);if(f)var
-q=aA(b[3],b[4]),d=F(function(a){var
-b=a[1];return a[2]?1:x(b[1],t)},q);else
+f=bJ(a[3],b[4]);if(f)var
+r=V(b[3],b[4]),d=I(function(a){var
+b=a[1];return a[2]?1:y(b[1],q)},r);else
 var
 d=f}if(d){var
 g=a[6];if(g){var
-h=bw(g[1][3],b[6]);if(h){var
-r=b[6],u=a[3],i=F(function(a){return bw(u,a)},r);if(i){var
-v=b[6],j=F(function(a){return F(a4,a)},v);if(j){var
-w=b[3],y=aA(cd(0,aw(b[3])),w);return F(function(a){var
-c=cV(a[2]),d=a[1],e=b[6];return cW(aF(s(function(a){return bC(d,a,Q)},e)),c)},y)}var
+h=bJ(g[1][3],b[6]);if(h){var
+v=b[6],w=a[3],i=I(function(a){return bJ(w,a)},v);if(i){var
+x=b[6],j=I(function(a){return I(aE,a)},x);if(j){var
+z=b[3],A=b[6],t=ds(a[3]),u=s(function(a){return Q},t),B=V(aR(function(b,a){var
+c=V(b,a);return s(function(a){return ah(a[1],a[2])},c)},A,u),z);return I(function(a){var
+b=dt(a[2]);return bS(a[1],b)},B)}var
 e=j}else
 var
 e=i}else
@@ -2819,276 +2840,292 @@ c=m}else
 var
 c=l}else
 var
-c=k;return c},G);if(z){var
+c=k;return c},L);if(E){var
 c=a[7];for(;;){if(c){var
-d=c[2];if(d){var
-e=d[1],f=c[1],m=P(f[1],e[1]),B=0;if(m)var
-n=m;else{var
-o=x(f[1],e[1]);if(o){var
-g=P(f[2],e[2]);B=1}else
+g=c[2];if(g){var
+h=g[1],i=c[1],p=M(i[1],h[1]),G=0;if(p)var
+r=p;else{var
+t=y(i[1],h[1]);if(t){var
+j=M(i[2],h[2]);G=1}else
 var
-n=o}if(!B)var
-g=n;if(g){var
-c=d;continue}return g}return 1}return 1}}var
-b=z}else
+r=t}if(!G)var
+j=r;if(j){var
+c=g;continue}return j}return 1}return 1}}var
+b=E}else
+var
+b=o}else
+var
+b=m}else
 var
 b=l}else
 var
-b=i}else
+b=x}else
 var
-b=h}else
+b=w}else
 var
-b=r}else
-var
-b=q}else
-var
-b=p;return b}var
-a6=aX(p);function
-cy(h){var
-e=qB,b=h;b:for(;;){if(e&&b&&b[2]){var
+b=v;return b}var
+bf=aI(n);function
+cX(h){var
+e=sU,b=h;b:for(;;){if(e&&b&&b[2]){var
 c=0,a=b;for(;;){if(a){var
 d=a[2];if(d){var
-g=d[2],c=[0,ak(a[1],d[1]),c],a=g;continue}var
-f=M(c,a)}else
+g=d[2],c=[0,ah(a[1],d[1]),c],a=g;continue}var
+f=T(c,a)}else
 var
-f=M(c,a);var
+f=T(c,a);var
 e=e[1],b=f;continue b}}return aF(b)}}function
-i0(a,b){return el(a,ie(function(c,d){var
-b=A(a,d);return G(A(a,c),b)},b))}function
-i1(a,b){if(a)var
-d=s(bU,b),e=i1(a[1],d),c=[0,cy(s(function(a){return cb(Q,a)},b)),e];else
+g9(a,b){return dr(a,fd(function(c,d){var
+b=E(a,d);return G(E(a,c),b)},b))}function
+km(a,b){if(a)var
+d=s(ca,b),e=km(a[1],d),c=[0,cX(s(function(a){return bI(Q,a)},b)),e];else
 var
 c=a;return c}function
-i2(a){var
-b=v(a[1],a[2]);return x(aL(aw(a[7])),b)}function
-i3(a){return 2<=a[4]?i2(a):1}function
-i4(b,f,a){var
-c=a[6],e=aA(s(aL,cd(0,aw(c))),c),d=s(ca,az(function(a){return bB(x(a[1],b[2]),x(f,t))},e)),g=aF(s(function(a){var
-c=b[1];return aF(s(function(b){return bC(bd(b),a,Q)},c))},d)),h=[0,aF(s(aF,d)),g];return[0,a[2],h]}function
-qC(a){var
-b=aM(a[2][1]),c=R(a[2][2],b);return[0,a[1],c]}function
-qD(a){return ag(a[2][1])}function
-f$(b,a){return[0,[0,[0,a6,b],a6],s(function(a){return[0,a[1],a[3]]},a)]}function
-ga(a,d,c,b){if(a)var
+kn(a){var
+b=r(a[1],a[2]);return y(ag(ac(a[7])),b)}function
+ko(a){return 2<=a[4]?kn(a):1}function
+kp(f,e,a){var
+b=a[6],d=V(s(ag,aN(0,ac(b))),b),c=s(by,an(function(a){return bz(y(a[1],f[2]),y(e,q))},d)),g=aF(s(function(g){var
+d=0,b=q,c=f[1],a=g;for(;;){if(c&&a){var
+e=a[2];if(y(c[1],b)){var
+d=[0,a[1],d],b=B(b,n),c=c[2],a=e;continue}var
+b=B(b,n),a=e;continue}return aF(d)}},c)),h=[0,aF(s(aF,c)),g];return[0,a[2],h]}function
+fv(a,c,b,i){if(i){var
+f=0,g=a[7],h=g9(bx,s(function(a){return kp(c,b,a)},g));return[0,[0,bf,s(function(a){var
+b=s(by,a[2]),d=a[1],c=cX(s(by,b));return[0,d,[0,cX(s(bx,b)),c]]},h)],f]}var
+d=a[7],e=dr(function(a){return a[1]},d);return s(function(a){var
+d=a[2],e=s(function(a){return kp(c,b,a)},d);return[0,a[1],e]},e)}function
+kq(a){var
+b=az(a[2][1]),c=O(a[2][2],b);return[0,a[1],c]}function
+fw(a){return ad(a[2][1])}function
+g_(b,a){return[0,[0,[0,bf,b],bf],s(function(a){return[0,a[1],a[3]]},a)]}function
+g$(a,d,c,b){if(a)var
 f=s(function(a){var
-b=bU(a[2]);return[0,a[1],b]},b),g=ga(a[1],d,J(c,p),f),e=[0,[0,[0,[0,a6,d],c],s(function(a){var
-b=cb(Q,a[2]);return[0,a[1],b]},b)],g];else
+b=ca(a[2]);return[0,a[1],b]},b),g=g$(a[1],d,B(c,n),f),e=[0,[0,[0,[0,bf,d],c],s(function(a){var
+b=bI(Q,a[2]);return[0,a[1],b]},b)],g];else
 var
 e=a;return e}function
-i5(a){return s(function(a){return[0,a[1],a[2]]},a)}function
-qE(a,b,d){if(x(b[2][1],t)){var
-c=cU(function(a){return ag(a[2])},d),e=c?c[1]:a;return[0,0,e]}var
-f=aM(b[2]);return[0,[0,R(a[2],f)],a]}function
-qF(a,b,d){var
-c=bD(b[2]);return[0,[0,ak(a[2],c)],a]}function
-i6(q,p,e){var
+kr(a){return s(function(a){return[0,a[1],a[2]]},a)}function
+sV(a,b,d){if(y(b[2][1],q)){var
+c=cy(function(a){return ad(a[2])},d),e=c?c[1]:a;return[0,0,e]}var
+f=az(b[2]);return[0,[0,O(a[2],f)],a]}function
+sW(a,b,d){var
+c=br(b[2]);return[0,[0,ah(a[2],c)],a]}function
+ks(q,p,e){var
 f=e[2];if(f){var
 g=f[2];if(g){var
 i=g[1],h=f[1],b=h,a=h,c=[0,i,g[2]];for(;;){if(c){var
-d=c[1],m=c[2],n=K(a[2],d[2])?a:d,o=K(d[2],b[2])?b:d,b=o,a=n,c=m;continue}if(K(b[2],a[2]))return[0,[0,[0,q],e[1],h,i]];var
-j=Aj(p,b,a,e[2]),k=[0,[0,j[1],e[1],j[2],a]];break}}else
+d=c[1],m=c[2],n=D(a[2],d[2])?a:d,o=D(d[2],b[2])?b:d,b=o,a=n,c=m;continue}if(D(b[2],a[2]))return[0,[0,[0,q],e[1],h,i]];var
+j=n_(p,b,a,e[2]),k=[0,[0,j[1],e[1],j[2],a]];break}}else
 var
 k=g;var
 l=k}else
 var
 l=f;return l}function
-qG(a){return i6(U,qE,a)}function
-i7(a){return i6(Q,qF,a)}function
-gb(b,a){return b?a?K(b[1],a[1]):1:a?0:1}function
-gc(c,a){var
-b=0;return bk(function(a,d){var
-b=A(c,d);return a?b?gb(b[1][1],a[1][1])?a:b:a:b},a,b)}function
-eD(a){var
+sX(a){return ks(P,sV,a)}function
+kt(a){return ks(Q,sW,a)}function
+ha(b,a){return b?a?D(b[1],a[1]):1:a?0:1}function
+hb(c,a){var
+b=0;return aR(function(a,d){var
+b=E(c,d);return a?b?ha(b[1][1],a[1][1])?a:b:a:b},a,b)}function
+fx(a){var
 c=a[2],b=c[1];return[0,a[1],[0,b[1],b[2],c[2],a[3][1],a[4][1]],[0,[0,a[3][2],a[4][2]]],0]}var
-i8=e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,p))))))))))))))))))))))))))));function
-qH(a){return a$(v(a[1],i8),a[2])}function
-i9(a){var
-b=s(qH,a[2]);return[0,a[1],a[2],b]}function
-i_(h,g){var
+ku=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,n))))))))))))))))))))))))))));function
+sY(a){return aw(r(a[1],ku),a[2])}function
+kv(a){var
+b=s(sY,a[2]);return[0,a[1],a[2],b]}function
+kw(h,g){var
 b=h,a=g;for(;;){if(b){if(a){var
-c=a[2],d=a[1],e=b[2],f=b[1];if(K(f,d)){var
+c=a[2],d=a[1],e=b[2],f=b[1];if(D(f,d)){var
 b=e,a=c;continue}var
-i=i_(e,c);return ak(ak(f,bD(d)),i)}return Q}return Q}}function
-i$(b,a){if(b){if(a){var
-c=a[1],d=b[1],e=i$(b[2],a[2]),f=P(d,c)?t:J(Z(d,c),p);return J(f,e)}return t}return t}function
-ja(e,d,c,a){var
-b=[0,i_(d[2],c[2]),e,d,c];return a?K(b[1],a[1][1])?a:[0,b]:[0,b]}function
-jb(a){var
-b=0;return bk(function(g,d){var
+i=kw(e,c);return ah(ah(f,br(d)),i)}return Q}return Q}}function
+kx(b,a){if(b){if(a){var
+c=a[1],d=b[1],e=kx(b[2],a[2]),f=M(d,c)?q:B(S(d,c),n);return B(f,e)}return q}return q}function
+ky(e,d,c,a){var
+b=[0,kw(d[2],c[2]),e,d,c];return a?D(b[1],a[1][1])?a:[0,b]:[0,b]}function
+kz(a){var
+b=0;return aR(function(g,d){var
 e=d[1],a=d[2],b=g;for(;;){if(a){var
-c=a[2],f=a[1],a=c,b=bk(function(c){return function(a,b){if(a){var
-d=a[1],f=v(d[1][1],i8),g=d[1][2];return G(v(i$(c[3],b[3]),g),f)?a:ja(e,c,b,a)}return ja(e,c,b,0)}}(f),c,b);continue}return b}},a,b)}function
-jc(i,h,g){var
+c=a[2],f=a[1],a=c,b=aR(function(c){return function(a,b){if(a){var
+d=a[1],f=r(d[1][1],ku),g=d[1][2];return G(r(kx(c[3],b[3]),g),f)?a:ky(e,c,b,a)}return ky(e,c,b,0)}}(f),c,b);continue}return b}},a,b)}function
+kA(i,h,g){var
 c=i,b=h,a=g;for(;;){if(b)if(a){var
-e=a[2],f=b[2];if(K(b[1],a[1])){var
-c=J(c,p),b=f,a=e;continue}var
-d=[0,c,jc(J(c,p),f,e)]}else
+e=a[2],f=b[2];if(D(b[1],a[1])){var
+c=B(c,n),b=f,a=e;continue}var
+d=[0,c,kA(B(c,n),f,e)]}else
 var
 d=a;else
 var
 d=b;return d}}function
-jd(a){var
-b=jc(t,a[3][2],a[4][2]);return[0,[0,a[1]],[0,a6,a[2],a6,a[3][1],a[4][1]],0,b]}function
-qI(a){if(typeof
+kB(a){var
+b=kA(q,a[3][2],a[4][2]);return[0,[0,a[1]],[0,bf,a[2],bf,a[3][1],a[4][1]],0,b]}function
+sZ(a){if(typeof
 a!=="number"&&0===a[0])return a[2]?0:1;return 0}function
-gd(a,b){var
+ee(a,b){var
 c=a?[0,b,0]:a;return c}function
-je(a){if(a)var
+fy(a){if(a)var
 b=a[2],c=b?1:b;else
 var
 c=a;return c}function
-qK(A,am,S,R){var
-an=dv(A[1]),f=0,g=an,j=am;function
-ao(a){return a[1]}var
-ad=0;for(;;){if(g){var
-t=g[2],l=g[1];if(j){var
-B=j[1];if(x(B[1],l)){var
-aa=j[2],f=[0,[0,l,s(ao,B[2])],f],g=t,j=aa;continue}var
-f=[0,[0,l,0],f],g=t;continue}var
-f=[0,[0,l,0],f],g=t,j=0;continue}var
-C=M(f,ad);if(ab(qI,R))return 0;var
-n=C,e=R,ap=dv(A[2]);c:for(;;){if(n){var
-I=n[1],ae=I[1];if(e){var
-m=e[1],T=0;if(typeof
-m==="number"||!(0===m[0]))T=1;else
+kC(a){var
+b=a?1:a;return b}function
+s1(j,aq,X,V){var
+ar=ds(j[1]),f=0,g=ar,k=aq;function
+as(a){return a[1]}var
+aj=0;for(;;){if(g){var
+w=g[2],m=g[1];if(k){var
+E=k[1];if(y(E[1],m)){var
+ai=k[2],f=[0,[0,m,s(as,E[2])],f],g=w,k=ai;continue}var
+f=[0,[0,m,0],f],g=w;continue}var
+f=[0,[0,m,0],f],g=w,k=0;continue}var
+F=T(f,aj);if($(sZ,V))return 0;var
+p=F,e=V,at=ds(j[2]);c:for(;;){if(p){var
+L=p[1],ak=L[1];if(e){var
+o=e[1],Z=0;if(typeof
+o==="number"||!(0===o[0]))Z=1;else
 var
-o=x(m[1],ae)?[0,m[2],e[2]]:[0,0,e];if(T)var
-o=[0,0,e]}else
+r=y(o[1],ak)?[0,o[2],e[2]]:[0,0,e];if(Z)var
+r=[0,0,e]}else
 var
-o=[0,0,e];var
-h=ap,k=I[2],d=o[1];for(;;){if(h){var
-u=h[2],v=h[1];if(k){if(x(k[1],v)){var
-h=u,k=k[2];continue}if(d){var
-D=x(d[1],v);if(D){var
-h=u,d=d[2];continue}var
-E=D}else
+r=[0,0,e];var
+h=at,l=L[2],d=r[1];for(;;){if(h){var
+z=h[2],A=h[1];if(l){if(y(l[1],A)){var
+h=z,l=l[2];continue}if(d){var
+G=y(d[1],A);if(G){var
+h=z,d=d[2];continue}var
+H=G}else
 var
-E=d;var
-p=E}else{if(d){var
-F=x(d[1],v);if(F){var
-h=u,k=0,d=d[2];continue}var
-G=F}else
+H=d;var
+t=H}else{if(d){var
+I=y(d[1],A);if(I){var
+h=z,l=0,d=d[2];continue}var
+K=I}else
 var
-G=d;var
-p=G}}else
+K=d;var
+t=K}}else
 var
-p=d?0:1;if(p){var
-n=n[2],e=o[2];continue c}var
-r=p;break}}else
+t=d?0:1;if(t){var
+p=p[2],e=r[2];continue c}var
+v=t;break}}else
 var
-r=[0,e];if(r){if(i3(A))var
-ah=1,J=gd(H(je(az(function(a){return ag(a[4])},S))),ah);else
+v=[0,e];if(v){var
+B=j[6];if(B)var
+C=B[1],ap=[0,q,[0,n,0]],Y=W(function(a){var
+b=C[4],c=b?fv(j,C,a,1):b,d=x(fv(j,C,a,0),c);return W(function(e){var
+b=e[2],f=e[1],c=s(bx,an(function(a){return J(fw(a))},b)),d=fy(b),g=[4,a,f],h=d?J(fy(an(fw,b))):d,i=ee(h,g);return x(ee(kC(c),[3,a,f,c]),i)},d)},ap);else
 var
-J=qJ;var
-ai=az(function(a){return H(ag(a[4]))},S),w=s(function(a){return a[1]},ai),aj=[2,w],af=w?1:w,ak=y(gd(af,aj),J),al=y(ac(function(a){var
-b=[1,a[1]];return gd(H(je(a[2])),b)},C),ak),q=r[1],i=al;for(;;){if(q){if(i){var
-a=i[1],c=q[1],z=function(f,e){var
+Y=B;if(ko(j))var
+al=1,M=ee(J(fy(an(function(a){return ad(a[4])},X))),al);else
+var
+M=s0;var
+am=an(function(a){return J(ad(a[4]))},X),N=s(function(a){return a[1]},am),ao=x(ee(kC(N),[2,N]),M),au=x(x(W(function(a){var
+b=[1,a[1]];return ee(J(fy(a[2])),b)},F),ao),Y),u=v[1],i=au;for(;;){if(u){if(i){var
+a=i[1],c=u[1],D=function(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=x(b[1],a[1]);if(c){var
+c=y(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return a?0:1}};if(typeof
 c==="number")if(0===c){var
-U=0;if(typeof
+_=0;if(typeof
 a==="number"&&!a)var
 b=1;else
-U=1;if(U)var
+_=1;if(_)var
 b=0}else{var
-V=0;if(typeof
+aa=0;if(typeof
 a==="number"&&a)var
 b=1;else
-V=1;if(V)var
+aa=1;if(aa)var
 b=0}else
 switch(c[0]){case
 0:var
-W=0;if(typeof
-a==="number"||!(0===a[0]))W=1;else
+ab=0;if(typeof
+a==="number"||!(0===a[0]))ab=1;else
 var
-K=x(c[1],a[1]),b=K?z(c[2],a[2]):K;if(W)var
+O=y(c[1],a[1]),b=O?D(c[2],a[2]):O;if(ab)var
 b=0;break;case
 1:var
-X=0;if(typeof
-a==="number"||!(1===a[0]))X=1;else
+ac=0;if(typeof
+a==="number"||!(1===a[0]))ac=1;else
 var
-b=x(c[1],a[1]);if(X)var
+b=y(c[1],a[1]);if(ac)var
 b=0;break;case
 2:var
-Y=0;if(typeof
-a==="number"||!(2===a[0]))Y=1;else
+ae=0;if(typeof
+a==="number"||!(2===a[0]))ae=1;else
 var
-b=z(c[1],a[1]);if(Y)var
+b=D(c[1],a[1]);if(ae)var
 b=0;break;case
 3:var
-Z=0;if(typeof
-a==="number"||!(3===a[0]))Z=1;else{var
-L=x(c[1],a[1]),_=0;if(L){var
-N=x(c[2],a[2]);if(N){var
-b=z(c[3],a[3]);_=1}else
+af=0;if(typeof
+a==="number"||!(3===a[0]))af=1;else{var
+P=y(c[1],a[1]),ag=0;if(P){var
+Q=y(c[2],a[2]);if(Q){var
+b=D(c[3],a[3]);ag=1}else
 var
-O=N}else
+R=Q}else
 var
-O=L;if(!_)var
-b=O}if(Z)var
+R=P;if(!ag)var
+b=R}if(af)var
 b=0;break;default:var
-$=0;if(typeof
-a==="number"||!(4===a[0]))$=1;else
+ah=0;if(typeof
+a==="number"||!(4===a[0]))ah=1;else
 var
-P=x(c[1],a[1]),b=P?x(c[2],a[2]):P;if($)var
+S=y(c[1],a[1]),b=S?y(c[2],a[2]):S;if(ah)var
 b=0}if(b){var
-q=q[2],i=i[2];continue}var
-Q=b}else
+u=u[2],i=i[2];continue}var
+U=b}else
 var
-Q=i;return Q}return i?0:1}}return r}}}function
-eE(b,a){var
-c=K(b,a);return c?K(a,b):c}function
-jf(b,a){return R(b,aM(a))}var
-dE=e(2,e(2,e(2,e(2,e(2,e(2,C(e(2,e(2,e(2,C(e(2,e(2,e(2,e(2,e(2,C(e(2,e(2,C(e(2,C(e(2,C(e(2,p)))))))))))))))))))))))));function
-jg(I,j,a){if(a){var
-e=a[1],k=eE(e[1],U);if(k){if(j)var
-f=e[2],m=f?eE(j[1],f[1]):f,g=m;else
+U=i;return U}return i?0:1}}return v}}}function
+fz(b,a){var
+c=D(b,a);return c?D(a,b):c}function
+kD(b,a){return O(b,az(a))}var
+ef=c(2,c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,c(2,z(c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,z(c(2,n)))))))))))))))))))))))));function
+kE(K,j,a){if(a){var
+e=a[1],k=fz(e[1],P);if(k){if(j)var
+f=e[2],m=f?fz(j[1],f[1]):f,g=m;else
 var
 n=e[2]?0:1,g=n;if(g){var
 b=a;for(;;){if(b){var
 d=b[2];if(d){var
-i=H(K(d[1][1],b[1][1]));if(i){var
+i=J(D(d[1][1],b[1][1]));if(i){var
 b=d;continue}var
 c=i}else
 var
 c=1}else
 var
-c=1;if(c)return F(function(a){if(I){var
-A=I[1],j=a[2];if(j){var
-d=jf(A,a[1]),B=ag(a[1]);if(B){var
-C=H(K(A,a[1]));if(C){var
-g=j[1],q=a$(v(g[1],dE),g[2]),r=x(v(q,g[2]),v(g[1],dE));if(r){var
-c=d[2],i=d[1],b=Z(v(c,q),v(i,dE)),m=v(Z(v(i,i),v(c,c)),v(dE,dE)),L=G(b,t),n=L||G(v(b,b),m),l=0;if(n){var
-o=P(t,J(b,c));if(o)var
-h=P(m,v(J(b,c),J(b,c)));else{var
+c=1;if(c)return I(function(a){if(K){var
+A=K[1],j=a[2];if(j){var
+d=kD(A,a[1]),C=ad(a[1]);if(C){var
+E=J(D(A,a[1]));if(E){var
+g=j[1],s=aw(r(g[1],ef),g[2]),t=y(r(s,g[2]),r(g[1],ef));if(t){var
+c=d[2],i=d[1],b=S(r(c,s),r(i,ef)),m=r(S(r(i,i),r(c,c)),r(ef,ef)),L=G(b,q),n=L||G(r(b,b),m),l=0;if(n){var
+o=M(q,B(b,c));if(o)var
+h=M(m,r(B(b,c),B(b,c)));else{var
 p=o;l=1}}else{var
 p=n;l=1}if(l)var
 h=p}else
 var
-h=r;if(h){var
-s=d,e=a[3];for(;;){if(e){var
-u=e[1],f=u[1],w=H(K(f,s));if(w){var
-M=ak(f,bD(d)),N=bD(U),O=jf(ak(R(d,f),N),M),y=eE(u[2],O);if(y){var
-s=f,e=e[2];continue}var
-z=y}else
+h=t;if(h){var
+u=d,e=a[3];for(;;){if(e){var
+v=e[1],f=v[1],w=J(D(f,u));if(w){var
+N=ah(f,br(d)),Q=br(P),R=kD(ah(O(d,f),Q),N),x=fz(v[2],R);if(x){var
+u=f,e=e[2];continue}var
+z=x}else
 var
 z=w;return z}return 1}}var
 k=h}else
 var
-k=C}else
+k=E}else
 var
-k=B;var
-D=k}else
+k=C;var
+F=k}else
 var
-D=j;return D}if(a[2])return 0;var
-E=eE(a[1],U);if(E){if(a[3])return 0;var
-F=1}else
+F=j;return F}if(a[2])return 0;var
+H=fz(a[1],P);if(H){if(a[3])return 0;var
+I=1}else
 var
-F=E;return F},a);var
+I=H;return I},a);var
 h=c;break}}else
 var
 h=g}else
@@ -3097,38 +3134,39 @@ h=k;var
 l=h}else
 var
 l=a;return l}function
-bx(b,a){return x(v(b[1],a[2]),v(a[1],b[2]))}function
-cg(c,b,a){return b?a?aN(c,b[1],a[1]):a:a?0:1}function
-qL(g,f){var
-p=cg(bx,g[1],f[1]);if(p){var
-b=f[2],c=g[2],l=x(c[1],b[1]),r=0;if(l){var
-m=x(c[2],b[2]);if(m){var
-n=x(c[3],b[3]);if(n){var
-o=x(c[4],b[4]);if(o){var
-h=x(c[5],b[5]);r=1}else
+bD(b,a){return y(r(b[1],a[2]),r(a[1],b[2]))}function
+cC(c,b,a){return b?a?aA(c,b[1],a[1]):a:a?0:1}function
+kF(g,f,e){var
+b=f,a=e;for(;;){if(b){if(a){var
+c=aA(g,b[1],a[1]);if(c){var
+b=b[2],a=a[2];continue}var
+d=c}else
 var
-e=o}else
+d=a;return d}return a?0:1}}function
+s2(e,d){var
+l=cC(bD,e[1],d[1]);if(l){var
+a=d[2],b=e[2],h=y(b[1],a[1]),n=0;if(h){var
+i=y(b[2],a[2]);if(i){var
+j=y(b[3],a[3]);if(j){var
+k=y(b[4],a[4]);if(k){var
+f=y(b[5],a[5]);n=1}else
 var
-e=n}else
+c=k}else
 var
-e=m}else
+c=j}else
 var
-e=l;if(!r)var
-h=e;if(h){var
-s=f[3],t=g[3],q=cg(function(b,a){var
-c=bx(b[1],a[1]);return c?bx(b[2],a[2]):c},t,s);if(q){var
-d=g[4],a=f[4];for(;;){if(d){if(a){var
-j=x(d[1],a[1]);if(j){var
-d=d[2],a=a[2];continue}var
-k=j}else
+c=i}else
 var
-k=a;return k}return a?0:1}}var
-i=q}else
+c=h;if(!n)var
+f=c;if(f){var
+o=d[3],p=e[3],m=cC(function(b,a){var
+c=bD(b[1],a[1]);return c?bD(b[2],a[2]):c},p,o);if(m)return kF(rJ,e[4],d[4]);var
+g=m}else
 var
-i=h}else
+g=f}else
 var
-i=p;return i}function
-jh(b,a){if(typeof
+g=l;return g}function
+kG(b,a){if(typeof
 b==="number")switch(b){case
 0:if(typeof
 a==="number"&&!a)return 1;return 0;case
@@ -3145,79 +3183,81 @@ a==="number"&&5===a)return 1;return 0;case
 6:if(typeof
 a==="number"&&6===a)return 1;return 0;default:if(typeof
 a==="number"&&7<=a)return 1;return 0}else{if(0===b[0]){if(typeof
-a!=="number"&&0===a[0])return bB(b[1],a[1]);return 0}if(typeof
-a!=="number"&&1===a[0])return bB(b[1],a[1]);return 0}}function
-dF(c,a){switch(c){case
+a!=="number"&&0===a[0])return bz(b[1],a[1]);return 0}if(typeof
+a!=="number"&&1===a[0])return bz(b[1],a[1]);return 0}}function
+eg(c,a){switch(c){case
 0:return a?0:1;case
 1:return 1===a?1:0;case
 2:return 2===a?1:0;default:var
 b=3<=a?1:0,d=b?1:b;return d}}function
-ji(e,a,c,b){var
-d=bd(e[3]);if(typeof
+kH(e,a,c,b){var
+d=aW(e[3]);if(typeof
 b==="number")switch(b){case
-0:return s(function(a){return f$(a[1],a[2])},a);case
-4:return ac(function(a){var
-b=i5(a[2]);return ga(d,a[1],t,b)},a);case
-5:return ga(d,a6,t,i5(c));case
-6:return s(function(a){return f$(a[1],a[2])},a);case
+0:return s(function(a){return g_(a[1],a[2])},a);case
+4:return W(function(a){var
+b=kr(a[2]);return g$(d,a[1],q,b)},a);case
+5:return g$(d,bf,q,kr(c));case
+6:return s(function(a){return g_(a[1],a[2])},a);case
 1:case
-7:return[0,f$(a6,c),0]}return 0}function
-eF(a,d,j){var
-b=a[6];if(b){var
-c=b[1];return gc(i7,ac(function(b){if(j)var
-g=0,h=a[7],i=i0(bT,s(function(a){return i4(c,b,a)},h)),d=[0,[0,a6,s(function(a){var
-b=s(ca,a[2]),d=a[1],c=cy(s(ca,b));return[0,d,[0,cy(s(bT,b)),c]]},i)],g];else
-var
-e=a[7],f=el(function(a){return a[1]},e),d=s(function(a){var
-d=a[2],e=s(function(a){return i4(c,b,a)},d);return[0,a[1],e]},f);return s(function(a){var
-c=a[1];return[0,[0,[0,b,c],a6],s(qC,az(qD,a[2]))]},d)},d))}return b}function
-jj(a){var
-g=a[7],h=el(function(a){return a[1]},g),d=s(function(b){var
+7:return[0,g_(bf,c),0]}return 0}function
+fA(b,d,c){var
+a=b[6];if(a){var
+e=a[1];return hb(kt,W(function(a){var
+d=fv(b,e,a,c);return s(function(b){var
+c=b[1];return[0,[0,[0,a,c],bf],s(kq,an(fw,b[2]))]},d)},d))}return a}function
+hc(a){var
+g=a[7],h=dr(function(a){return a[1]},g),d=s(function(b){var
 c=b[2],d=s(function(b){var
-e=aF(b[3]),i=b[3],j=aM(e),f=s(function(a){return R(j,a)},i);switch(a[4]){case
+e=aF(b[3]),i=b[3],j=az(e),f=s(function(a){return O(j,a)},i);switch(a[4]){case
 0:var
 c=e;break;case
 1:var
 c=b[5];break;default:var
-c=U}var
+c=P}var
 d=a[5];if(d)var
 g=d[1];else
 var
 h=b[4],g=s(function(a){return a?a[1]:Q},h);var
-k=aA(f,g),l=aF(s(function(a){return R(a[1],a[2])},k));return[0,b[2],f,l,c]},c);return[0,b[1],d]},h),i=ac(ca,d),j=i0(function(a){return a[1]},i),b=s(function(e){var
-b=e[2],h=e[1],i=bd(a[3]),c=cy(s(function(a){return a[4]},b)),d=aM(c),f=R(d,cy(s(function(a){return R(a[4],a[3])},b))),g=i1(i,s(function(a){var
-b=a[2],c=a[4];return s(function(a){return R(c,a)},b)},b));return[0,h,s(function(a){return R(d,a)},g),f,c]},j),e=i3(a),f=e?az(function(a){return ag(a[4])},b):e,c=a[6],k=c?qM:c,l=y(qN,k);return[0,a,d,b,s(function(b){if(typeof
+k=V(f,g),l=aF(s(function(a){return O(a[1],a[2])},k));return[0,b[2],f,l,c]},c);return[0,b[1],d]},h),i=W(by,d),j=g9(function(a){return a[1]},i),b=s(function(e){var
+b=e[2],h=e[1],i=aW(a[3]),c=cX(s(function(a){return a[4]},b)),d=az(c),f=O(d,cX(s(function(a){return O(a[4],a[3])},b))),g=km(i,s(function(a){var
+b=a[2],c=a[4];return s(function(a){return O(c,a)},b)},b));return[0,h,s(function(a){return O(d,a)},g),f,c]},j),e=ko(a),f=e?an(function(a){return ad(a[4])},b):e,c=a[6],k=c?s3:c,l=x(s4,k);return[0,a,d,b,s(function(b){if(typeof
 b==="number")switch(b){case
 2:var
-c=ay(jd,jb(s(function(a){var
-b=s(i9,a[2]);return[0,a[1],b]},d)));break;case
+c=ak(kB,kz(s(function(a){var
+b=s(kv,a[2]);return[0,a[1],b]},d)));break;case
 3:var
-c=ay(jd,jb([0,[0,a6,s(i9,f)],0]));break;case
+c=ak(kB,kz([0,[0,bf,s(kv,f)],0]));break;case
 6:case
 7:var
-c=ay(eD,gc(i7,ji(a,d,f,b)));break;default:var
-c=f_(a)?0:ay(eD,gc(qG,ji(a,d,f,b)))}else
+c=ak(fx,hb(kt,kH(a,d,f,b)));break;default:var
+c=ft(a)?0:ak(fx,hb(sX,kH(a,d,f,b)))}else
 if(0===b[0])var
-c=ay(eD,eF(a,[0,t,0],b[1]));else{var
-e=b[1],h=eF(a,[0,t,0],e),g=0;if(h){var
-i=eF(a,[0,p,0],e);if(i)var
-c=ay(eD,eF(a,[0,t,[0,p,0]],e));else{var
+c=ak(fx,fA(a,[0,q,0],b[1]));else{var
+e=b[1],h=fA(a,[0,q,0],e),g=0;if(h){var
+i=fA(a,[0,n,0],e);if(i)var
+c=ak(fx,fA(a,[0,q,[0,n,0]],e));else{var
 j=i;g=1}}else{var
 j=h;g=1}if(g)var
 c=j}return[0,b,c]},l)]}function
-bF(c,b){var
-d=c[4],a=cU(function(a){return jh(a[1],b)},d);return a?a[1][2]:a}function
-jk(b,a){return K(b,a)?a:b}function
-qO(b,a){return K(b,a)?b:a}function
-jl(a){var
-b=a?[0,bk(jk,a[2],a[1])]:a;return b}function
-ge(a){var
-b=a?[0,bk(qO,a[2],a[1])]:a;return b}function
-jm(a,f){if(a){var
-i=s(bU,f),j=jm(a[1],i),k=0,l=s(function(a){return cb(k,a)},f),c=ac(function(a){var
-b=a?[0,a[1],0]:a;return b},l),d=jl(c);if(d){var
-e=ge(c);if(e)var
-h=bD(e[1]),b=ak(d[1],h);else
+bU(c,b){var
+d=c[4],a=cy(function(a){return kG(a[1],b)},d);return a?a[1][2]:a}function
+s5(b,a){var
+c=y(b[1][1],a[1][1]);if(c){var
+d=y(b[1][2],a[1][2]);if(d)return bD(b[2],a[2]);var
+e=d}else
+var
+e=c;return e}function
+kI(b,a){return D(b,a)?a:b}function
+s6(b,a){return D(b,a)?b:a}function
+kJ(a){var
+b=a?[0,aR(kI,a[2],a[1])]:a;return b}function
+hd(a){var
+b=a?[0,aR(s6,a[2],a[1])]:a;return b}function
+kK(a,f){if(a){var
+i=s(ca,f),j=kK(a[1],i),k=0,l=s(function(a){return bI(k,a)},f),c=W(function(a){var
+b=a?[0,a[1],0]:a;return b},l),d=kJ(c);if(d){var
+e=hd(c);if(e)var
+h=br(e[1]),b=ah(d[1],h);else
 var
 b=Q}else
 var
@@ -3225,121 +3265,116 @@ b=Q;var
 g=[0,b,j]}else
 var
 g=a;return g}function
-jn(a){if(a[5])return Q;var
-b=a[7],c=el(function(a){return a[1]},b);return bk(jk,ac(function(b){var
-c=b[2],d=s(function(a){return a[4]},c);return jm(bd(a[3]),d)},c),Q)}function
-jo(a){if(a){var
-b=a[1],c=aM(ak(b,U));return R(ak(b,bD(U)),c)}return U}function
-jp(a,b){return a?gb(a[1][1],b):a}function
-gf(a,b){return a?cg(bx,a[1][1],b):a}function
-jq(b,a){var
-_=b[1];switch(a[0]){case
-2:var
-i=0;break;case
-8:var
-i=_[6]?0:1;break;case
-1:case
-9:var
-B=typeof
-a[1]==="number"?1:0,Z=B?1:B,i=Z;break;default:var
-i=1}if(i){switch(a[0]){case
+kL(a){if(a[5])return Q;var
+b=a[7],c=dr(function(a){return a[1]},b);return aR(kI,W(function(b){var
+c=b[2],d=s(function(a){return a[4]},c);return kK(aW(a[3]),d)},c),Q)}function
+kM(a){if(a){var
+b=a[1],c=az(ah(b,P));return O(ah(b,br(P)),c)}return P}function
+kN(a,b){return a?ha(a[1][1],b):a}function
+he(a,b){return a?cC(bD,a[1][1],b):a}function
+s$(b,a){switch(a[0]){case
 0:var
-L=b[1][3],M=v(aL(aw(b[1][7])),L),c=x(a[1],M);break;case
+M=b[1][3],N=r(ag(ac(b[1][7])),M);return y(a[1],N);case
 1:var
-N=bF(b,a[1]),c=cg(qL,a[2],N);break;case
+P=bU(b,a[1]);return cC(s2,a[2],P);case
 2:var
-c=0;break;case
+k=b[1],t=k[6],Q=a[3],R=a[2],S=a[1];if(t){var
+h=k[6];if(h)var
+C=fv(k,h[1],S,R),u=W(function(a){var
+b=an(fw,a[2]);return s(function(b){var
+c=kq(b)[2];return[0,[0,a[1],b[1]],c]},b)},C);else
+var
+u=h;return kF(s5,Q,u)}return t;case
 3:var
-m=jl(f9(b[1])),c=m?bx(a[1],m[1]):m;break;case
+l=kJ(fs(b[1]));return l?bD(a[1],l[1]):l;case
 4:var
-n=ge(f9(b[1])),c=n?bx(a[1],n[1]):n;break;case
+m=hd(fs(b[1]));return m?bD(a[1],m[1]):m;case
 5:var
-C=b[2],O=ge(ac(function(b){var
+D=b[2],T=hd(W(function(b){var
 a=b[2];if(a){var
 c=a[2];if(c){var
 e=b[2];return s(function(a){return a[3]},e)}var
 d=c}else
 var
-d=a;return d},C)),c=cg(bx,a[1],O);break;case
+d=a;return d},D));return cC(bD,a[1],T);case
 6:var
-P=jn(b[1]),c=bx(a[1],P);break;case
+U=kL(b[1]);return bD(a[1],U);case
 7:var
-Q=ag(jn(b[1])),c=bB(a[1],Q);break;case
-8:var
-c=qK(b[1],b[2],b[3],a[1]);break;case
+X=ad(kL(b[1]));return bz(a[1],X);case
+8:return s1(b[1],b[2],b[3],a[1]);case
 9:var
-S=a[2],c=gf(bF(b,a[1]),S);break;case
+Y=a[2];return he(bU(b,a[1]),Y);case
 10:var
-T=a[2],U=a[1]?4:5,c=gf(bF(b,U),T);break;case
+Z=a[2],_=a[1]?4:5;return he(bU(b,_),Z);case
 11:var
-d=a[3],e=a[2];if(a[1]){var
-r=0;if(typeof
-e==="number")if(2===e)var
-k=bF(b,4),g=k?cg(bx,[0,jo(k[1][1])],d):k;else
-if(3===e)var
-l=bF(b,5),g=l?cg(bx,[0,jo(l[1][1])],d):l;else
-r=1;else
-r=1;if(r)var
-g=0;var
-c=g?jp(bF(b,e),d):g}else{var
-w=jh(e,1),j=0;if(w){var
-D=b[3],t=s(function(a){return a[4]},D),E=cy(t),u=i2(b[1]);if(u)var
-G=b[2],o=F(function(a){var
-b=a[2],c=cy(s(function(a){return a[4]},b)),d=aA(a[2],t);return F(function(a){var
-b=R(c,a[2]);return bx(R(a[1][4],E),b)},d)},G);else
+c=a[3],d=a[2];if(a[1]){var
+q=0;if(typeof
+d==="number")if(2===d)var
+i=bU(b,4),f=i?cC(bD,[0,kM(i[1][1])],c):i;else
+if(3===d)var
+j=bU(b,5),f=j?cC(bD,[0,kM(j[1][1])],c):j;else
+q=1;else
+q=1;if(q)var
+f=0;return f?kN(bU(b,d),c):f}var
+x=kG(d,1);if(x){var
+E=b[3],v=s(function(a){return a[4]},E),F=cX(v),w=kn(b[1]);if(w)var
+G=b[2],n=I(function(a){var
+b=a[2],c=cX(s(function(a){return a[4]},b)),d=V(a[2],v);return I(function(a){var
+b=O(c,a[2]);return bD(O(a[1][4],F),b)},d)},G);else
 var
-o=u;if(o){var
-y=gf(bF(b,0),d);if(y)var
-c=jp(bF(b,1),d);else{var
-p=y;j=1}}else{var
-p=o;j=1}}else{var
-p=w;j=1}if(j)var
-c=p}break;case
+n=w;if(n){var
+z=he(bU(b,0),c);if(z)return kN(bU(b,1),c);var
+o=z}else
+var
+o=n}else
+var
+o=x;return o;case
 12:var
-V=a[1]?0:1,q=bF(b,V),c=q?jg(q[1][1],a[2],a[3]):q;break;case
+aa=a[1]?0:1,p=bU(b,aa);return p?kE(p[1][1],a[2],a[3]):p;case
 13:var
-z=a[2],W=a[3],X=a[1]?z?6:7:z?0:1,A=bF(b,X),Y=A?gb(A[1][1],[0,W])?0:1:2,c=dF(a[4],Y);break;default:var
-f=a[1],H=1;if(ab(function(a){return dF(H,a)},f))var
-h=qP;else{var
-I=3;if(ab(function(a){return dF(I,a)},f))var
-h=qQ;else{var
-J=2;if(ab(function(a){return dF(J,a)},f))var
-h=qR;else
+A=a[2],ab=a[3],ae=a[1]?A?6:7:A?0:1,B=bU(b,ae),af=B?ha(B[1][1],[0,ab])?0:1:2;return eg(a[4],af);default:var
+e=a[1],H=1;if($(function(a){return eg(H,a)},e))var
+g=s7;else{var
+J=3;if($(function(a){return eg(J,a)},e))var
+g=s8;else{var
+K=2;if($(function(a){return eg(K,a)},e))var
+g=s9;else
 var
-K=f?qS:f,h=K}}var
-c=cg(dF,a[2],h)}return c?0:1}return 2}function
-jr(g,l){var
-s=e(2,e(2,e(2,e(2,e(2,e(2,p)))))),h=J(v(e(2,p),g),s),k=cT(l[2],g),r=[0,dq(t,a$(cT(J(k,l[1]),h),k)),aX(h)],f=bd(g),a=r;for(;;){if(f){var
-o=a[2],q=v(e(2,p),o),b=[0,v(a[1],a[1]),q],d=Z(ej(b[1]),h);if(P(t,d))var
-i=b[1],c=m$(d),m=J(b[2],d),n=0<=c?hJ(i,c):m_(i,-c|0),j=[0,n,m];else
-var
-j=b;var
-f=f[1],a=j;continue}return a}}function
-js(c,b,a){if(G(t,a[2]))return P(c,cT(v(a[1],b),a[2]));var
-d=v(a[1],b);return P(cT(c,aX(a[2])),d)}var
-qT=[0,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,p)))))))))))))),0],qU=[0,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,p))))))))))),qT],qV=[0,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,p))))))))),qU],qW=[0,e(2,e(2,e(2,e(2,e(2,C(e(2,e(2,p)))))))),qV],qX=[0,e(2,e(2,e(2,e(2,e(2,e(2,p)))))),qW];function
-dG(b,a){var
-c=b[1],e=b[2];if(P(c,e))return 0;if(P(a[1],t))return 0;if(x(c,e))return[0,h7(t,a[1])];var
-i=a[1],j=a[2];if(G(v(J(ej(c),p),j),i))return q0;if(G(v(Z(c,e),a[2]),v(a[1],e)))return q1;if(G(v(a[1],c),v(Z(c,e),a[2])))return q2;var
-d=qX;for(;;){if(d){var
-f=d[1],g=jr(f,a);if(js(b[1],b[2],g))return qY;var
-h=jr(f,[0,aX(a[1]),a[2]]);if(js(b[2],b[1],h))return qZ;var
-d=d[2];continue}return d}}var
-gg=e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,C(e(2,e(2,e(2,e(2,C(e(2,e(2,C(e(2,e(2,e(2,C(e(2,e(2,C(e(2,e(2,e(2,C(e(2,e(2,C(e(2,e(2,C(e(2,C(e(2,e(2,e(2,e(2,C(e(2,e(2,C(e(2,C(e(2,p)))))))))))))))))))))))))))))))))))))))))))))))))));function
-jt(a){if(a){var
+L=e?s_:e,g=L}}return cC(eg,a[2],g)}}function
+hf(b,a){return s$(b,a)?0:1}function
+kO(c,a){var
+b=S(b$(a[1]),c);if(M(q,b)){var
+d=B(a[2],b);return[0,jv(a[1],b),d]}return a}function
+kP(d,g){var
+l=c(2,c(2,c(2,c(2,c(2,c(2,n)))))),e=B(r(c(2,n),d),l),f=bA(g[2],d),k=[0,b_(q,aw(bA(B(f,g[1]),e),f)),aI(e)],b=aW(d),a=k;for(;;){if(b){var
+h=a[2],i=r(c(2,n),h),j=kO(e,[0,r(a[1],a[1]),i]),b=b[1],a=j;continue}return a}}function
+kQ(c,b,a){if(G(q,a[2]))return M(c,bA(r(a[1],b),a[2]));var
+d=r(a[1],b);return M(bA(c,aI(a[2])),d)}var
+ta=[0,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,n)))))))))))))),0],tb=[0,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,n))))))))))),ta],tc=[0,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,n))))))))),tb],td=[0,c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,n)))))))),tc],te=[0,c(2,c(2,c(2,c(2,c(2,c(2,n)))))),td];function
+eh(b,a){var
+c=b[1],e=b[2];if(M(c,e))return 0;if(M(a[1],q))return 0;if(y(c,e))return[0,jt(q,a[1])];var
+i=a[1],j=a[2];if(G(r(B(b$(c),n),j),i))return th;if(G(r(S(c,e),a[2]),r(a[1],e)))return ti;if(G(r(a[1],c),r(S(c,e),a[2])))return tj;var
+d=te;for(;;){if(d){var
+f=d[1],g=kP(f,a);if(kQ(b[1],b[2],g))return tf;var
+h=kP(f,[0,aI(a[1]),a[2]]);if(kQ(b[2],b[1],h))return tg;var
+d=d[2];continue}return d}}function
+kR(a,b){if(a){var
+c=eh(a[1],b);return ak(function(a){return 2<=a?0:1},c)}return tk}var
+hg=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,c(2,c(2,z(c(2,c(2,z(c(2,c(2,c(2,z(c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,n)))))))))))))))))))))))))))))))))))))))))))))))))));function
+kS(a){if(a){var
 b=a[2],c=a[1];if(46===c)return[0,0,b];var
-d=jt(b);return[0,[0,c,d[1]],d[2]]}return q8}function
-ju(D){var
-j=jt(D),b=j[1];if(b){var
+d=kS(b);return[0,[0,c,d[1]],d[2]]}return tp}function
+kT(E){var
+j=kS(E),b=j[1];if(b){var
 k=j[2],m=0;if(48===b[1]){var
-l=b[2],E=l?1:l;if(E)m=1}if(!m&&!H(dr(aw(k),q9))){var
-g=t,c=y(b,k);for(;;){if(c){var
-z=c[1],x=e(2,e(2,e(2,e(2,C(e(2,p)))))),a=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(z),n=a(7),o=a(6),q=a(5),r=a(4),s=a(3),u=a(2),w=a(1),d=Z(ia([0,a(0),[0,w,[0,u,[0,s,[0,r,[0,q,[0,o,[0,n,0]]]]]]]]),x),h=G(t,d),i=h?G(d,C(e(2,e(2,e(2,p))))):h,f=i?[0,d]:i;if(f){var
-A=c[2],B=f[1],g=J(v(e(2,C(e(2,e(2,p)))),g),B),c=A;continue}return f}return[0,g]}}return 0}return b}var
-jv=k(q_),jw=k(q$);function
-eG(h,g){var
+l=b[2],F=l?1:l;if(F)m=1}if(!m&&!J(a5(ac(k),tq))){var
+g=q,d=x(b,k);for(;;){if(d){var
+A=d[1],y=c(2,c(2,c(2,c(2,z(c(2,n)))))),a=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(A),o=a(7),p=a(6),s=a(5),t=a(4),u=a(3),v=a(2),w=a(1),e=S(jz([0,a(0),[0,w,[0,v,[0,u,[0,t,[0,s,[0,p,[0,o,0]]]]]]]]),y),h=G(q,e),i=h?G(e,z(c(2,c(2,c(2,n))))):h,f=i?[0,e]:i;if(f){var
+C=d[2],D=f[1],g=B(r(c(2,z(c(2,c(2,n)))),g),D),d=C;continue}return f}return[0,g]}}return 0}return b}var
+kU=k(tr),kV=k(ts);function
+fB(h,g){var
 b=h,a=g;for(;;){if(b){if(a){var
-d=d6(b[1],a[1]);if(d){var
+d=eW(b[1],a[1]);if(d){var
 b=b[2],a=a[2];continue}var
 e=d}else
 var
@@ -3348,43 +3383,43 @@ c=e}else
 var
 c=a?0:1;var
 f=c?1:c;return f}}var
-c0=k(rd),eH=k(re),gh=k(rf),c1=k(rg),bg=k(rh),ad=k(ri),cz=k(rj),eI=k(rk),eJ=k(rl),by=k(rm),jx=k(rn),bm=k(ro),gi=k(rp),gj=k(rq),gk=k(rr),gl=k(rs),eK=k(rt),eL=k(ru),bn=k(rv),bh=k(rw);function
-jy(d){var
-a=aj(eH,d);if(a){var
+dx=k(tw),fC=k(tx),hh=k(ty),dy=k(tz),bC=k(tA),am=k(tB),cY=k(tC),fD=k(tD),fE=k(tE),bK=k(tF),kW=k(tG),bE=k(tH),hi=k(tI),cZ=k(tJ),hj=k(tK),hk=k(tL),fF=k(tM),fG=k(tN),bg=k(tO),bh=k(tP);function
+kX(d){var
+a=af(fC,d);if(a){var
 b=a[1];if(typeof
-b!=="number"&&4===b[0])return X(cz,b[1]);var
+b!=="number"&&4===b[0])return Y(cY,b[1]);var
 c=0}else
 var
 c=a;return c}function
-rx(a){function
+tQ(a){function
 b(a){function
 b(c){function
 b(b){function
 d(d){function
 g(a){var
-e=a?[0,a[1],0]:a,f=L(cx([0,c,y(b,y(d,e))]),ry,[0,[0,c,b,d,a]]),g=b?1:b;return L(g,rz,f)}var
-e=aj(cz,a);if(e)var
-i=function(a){return[0,[0,a]]},f=h($(e[1]),i);else
+e=a?[0,a[1],0]:a,f=N(cA([0,c,x(b,x(d,e))]),tR,[0,[0,c,b,d,a]]),g=b?1:b;return N(g,tS,f)}var
+e=af(cY,a);if(e)var
+h=function(a){return[0,[0,a]]},f=i(ai(e[1]),h);else
 var
-f=rA;return h(f,g)}return h(r(function(a){return ah($,a)},ad,a),d)}return h(r(function(a){return ah($,a)},bg,a),b)}return h(r($,c1,a),b)}return h(S([0,c1,[0,bg,[0,ad,0]]],[0,cz,0],a),b)}function
-gm(a){function
+f=tT;return i(f,g)}return i(u(function(a){return _(ai,a)},am,a),d)}return i(u(function(a){return _(ai,a)},bC,a),b)}return i(u(ai,dy,a),b)}return i(U([0,dy,[0,bC,[0,am,0]]],[0,cY,0],a),b)}function
+hl(a){function
 b(b){function
 d(d){function
 c(a){var
 e=[0,[0,b,d,a]];if(b)var
 f=a[4]?0:1,c=f;else
 var
-c=1;return L(c,rB,e)}return h(r(rx,eH,a),c)}if(b)var
-e=[0,[0,k(rC),2],0],c=[0,[0,k(rD),1],e];else
+c=1;return N(c,tU,e)}return i(u(tQ,fC,a),c)}if(b)var
+e=[0,[0,k(tV),2],0],c=[0,[0,k(tW),1],e];else
 var
-c=[0,[0,k(rE),0],0];return h(r(function(a){return bf(c,a)},gh,a),d)}var
-c=[0,[0,k(rF),1],0],d=[0,[0,k(rG),0],c];return h(r(function(a){return bf(d,a)},c0,a),b)}function
-jz(e,a){var
-c=e[3],b=a[3],h=I(c[1],b[1]);if(h){var
-i=eB(c[2],b[2]);if(i){var
-j=eB(c[3],b[3]);if(j){var
+c=[0,[0,k(tX),0],0];return i(u(function(a){return aO(c,a)},hh,a),d)}var
+c=[0,[0,k(tY),1],0],d=[0,[0,k(tZ),0],c];return i(u(function(a){return aO(d,a)},dx,a),b)}function
+hm(e,a){var
+c=e[3],b=a[3],h=K(c[1],b[1]);if(h){var
+i=fr(c[2],b[2]);if(i){var
+j=fr(c[3],b[3]);if(j){var
 k=c[4];if(k)var
-f=b[4],p=f?I(k[1],f[1]):f,l=p;else
+f=b[4],p=f?K(k[1],f[1]):f,l=p;else
 var
 v=b[4]?0:1,l=v;var
 d=l}else
@@ -3402,10 +3437,10 @@ o=2<=a[2]?1:0,u=o?1:o,g=u}if(e[1])var
 m=a[1],r=m?1:m,n=r;else
 var
 s=a[1]?0:1,n=s;return[0,[0,n,g],d]}function
-V(a){return aL(aw(a))}function
-jA(a){function
+Z(a){return ag(ac(a))}function
+kY(a){function
 b(c){var
-b=jy(c),d=b?[0,gl,0]:b;function
+b=kX(c),d=b?[0,hk,0]:b;function
 e(a){function
 b(e){function
 c(c){function
@@ -3416,649 +3451,1506 @@ c(l){function
 c(m){function
 f(f){function
 n(g){function
-i(a){return[0,[0,b,e,k,l,m,f,g]]}var
-c=aj(gj,a);if(c)var
-j=function(a){return a0(eA,s(ca,a))},d=h(S(0,[0,bn,[0,bh,0]],c[1]),j);else
+h(a){return[0,[0,b,e,k,l,m,f,g]]}var
+c=af(cZ,a);if(c)var
+j=function(a){return a7(fq,s(by,a))},d=i(U(0,[0,bg,[0,bh,0]],c[1]),j);else
 var
-d=rH;return h(d,i)}var
-g=aj(gk,a);if(g){var
+d=t0;return i(d,h)}var
+g=af(hj,a);if(g){var
 c=g[1],j=0;if(typeof
 c==="number"||!(0===c[0]))j=1;else
 if(c[1])var
-o=b[1]?0:f?0:1,d=L(o,rK,rJ);else
+o=b[1]?0:f?0:1,d=N(o,t3,t2);else
 var
-d=O(rL);if(j)var
-d=O(rI);var
-i=d}else
+d=R(t4);if(j)var
+d=R(t1);var
+h=d}else
 var
-i=rM;return h(i,n)}var
-c=aj(gl,a);if(c)var
-g=function(a){return[0,[0,a]]},d=h(aY(gl,ey(c[1])),g);else
+h=t5;return i(h,n)}var
+c=af(hk,a);if(c)var
+g=function(a){return[0,[0,a]]},d=i(a6(hk,fo(c[1])),g);else
 var
-d=rN;return h(d,f)}var
-d=V(e);function
-f(a){return am(d,an,a)}return h(r(function(a){return bu(f,a)},bm,a),c)}var
-d=V(b[3][3]);return h(r(function(a){return ez(d,a)},jx,a),c)}var
-d=V(b[3][2]);return h(r(function(a){return ez(d,a)},by,a),c)}return h(r(ey,eJ,a),c)}return h(gm(a),b)}var
-b=aj(gi,a),d=b?aY(gi,iR(rO,1,b[1])):rP;return h(d,c)}var
-c=[0,[0,k(rQ),0],0];return h(r(function(a){return bf(c,a)},eI,a),b)}return h(S(y([0,eI,[0,c0,[0,eH,[0,gh,[0,eJ,[0,by,[0,jx,[0,bm,0]]]]]]]],d),[0,gi,[0,gj,[0,gk,0]]],a),e)}return h(a5(a),b)}function
-jB(a){if(typeof
-a!=="number"&&4===a[0])return X(gk,a[1]);return 0}var
-rY=k(rX);function
-rZ(j){var
-b=0,a=fU(f1,j);for(;;){if(a){var
+d=t6;return i(d,f)}var
+d=Z(e);function
+f(a){return ax(d,ar,a)}return i(u(function(a){return a8(f,a)},bE,a),c)}var
+d=Z(b[3][3]);return i(u(function(a){return fp(d,a)},kW,a),c)}var
+d=Z(b[3][2]);return i(u(function(a){return fp(d,a)},bK,a),c)}return i(u(fo,fE,a),c)}return i(hl(a),b)}var
+b=af(hi,a),d=b?a6(hi,kd(t7,1,b[1])):t8;return i(d,c)}var
+c=[0,[0,k(t9),0],0];return i(u(function(a){return aO(c,a)},fD,a),b)}return i(U(x([0,fD,[0,dx,[0,fC,[0,hh,[0,fE,[0,bK,[0,kW,[0,bE,0]]]]]]]],d),[0,hi,[0,cZ,[0,hj,0]]],a),e)}return i(bd(a),b)}function
+kZ(a){if(typeof
+a!=="number"&&4===a[0])return Y(hj,a[1]);return 0}var
+uf=k(ue);function
+ug(j){var
+b=0,a=gV(g2,j);for(;;){if(a){var
 d=a[2],f=a[1];if(d){var
-i=I(f,d[1])?b:[0,f,b],b=i,a=d;continue}var
-c=M(a,b)}else
+i=K(f,d[1])?b:[0,f,b],b=i,a=d;continue}var
+c=T(a,b)}else
 var
-c=M(a,b);if(c){var
+c=T(a,b);if(c){var
 e=c[2];if(e){var
-k=[0,c[1],[0,e[1],e[2]]],G=0,g=s(function(F){var
-e=G,d=F;for(;;){if(d){var
-g=d[2],a=d[1],k=dz(a),l=k||(11===a?1:0),m=l||(12===a?1:0);if(m){var
+k=[0,c[1],[0,e[1],e[2]]],F=0,g=s(function(G){var
+e=F,d=G;for(;;){if(d){var
+g=d[2],a=d[1],k=d8(a),l=k||(11===a?1:0),m=l||(12===a?1:0);if(m){var
 d=g;continue}var
-h=ek(33,a),i=h?ek(a,mB):h;if(i){var
+h=fb(33,a),i=h?fb(a,oS):h;if(i){var
 c=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),x=c(7),y=c(6),z=c(5),A=c(4),B=c(3),C=c(2),D=c(1),E=c(0);if(z||!(y&&!x))var
 f=a;else{var
-j=0;if(ek(65,a)&&ek(a,90))var
+j=0;if(fb(65,a)&&fb(a,90))var
 n=0,o=1,p=1,b=function(a,b){var
-c=a?1<<b:a;return c},q=b(n,7),r=b(o,6),s=b(p,5),t=b(A,4),u=b(B,3),v=b(C,2),w=b(D,1),f=fG(((((((b(E,0)+w|0)+v|0)+u|0)+t|0)+s|0)+r|0)+q|0);else
+c=a?1<<b:a;return c},q=b(n,7),r=b(o,6),s=b(p,5),t=b(A,4),u=b(B,3),v=b(C,2),w=b(D,1),f=gI(((((((b(E,0)+w|0)+v|0)+u|0)+t|0)+s|0)+r|0)+q|0);else
 j=1;if(j)var
 f=a}var
-e=[0,f,e],d=g;continue}return i}return[0,M(e,0)]}},k),h=F(function(a){if(a){var
-b=a[1],f=ab(function(a){return H(ab(function(b){return a===b?1:0},rY))},b),c=f||H(ab(et,b));if(c)var
+e=[0,f,e],d=g;continue}return i}return[0,T(e,0)]}},k),h=I(function(a){if(a){var
+b=a[1],f=$(function(a){return J($(function(b){return a===b?1:0},uf))},b),c=f||J($(fk,b));if(c)var
 d=c;else
 var
-e=f6(b),g=e?1:e,d=g;return d}return a},g);return h?cx(ac(function(a){var
+e=g6(b),g=e?1:e,d=g;return d}return a},g);return h?cA(W(function(a){var
 b=a?[0,a[1],0]:a;return b},g)):h}return 1}return 1}}function
-gn(a,b){if(a)var
-d=s(bU,b),e=gn(a[2],d),f=0,c=[0,s(function(a){return cb(f,a)},b),e];else
+hn(a,b){if(a)var
+d=s(ca,b),e=hn(a[2],d),f=0,c=[0,s(function(a){return bI(f,a)},b),e];else
 var
 c=a;return c}function
-go(a){var
-c=a[1][3],b=a[6],d=b?[0,b[1],0]:b,e=y(gn(c[3],a[4]),d),f=y(gn(c[2],a[3]),e);return F(rZ,[0,a[2],f])}var
-bo=k(r0),bi=k(r1),bp=k(r2),bq=k(r3),jC=k(r4),jD=k(r5),br=k(r6),jE=k(r7),jF=k(r8),bj=k(r9),jG=k(r_),jH=k(r$),eM=k(sa),jI=k(sb),ch=k(sc),jJ=k(sd),jK=k(se),jL=k(sf),eN=k(sg),jM=k(sh),c2=k(si),jN=k(sj);function
-gp(a){return x(a[1],t)}function
-jO(a,b){if(a)var
-d=s(bU,b),e=jO(a[1],d),c=[0,s(function(a){return cb(Q,a)},b),e];else
+ho(a){var
+c=a[1][3],b=a[6],d=b?[0,b[1],0]:b,e=x(hn(c[3],a[4]),d),f=x(hn(c[2],a[3]),e);return I(ug,[0,a[2],f])}var
+bF=k(uh),bi=k(ui),bs=k(uj),bt=k(uk),k0=k(ul),k1=k(um),bL=k(un),k2=k(uo),k3=k(up),bj=k(uq),k4=k(ur),k5=k(us),fH=k(ut),k6=k(uu),cd=k(uv),k7=k(uw),k8=k(ux),k9=k(uy),dz=k(uz),k_=k(uA),c0=k(uB),k$=k(uC);function
+hp(a){return y(a[1],q)}function
+la(a,b){if(a)var
+d=s(ca,b),e=la(a[1],d),c=[0,s(function(a){return bI(Q,a)},b),e];else
 var
 c=a;return c}function
-jP(e,d){var
+lb(e,d){var
 b=e,a=d;for(;;){if(b){if(a){var
-f=aA(b[1],a[1]),c=F(function(a){return cW(a[1],a[2])},f);if(c){var
+f=V(b[1],a[1]),c=I(function(a){return bS(a[1],a[2])},f);if(c){var
 b=b[2],a=a[2];continue}return c}return 1}return 1}}function
-sk(a){function
+uD(a){function
 b(a){function
 b(a){var
-c=jP(a,jO(aw(a),a)),f=[0,a];if(c)var
-e=du(t,a),b=F(function(a){var
-b=du(t,a[2]);return F(function(b){var
-c=x(a[1],b[1]);return bB(gp(b[2]),c)},b)},e),g=b?F(function(b){var
-c=aA(b,a);return F(function(a){var
-c=aA(b,a[2]);return F(function(b){var
-c=ak(b[1],b[2]);return K(a[1],c)},c)},c)},a):b,d=g;else
+c=lb(a,la(ac(a),a)),f=[0,a];if(c)var
+e=cb(q,a),b=I(function(a){var
+b=cb(q,a[2]);return I(function(b){var
+c=y(a[1],b[1]);return bz(hp(b[2]),c)},b)},e),g=b?I(function(b){var
+c=V(b,a);return I(function(a){var
+c=V(b,a[2]);return I(function(b){var
+c=ah(b[1],b[2]);return D(a[1],c)},c)},c)},a):b,d=g;else
 var
-d=c;return L(d,sl,f)}var
-c=V(a);return h(a0(function(a){return am(c,aC,a)},a),b)}return h(be(a),b)}function
-ss(a){function
+d=c;return N(d,uE,f)}var
+c=Z(a);return i(a7(function(a){return ax(c,al,a)},a),b)}return i(be(a),b)}function
+uL(a){function
 b(a){function
 b(c){var
-b=V(c);function
+b=Z(c);function
 d(c){function
 d(d){function
 e(e){function
 f(a){var
-b=[0,[0,[0,c,d,a],e]],f=aA(c,d);return L(F(function(a){return K(a[1],a[2])},f),st,b)}function
+b=[0,[0,[0,c,d,a],e]],f=V(c,d);return N(I(function(a){return D(a[1],a[2])},f),uM,b)}function
 g(c){function
 a(a){function
 c(b){function
-c(a){return[0,[0,b,a]]}return h(r(an,eM,a),c)}return h(r(function(a){return am(b,an,a)},jL,a),c)}return h(S([0,jL,[0,eM,0]],0,c),a)}return h(r(function(a){return ah(g,a)},bj,a),f)}function
-f(a){return am(b,an,a)}function
-g(a){return ah(f,a)}return h(r(function(a){return ah(g,a)},jK,a),e)}return h(r(function(a){return am(b,an,a)},jJ,a),d)}return h(r(function(a){return am(b,an,a)},ch,a),d)}return h(r(ey,jI,a),b)}return h(S([0,jI,[0,ch,[0,jJ,[0,jK,[0,bj,0]]]]],0,a),b)}function
-jQ(d,a,c,b){if(a)var
-f=bU(b),g=bU(c),h=jQ(J(d,p),a[2],g,f),i=cb(Q,c),j=cb(0,b),e=[0,[0,d,a[1],j,i],h];else
+c(a){return[0,[0,b,a]]}return i(u(ar,fH,a),c)}return i(u(function(a){return ax(b,ar,a)},k9,a),c)}return i(U([0,k9,[0,fH,0]],0,c),a)}return i(u(function(a){return _(g,a)},bj,a),f)}function
+f(a){return ax(b,ar,a)}function
+g(a){return _(f,a)}return i(u(function(a){return _(g,a)},k8,a),e)}return i(u(function(a){return ax(b,ar,a)},k7,a),d)}return i(u(function(a){return ax(b,ar,a)},cd,a),d)}return i(u(fo,k6,a),b)}return i(U([0,k6,[0,cd,[0,k7,[0,k8,[0,bj,0]]]]],0,a),b)}function
+lc(d,a,c,b){if(a)var
+f=ca(b),g=ca(c),h=lc(B(d,n),a[2],g,f),i=bI(Q,c),j=bI(0,b),e=[0,[0,d,a[1],j,i],h];else
 var
 e=a;return e}function
-jR(f,b,e){if(b){var
-k=bU(e),l=jR(f,b[2],k),m=cb(0,e),a=b[1],c=f[5];if(c)var
+ld(f,b,e){if(b){var
+k=ca(e),l=ld(f,b[2],k),m=bI(0,e),a=b[1],c=f[5];if(c)var
 d=c[1];else
 var
 j=a[4],d=s(function(a){return a?a[1]:Q},j);var
-h=a[5],i=jQ(t,a[3],d,m),g=[0,[0,a[1],a[2],i,h],l]}else
+h=a[5],i=lc(q,a[3],d,m),g=[0,[0,a[1],a[2],i,h],l]}else
 var
 g=b;return g}function
-jS(e,d){var
+le(e,d){var
 a=d;for(;;){if(a){var
 b=a[2];if(b){var
-c=aN(e,a[1],b[1]);if(c){var
+c=aA(e,a[1],b[1]);if(c){var
 a=b;continue}return c}return 1}return 1}}function
-sJ(a){function
+u2(a){function
 b(a){if(a){var
 b=a[2];if(b){var
-c=b[1];if(b[2])return O(sK);var
+c=b[1];if(b[2])return R(u3);var
 d=function(b){function
-a(a){return L(H(gp(a)),sL,[0,[0,b,a]])}return h(aC(c),a)};return h(aG(a[1]),d)}return O(sM)}return O(sN)}return h(be(a),b)}function
-sO(a){function
+a(a){return N(J(hp(a)),u4,[0,[0,b,a]])}return i(al(c),a)};return i(aK(a[1]),d)}return R(u5)}return R(u6)}return i(be(a),b)}function
+u7(a){function
 b(a){var
-b=[0,a];return L(jS(function(b,a){return P(b[1],a[1])},a),sP,b)}return h(ah(sJ,a),b)}function
-sQ(b,a){var
-d=P(b[1],a[1]);if(d)var
+b=[0,a];return N(le(function(b,a){return M(b[1],a[1])},a),u8,b)}return i(_(u2,a),b)}function
+u9(b,a){var
+d=M(b[1],a[1]);if(d)var
 c=d;else{var
-e=x(b[1],a[1]);if(e){var
-f=P(b[2],a[2]);if(f)var
+e=y(b[1],a[1]);if(e){var
+f=M(b[2],a[2]);if(f)var
 c=f;else{var
-g=x(b[2],a[2]);if(g)return P(b[3],a[3]);var
+g=y(b[2],a[2]);if(g)return M(b[3],a[3]);var
 c=g}}else
 var
 c=e}return c}function
-jT(c,b,d){var
+lf(c,b,d){var
 a=b?b[1][11]:b;function
 e(b){function
 d(c){function
-e(a){return L(jS(sQ,c),sR,[0,c])}if(a)var
-f=V(a[1][1]),d=r(function(a){return am(f,an,a)},jM,b);else
+e(a){return N(le(u9,c),u_,[0,c])}if(a)var
+f=Z(a[1][1]),d=u(function(a){return ax(f,ar,a)},k_,b);else
 var
-d=sS;return h(d,e)}function
+d=u$;return i(d,e)}function
 e(f){function
 a(a){function
 b(b){function
 c(c){function
 d(d){function
-e(a){return[0,[0,b,c,d,a]]}return h(r(sO,jN,a),e)}return h(r(aG,ch,a),d)}return h(r(aG,c2,a),c)}var
-d=c?r(aG,ad,a):[0,aX(p)];return h(d,b)}var
-b=0,d=[0,c2,[0,ch,[0,jN,0]]],e=c?[0,ad,0]:c;return h(S(y(e,d),b,f),a)}return h(r(function(a){return ah(e,a)},eN,b),d)}var
-f=0,g=a?[0,jM,0]:a;return h(S([0,eN,g],f,d),e)}function
-dH(a){return a?aw(a[1]):a}function
-jU(a){return ax(h5,sT,a)}function
-gq(a){return jU(s(aw,a))}function
-gr(a){return jU(s(dH,a))}function
-bG(a){return gq(a[1])}function
-jV(a){return gr(a[1])}function
-ci(b){var
-a=b[2];return 0===a[0]?gq(a[1]):a[1]}function
-jW(b){var
-a=b[2];return 0===a[0]?gr(a[1]):a[1]}function
-cA(b,a){return dr(aw(a),b)}function
-eO(e,a){var
-b=cA(e,a);if(b){var
-c=F(a4,a);if(c)return cW(aF(a),U);var
+e(a){return[0,[0,b,c,d,a]]}return i(u(u7,k$,a),e)}return i(u(aK,cd,a),d)}return i(u(aK,c0,a),c)}var
+d=c?u(aK,am,a):[0,aI(n)];return i(d,b)}var
+b=0,d=[0,c0,[0,cd,[0,k$,0]]],e=c?[0,am,0]:c;return i(U(x(e,d),b,f),a)}return i(u(function(a){return _(e,a)},dz,b),d)}var
+f=0,g=a?[0,k_,0]:a;return i(U([0,dz,g],f,d),e)}function
+ei(a){return a?ac(a[1]):a}function
+lg(a){return ao(jq,va,a)}function
+hq(a){return lg(s(ac,a))}function
+hr(a){return lg(s(ei,a))}function
+bk(a){return hq(a[1])}function
+dA(a){return hr(a[1])}function
+bl(b){var
+a=b[2];return 0===a[0]?hq(a[1]):a[1]}function
+bG(b){var
+a=b[2];return 0===a[0]?hr(a[1]):a[1]}function
+c1(b,a){return a5(ac(a),b)}function
+ej(e,a){var
+b=c1(e,a);if(b){var
+c=I(aE,a);if(c)return bS(aF(a),P);var
 d=c}else
 var
 d=b;return d}function
-jX(a){return ab(ag,a)}function
-cB(b,a){if(a){var
-c=cB(b,a[2]),d=aA(a[1],c);return s(function(a){return[0,a[1],a[2]]},d)}return dt(0,b)}function
-sU(a){var
-e=dH(a),b=F(function(a){return eO(e,a)},a);if(b){var
-c=H(cA(0,a));if(c)return F(jX,cB(dH(a),a));var
+lh(a){return $(ad,a)}function
+cD(b,a){if(a){var
+c=cD(b,a[2]),d=V(a[1],c);return s(function(a){return[0,a[1],a[2]]},d)}return dq(0,b)}function
+vb(a){var
+e=ei(a),b=I(function(a){return ej(e,a)},a);if(b){var
+c=J(c1(0,a));if(c)return I(lh,cD(ei(a),a));var
 d=c}else
 var
 d=b;return d}function
-jY(a){var
-b=H(cA(0,a));return b?F(sU,a):b}function
-gs(d,c,a){var
-b=cA(d,a);return b?F(function(a){return cA(c,a)},a):b}function
-gt(a){if(a){var
-b=a[2],c=a[1];return ac(function(a){var
-c=gt(b);return s(function(b){return ac(function(a){return s(function(b){return R(a,b)},b)},a)},c)},c)}return[0,[0,U,0],0]}function
-jZ(a){if(a)var
-b=a[1],d=jZ(b),e=s(function(a){return[0,Q,a]},d),c=[0,[0,U,dt(Q,b)],e];else
+li(a){var
+b=J(c1(0,a));return b?I(vb,a):b}function
+fI(d,c,a){var
+b=c1(d,a);return b?I(function(a){return c1(c,a)},a):b}function
+hs(a){if(a){var
+b=a[2],c=a[1];return W(function(a){var
+c=hs(b);return s(function(b){return W(function(a){return s(function(b){return O(a,b)},b)},a)},c)},c)}return[0,[0,P,0],0]}function
+lj(a){if(a)var
+b=a[1],d=lj(b),e=s(function(a){return[0,Q,a]},d),c=[0,[0,P,dq(Q,b)],e];else
 var
 c=a;return c}function
-j0(a){return gt(a[1])}function
-gu(b){var
-a=b[2];return 0===a[0]?gt(a[1]):jZ(a[1])}function
-gv(a){return ax(function(b,a){return fS(b[2],a)},p,a)}function
-j1(b,a){var
-c=a$(b,a[2]);return v(a[1],c)}function
-eP(a){return gv(bl(a))}function
-eQ(a){var
-b=eP(a);function
-c(a){return j1(b,a)}return s(function(a){return s(c,a)},a)}function
-gw(a){return ax(function(b,a){return v(eP(b),a)},p,a)}function
-c3(d,c,e){if(d){var
+ek(a){return hs(a[1])}function
+el(b){var
+a=b[2];return 0===a[0]?hs(a[1]):lj(a[1])}function
+fJ(a){return ao(function(b,a){return gT(b[2],a)},n,a)}function
+ht(b,a){var
+c=aw(b,a[2]);return r(a[1],c)}function
+dB(a){return fJ(bc(a))}function
+dC(a){var
+b=dB(a);function
+c(a){return ht(b,a)}return s(function(a){return s(c,a)},a)}function
+fK(a){return ao(function(b,a){return r(dB(b),a)},n,a)}function
+bM(d,c,e){if(d){var
 b=c,a=e;for(;;){if(b&&a){var
 b=b[1],a=a[2];continue}var
-g=c3(d[1],c,a),f=[0,h9(c,e),g];break}}else
+g=bM(d[1],c,a),f=[0,jw(c,e),g];break}}else
 var
 f=d;return f}function
-j2(c,b,a){if(b){var
+lk(c,b,a){if(b){var
 d=b[1];if(a){var
-f=a[1],e=j2(c,b[2],a[2]),g=aU(d);if(0===g)return e;if(0<g){var
-i=aA(f,e);return s(function(a){return J(v(d,a[1]),a[2])},i)}var
-h=aA(f,e);return s(function(a){return J(v(d,a[1]),a[2])},h)}return dt(t,c)}return dt(t,c)}function
-gx(b,a,d){if(a){var
-c=a[2],e=a[1],f=ec(gr(c),b),g=c3(dH(e),f,d),h=s(function(a){return gx(b,c,a)},g),i=eQ(e);return ac(function(a){return j2(ec(gq(c),b),a,h)},i)}return d}function
-j3(a){var
-f=a[4],b=ec(bG(a),f),g=gv(bl(bl(a[5]))),h=a[5],c=s(function(b){var
-c=bl(b),d=s(function(a){return j1(g,a)},c);return gx(a[4],a[1],d)},h),d=a[2];if(0===d[0])var
-i=bl(c),e=gx(b,d[1],i);else
+f=a[1],e=lk(c,b[2],a[2]),g=aQ(d);if(0===g)return e;if(0<g){var
+i=V(f,e);return s(function(a){return B(r(d,a[1]),a[2])},i)}var
+h=V(f,e);return s(function(a){return B(r(d,a[1]),a[2])},h)}return dq(q,c)}return dq(q,c)}function
+hu(b,a,d){if(a){var
+c=a[2],e=a[1],f=e5(hr(c),b),g=bM(ei(e),f,d),h=s(function(a){return hu(b,c,a)},g),i=dC(e);return W(function(a){return lk(e5(hq(c),b),a,h)},i)}return d}function
+ll(a){var
+f=a[4],b=e5(bk(a),f),g=fJ(bc(bc(a[5]))),h=a[5],c=s(function(b){var
+c=bc(b),d=s(function(a){return ht(g,a)},c);return hu(a[4],a[1],d)},h),d=a[2];if(0===d[0])var
+i=bc(c),e=hu(b,d[1],i);else
 var
-e=bl(c);var
-j=c3(ci(a),b,e),k=a[4],l=bG(a);return s(function(a){return c3(l,k,a)},j)}function
-j4(a){var
-b=ax(h6,t,a),c=aU(b);return 0===c?s(function(a){return Q},a):0<c?s(function(a){return cV([0,a,b])},a):s(function(a){return Q},a)}function
-dI(b,a){return K(b,a)?a:b}function
-j5(b,a){return K(b,a)?b:a}function
-eR(a){return a?ax(dI,a[1],a[2]):Q}function
-c4(a){return a?ax(j5,a[1],a[2]):Q}function
-eS(a){var
-b=c4(a),c=eR(a);return ag(b)?[0,R(c,aM(b))]:ag(c)?0:[0,U]}function
-dJ(c,b,a){var
-d=b?a?[0,aN(c,b[1],a[1])]:a:b;return d}function
-j6(a){var
-b=s(eS,cB(dH(a),a)),c=[0,U];return ax(function(a,b){return dJ(dI,a,b)},c,b)}function
-j7(a){var
-b=s(j6,a),c=[0,U];return ax(function(a,b){return dJ(R,a,b)},c,b)}function
-dK(d,c,b){var
-a=d[7];return 0===a[0]?a[1]:bC(b,bC(c,a[1],0),0)}function
-gy(d,c,b){var
-a=d[6];return a?bC(b,bC(c,a[1],0),Q):U}function
-cj(a){return aA(cd(0,aw(a)),a)}function
-gz(a,b){if(G(b,p))return a;var
-e=as(b,aq(2)),f=e[1];if(x(e[2],t)){var
-c=gz(a,f);return v(c,c)}var
-d=gz(a,f);return v(a,v(d,d))}function
-cC(c,a){var
-b=aU(a);return 0===b?p:0<b?gz(c,a):p}function
-c5(b,a){return aX(a$(aX(b),a))}function
-j8(f,e,d){var
+e=bc(c);var
+j=bM(bl(a),b,e),k=a[4],l=bk(a);return s(function(a){return bM(l,k,a)},j)}function
+lm(a){var
+b=ao(gR,q,a),c=aQ(b);return 0===c?s(function(a){return Q},a):0<c?s(function(a){return dt([0,a,b])},a):s(function(a){return Q},a)}function
+c2(b,a){return D(b,a)?a:b}function
+fL(b,a){return D(b,a)?b:a}function
+dD(a){return a?ao(c2,a[1],a[2]):Q}function
+cE(a){return a?ao(fL,a[1],a[2]):Q}function
+fM(a){var
+b=cE(a),c=dD(a);return ad(b)?[0,O(c,az(b))]:ad(c)?0:[0,P]}function
+em(c,b,a){var
+d=b?a?[0,aA(c,b[1],a[1])]:a:b;return d}function
+ln(a){var
+b=s(fM,cD(ei(a),a)),c=[0,P];return ao(function(a,b){return em(c2,a,b)},c,b)}function
+lo(a){var
+b=s(ln,a),c=[0,P];return ao(function(a,b){return em(O,a,b)},c,b)}function
+c3(d,c,b){var
+a=d[7];return 0===a[0]?a[1]:ay(b,ay(c,a[1],0),0)}function
+hv(d,c,b){var
+a=d[6];return a?ay(b,ay(c,a[1],0),Q):P}function
+ce(a){return V(aN(0,ac(a)),a)}function
+hw(a,b){if(G(b,n))return a;var
+e=au(b,at(2)),f=e[1];if(y(e[2],q)){var
+c=hw(a,f);return r(c,c)}var
+d=hw(a,f);return r(a,r(d,d))}function
+cf(c,a){var
+b=aQ(a);return 0===b?n:0<b?hw(c,a):n}function
+cg(b,a){return aI(aw(aI(b),a))}function
+lp(f,e,d){var
 c=f,b=e,a=d;for(;;){if(c){var
-c=c[1],g=v(a,b),b=Z(b,p),a=g;continue}return a}}var
-sW=e(2,e(2,e(2,e(2,e(2,e(2,e(2,e(2,p)))))))),gA=cC(e(2,p),sW),sX=e(2,e(2,e(2,e(2,e(2,e(2,p)))))),j9=cC(e(2,p),sX);function
-j_(c,b,C,a){var
-d=C[1],f=Z(C[2],d);if(!G(d,t)&&!G(c,b)){if(G(f,t))return G(t,a[1]);var
-i=bd(b),u=cC(f,Z(c,b)),k=i,e=b,j=gA,g=gA,F=a[2];for(;;){if(k){var
-n=v(e,f),o=v(J(Z(c,e),p),d),D=0;if(x(j,p)&&G(n,o)){var
-w=J(g,e);D=1}if(!D){var
-q=c5(v(j,n),o),k=k[1],e=Z(e,p),j=q,g=J(g,q);continue}}else
+c=c[1],g=r(a,b),b=S(b,n),a=g;continue}return a}}var
+vd=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,n)))))))),hx=cf(c(2,n),vd),ve=c(2,c(2,c(2,c(2,c(2,c(2,n)))))),lq=cf(c(2,n),ve),vf=c(2,c(2,c(2,c(2,c(2,c(2,n)))))),bN=cf(c(2,n),vf);function
+hy(b){if(G(b,q))return q;var
+g=c(2,n),h=B(aw(b$(b),g),n),i=cf(c(2,n),h),j=c(2,n),d=aW(B(b$(b),j)),a=i;for(;;){if(d){var
+f=c(2,n),e=aw(B(a,aw(b,a)),f);if(M(e,a)){var
+d=d[1],a=e;continue}return a}return a}}function
+lr(a,l){var
+h=l[2],e=l[1],g=[0,aW(a)],b=a,f=0;for(;;){if(g){var
+i=r(r(r(e,a),B(r(r(r(c(2,c(2,n)),h),b),S(a,b)),r(e,a))),r(bN,bN)),d=hy(i),j=r(r(a,B(r(r(c(2,n),h),b),e)),bN),k=r(r(c(2,n),a),B(r(h,a),e)),m=aw(B(j,d),k),o=y(r(d,d),i)?q:n,p=[0,[0,aw(S(S(j,d),o),k),m],f],g=g[1],b=S(b,n),f=p;continue}return f}}function
+ls(b,a){var
+c=b[3];return ay(aW(a),c,[0,q,q])}function
+lt(s,q,p,o,m,b,h,l,k){var
+i=s,a=q,d=p,g=o,c=m,f=l,e=k;for(;;){if(i){if(M(g,c)){var
+j=cg(r(c,r(a,b)),r(d,h)),i=i[1],a=S(a,n),d=B(d,n),t=B(e,S(j,B(g,n))),g=B(g,n),c=j,f=[0,j,f],e=t;continue}return[0,[0,f,cg(r(c,r(a,b)),S(r(d,h),r(a,b)))],e]}return[0,[0,f,cg(r(c,r(a,b)),S(r(d,h),r(a,b)))],e]}}function
+lu(d,a){var
+e=c(2,c(2,c(2,c(2,c(2,c(2,c(2,n))))))),f=hy(d),b=B(b_(q,r(c(2,c(2,c(2,n))),f)),e),g=G(a,b)?a:b;return aW(g)}function
+ch(b,e){var
+d=S(e[2],e[1]),c=e[1];if(G(c,q))return[0,q,[0,bN,0],q,q,bN];if(G(d,q))return[0,b,[0,bN,0],q,q,bN];var
+a=aw(r(B(b,n),c),B(c,d)),f=lt(lu(b,S(b,a)),S(b,a),B(a,n),q,bN,c,d,0,bN),g=f[1],k=f[2],h=lt(lu(b,a),a,B(S(b,a),n),q,bN,d,c,0,k),i=h[1],j=i[1],l=h[2],m=g[2],o=i[2],p=x(j,[0,bN,T(g[1],0)]);return[0,S(a,ag(ac(j))),p,o,m,l]}function
+hz(d){var
+e=T(d[2],0),c=0,b=d[4],a=e;for(;;){if(a){var
+c=[0,b,c],b=B(b,a[1]),a=a[2];continue}return[0,b,c]}}function
+lv(a){var
+b=bI(q,hz(a));return B(a[3],b)}function
+lw(f,e,d){var
+b=e,a=d;for(;;){if(a){var
+c=a[2];if(c){if(M(b,f)){var
+b=B(b,n),a=c;continue}return[0,b,a]}return[0,b,a]}return[0,b,a]}}function
+lx(c,b,a){return G(r(c,a[2]),r(a[1],b[5]))}function
+fN(b,h,g){var
+d=S(B(h,n),b[1]),c=b[2],a=b[3],i=b[4];for(;;){if(c){if(M(q,d)){var
+d=S(d,n),f=B(a,c[1]),c=c[2],a=f;continue}var
+e=a}else
 var
-w=g;var
-H=cC(d,b),y=v(v(v(v(j8(i,c,p),H),u),w),F),I=cC(J(d,f),c),z=v(j8(i,b,p),I),A=v(v(a[1],z),gA);if(G(y,A))return 1;var
-B=G(v(y,j9),v(A,J(j9,p)));if(B){var
-m=i,h=p,r=p,l=p,K=v(a[1],z),L=a[2];for(;;){if(m){var
-s=v(v(r,J(Z(c,h),p)),d),m=m[1],E=J(v(v(l,h),f),s),h=J(h,p),r=s,l=E;continue}return G(v(v(l,u),L),K)}}return B}}return G(a[2],a[1])}function
-dL(a){var
-b=P(t,a[2]);return b?ag(a[4]):b}var
-j$=e(2,e(2,e(2,C(e(2,e(2,e(2,e(2,C(e(2,C(e(2,C(e(2,e(2,e(2,p))))))))))))))));function
-sY(a){var
-b=H(dL(a));return b?b:G(a[2],j$)}function
-ka(b,a){return R(a,aM(b[4]))}function
-cD(a){return ak(U,bD(a))}function
-kb(r,y,x){var
-h=y,b=x;for(;;){if(h){if(b){var
-s=b[1],a=h[1],c=s[2],d=s[1],j=a4(d),i=0;if(j){var
-k=K(d,c);if(k){var
-l=K(c,a[4]);if(l)if(dL(a)){var
-m=G(a[2],j$);if(m){var
-n=K(d,Q);if(n)var
-f=n;else
+e=M(q,d)?B(a,i):a;return lx(e,b,g)}}function
+hA(a,b,d){if(M(b,a[1]))var
+c=lv(a);else
 var
-w=cD(ka(a,d)),f=j_(a[2],Z(a[2],a[3]),w,r)}else
+e=hz(a),c=bI(q,lw(b,a[1],e)[2]);return lx(c,a,d)}function
+fO(c,b){var
+a=O(c,b);return D(P,a)?P:a}function
+ly(a){if(D([0,n,c(2,c(2,z(c(2,c(2,c(2,z(c(2,n))))))))],a)){var
+b=c(2,c(2,c(2,c(2,n))));return[0,z(c(2,c(2,c(2,z(c(2,n)))))),b]}return D([0,n,c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,z(c(2,z(c(2,n)))))))))))))))],a)?[0,c(2,c(2,n)),n]:[0,z(c(2,c(2,c(2,n)))),n]}function
+lz(a){var
+j=G(q,a[2]);if(j){var
+k=G(a[2],a[1]);if(k){var
+l=G(n,a[1]);if(l){var
+f=q,e=n,b=a[3];for(;;){if(b){var
+c=b[1],g=G(f,c[1]);if(g){var
+h=G(e,c[2]);if(h){var
+f=c[1],e=c[2],b=b[2];continue}var
+i=h}else
 var
-f=m;var
-u=0;if(f){var
-o=K(a[4],c);if(o)var
-p=o;else{var
-v=ka(a,c),e=j_(a[2],a[3],v,r);i=1;u=1}}else
+i=g;return i}return 1}}var
+d=l}else
 var
-p=f;if(!u){var
-e=p;i=1}}else{var
-q=K(d,Q);if(q){var
-e=K(a[4],c);i=1}else
+d=k}else
 var
-g=q}else
+d=j;return d}function
+lA(a){return O(a,[0,n,c(2,z(c(2,c(2,c(2,z(c(2,n)))))))])}var
+lB=c(2,c(2,c(2,z(c(2,c(2,c(2,c(2,z(c(2,z(c(2,z(c(2,c(2,c(2,n)))))))))))))))),lC=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,n)))))))));function
+lD(b,a){var
+d=b$(b),c=S(B(lC,b$(a)),d);return G(q,c)?[0,aw(bA(b,c),a),aI(c)]:[0,aw(b,a),q]}function
+c4(b,a){return kO(lC,[0,r(b[1],a[1]),B(b[2],a[2])])}function
+hB(a,b){if(G(b,n))return a;var
+e=au(b,at(2)),f=e[1];if(y(e[2],q)){var
+c=hB(a,f);return c4(c,c)}var
+d=hB(a,f);return c4(a,c4(d,d))}function
+hC(d,c,a){var
+b=aQ(a);return 0===b?[0,n,q]:0<b?hB(lD(d,c),a):[0,n,q]}function
+lE(e,d,c,a){var
+b=aE(a);return b?fN(ch(e,c),d,a):b}function
+lF(b,a,h,d){if(G(b,lB)){var
+$=lE(b,a,h,d);if($)return $;var
+f=h[1],j=S(h[2],f);if(!G(f,q)&&!G(b,a)){if(G(j,q))return G(q,d[1]);var
+p=aW(a),I=cf(j,S(b,a)),u=p,i=a,t=hx,m=hx,af=d[2];for(;;){if(u){var
+C=r(i,j),D=r(B(S(b,i),n),f),ab=0;if(y(t,n)&&G(C,D)){var
+J=B(m,i);ab=1}if(!ab){var
+E=cg(r(t,C),D),u=u[1],i=S(i,n),t=E,m=B(m,E);continue}}else
 var
-g=l}else
+J=m;var
+ag=cf(f,a),K=r(r(r(r(lp(p,b,n),ag),I),J),af),ah=cf(B(f,j),b),L=r(lp(p,a,n),ah),N=r(r(d[1],L),hx);if(G(K,N))return 1;var
+O=G(r(K,lq),r(N,B(lq,n)));if(O){var
+w=p,o=n,F=n,v=n,ai=r(d[1],L),aj=d[2];for(;;){if(w){var
+H=r(r(F,B(S(b,o),n)),f),w=w[1],ae=B(r(r(v,o),j),H),o=B(o,n),F=H,v=ae;continue}return G(r(r(v,I),aj),ai)}}return O}}return G(d[2],d[1])}var
+aa=aE(d);if(aa){var
+e=h[1],l=S(h[2],e),W=M(q,e);if(W){var
+X=M(a,b);if(X){var
+Y=G(l,q);if(Y)var
+g=Y;else{var
+Z=ad(d);if(Z){var
+_=M(r(a,B(e,l)),r(b,e));if(_){var
+P=B(e,l),s=S(b,a),al=hC(r(a,P),r(b,e),a),Q=c4(hC(r(s,P),r(b,l),s),al),am=c(2,n),an=hC(d[1],d[2],am),R=c4(c4(Q,Q),an),x=B(s,n),T=S(r(x,e),r(a,l)),U=r(r(r(z(c(2,c(2,z(c(2,c(2,z(c(2,n)))))))),b),r(x,e)),r(x,e)),V=r(r(r(r(z(c(2,c(2,z(c(2,z(c(2,c(2,c(2,z(c(2,c(2,n)))))))))))),a),s),T),T),ac=0;if(M(q,a)&&M(U,V)){var
+k=c4(R,lD(V,U));ac=1}if(!ac)var
+k=R;if(G(q,k[2]))var
+A=G(n,k[1]);else
 var
-g=k}else
+ak=k[1],A=G(bA(n,aI(k[2])),ak);if(A)return lE(b,a,h,d);var
+g=A}else
 var
-g=j;if(!i)var
-e=g;if(e){var
-h=h[2],b=b[2];continue}var
-t=e}else
+g=_}else
 var
-t=b;return t}return b?0:1}}function
-eT(a){return[0,a,p]}function
-kc(b,a){var
-c=cC(b[2],a),d=aU(c),e=0===d?p:0<d?c:p;return[0,cC(b[1],a),e]}function
-eU(a){return aL(aw(az(dL,a)))}function
-gB(b,a){return G(b,a)?b:a}function
-kd(c){var
-g=az(dL,c),a=s(function(a){return a[1]},g);for(;;){if(a){var
+g=Z}}else
+var
+g=X}else
+var
+g=W;return g}return aa}function
+en(a){var
+b=M(q,a[2]);return b?ad(a[4]):b}var
+vg=c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,c(2,c(2,c(2,c(2,z(c(2,n))))))))))))))))))));function
+lG(b,a){return O(a,az(b[4]))}function
+cF(a){return ah(P,br(a))}function
+lH(q,x,w){var
+g=x,b=w;for(;;){if(g){if(b){var
+r=b[1],a=g[1],c=r[2],d=r[1],j=aE(d),h=0;if(j){var
+k=D(d,c);if(k){var
+l=D(c,a[4]);if(l)if(en(a)){var
+m=D(d,Q);if(m)var
+i=m;else
+var
+v=cF(lG(a,d)),i=lF(a[2],S(a[2],a[3]),v,q);var
+t=0;if(i){var
+n=D(a[4],c);if(n)var
+o=n;else{var
+u=lG(a,c),e=lF(a[2],a[3],u,q);h=1;t=1}}else
+var
+o=i;if(!t){var
+e=o;h=1}}else{var
+p=D(d,Q);if(p){var
+e=D(a[4],c);h=1}else
+var
+f=p}else
+var
+f=l}else
+var
+f=k}else
+var
+f=j;if(!h)var
+e=f;if(e){var
+g=g[2],b=b[2];continue}var
+s=e}else
+var
+s=b;return s}return b?0:1}}function
+lI(d){var
+a=d;for(;;){if(a){var
 b=a[2];if(b){var
-f=P(a[1],b[1]);if(f){var
-a=b;continue}var
-d=f}else
-var
-d=1}else
-var
-d=1;if(d)return gB(p,eU(c));var
-h=eU(c);return gB(e(2,p),h)}}function
-gC(h,g,f,b,d,a){var
-l=R(eT(Z(v(e(2,p),f),b)),a),i=K(ak(ak(R(eT(b),d),l),h),U);if(i)var
-c=i;else
+c=M(a[1],b[1]);if(c){var
+a=b;continue}return c}return 1}return 1}}function
+c5(a){return[0,a,n]}function
+lJ(b,a){var
+c=cf(b[2],a),d=aQ(c),e=0===d?n:0<d?c:n;return[0,cf(b[1],a),e]}function
+fP(a){return ag(ac(an(en,a)))}function
+hD(b,a){return G(b,a)?b:a}function
+lK(a){var
+b=an(en,a);if(lI(s(function(a){return a[1]},b)))return hD(n,fP(a));var
+d=fP(a);return hD(c(2,n),d)}function
+hE(h,g,f,b,e,a){var
+l=O(c5(S(r(c(2,n),f),b)),a),i=D(ah(ah(O(c5(b),e),l),h),P);if(i)var
+d=i;else
 if(g){var
-j=ag(cD(ak(d,a)));if(j){var
-k=ag(cD(ak(a,a)));if(k){var
-m=kc(cD(ak(a,a)),Z(f,b));return K(h,R(kc(cD(ak(d,a)),b),m))}var
-c=k}else
+j=ad(cF(ah(e,a)));if(j){var
+k=ad(cF(ah(a,a)));if(k){var
+m=lJ(cF(ah(a,a)),S(f,b));return D(h,O(lJ(cF(ah(e,a)),b),m))}var
+d=k}else
 var
-c=j}else
+d=j}else
 var
-c=g;return c}function
-ke(c,b,a){var
-d=R(c,a[1]);return K(b[2],d)}function
-kf(d,c){var
-a=d,b=c;for(;;){if(a){if(x(b,t))return[0,a[1]];var
-a=a[2],b=Z(b,p);continue}return a}}function
-kg(b,a){return aA(s(function(a){return a[1]},b),a)}function
-kh(a){var
-b=a[2];return G(b,p)?[0,a[1]]:x(as(b,aq(2))[2],t)?0:0}function
-ki(b,a){if(b){if(a){var
-c=ki(b[2],a[2]);return[0,J(b[1],a[1]),c]}return b}return a}function
-kj(c,q){if(c[4])return 0;if(q){var
-d=0,f=aX(p),h=aX(p),a=c[7],j=0;for(;;){if(a){var
-b=a[2],e=a[1];if(x(e[1],h)){var
-d=[0,[0,f,e],d],a=b;continue}var
-i=b?x(b[1][1],e[1]):b;if(i){var
-d=[0,[0,J(f,p),e],d],f=J(f,p),h=e[1],a=b;continue}var
-a=b;continue}var
-k=M(d,j);return cc(function(b){var
-e=c[5],h=b[2];if(e)var
-a=[0,e[1]];else
+d=g;return d}function
+lL(c,b,a){var
+d=O(c,a[1]);return D(b[2],d)}function
+fQ(d,c){var
+a=d,b=c;for(;;){if(a){if(y(b,q))return[0,a[1]];var
+a=a[2],b=S(b,n);continue}return a}}function
+lM(b,a){return V(s(function(a){return a[1]},b),a)}function
+lN(c,b,a){var
+d=dr(c,a);return W(function(a){var
+c=a[2];return W(function(a){var
+d=an(function(c){var
+d=E(b,c);return J(y(E(b,a),d))},c);return s(function(b){return[0,a,b]},d)},c)},d)}function
+lO(b,a){return lI(s(bx,dr(b,a)))}function
+lP(a){return cb(q,s(function(a){return a[1]},a))}function
+lQ(a){return a[2][1]}function
+lR(a8,E,aF,C){var
+aG=aF[2],aH=aF[1];function
+aI(a){return[0,a[2][2],a[2][3],a[3]]}var
+a9=az(aH[2][4]),i=O(a8,O(aG[2][4],a9)),a=aI(aG),d=aI(aH),aY=[0,n,c(2,c(2,n))],l=O(lA(E),aY),an=ah(E,br(lA(E))),ao=lz(d);if(ao){var
+ap=lz(a);if(ap){var
+aq=ad(i);if(aq){var
+ar=M(q,a[2]);if(ar){var
+as=aE(E);if(as)if(C){var
+z=C[2],b=C[1],t=z;for(;;){if(t){var
+Z=t[2];if(Z){var
+t=Z;continue}var
+p=t[1]}else
 var
-g=h[4],a=cc(function(a){return a},g);if(a)var
-d=cc(kh,b[2][3]),i=d?[0,[0,b[1],a[1],d[1]]]:d,f=i;else
+p=b;var
+at=aE(b);if(at){var
+U=b,x=z;for(;;){if(x){var
+aj=x[1],ak=J(D(aj,U));if(ak){var
+U=aj,x=x[2];continue}var
+W=ak}else
 var
-f=a;return f},k)}}var
-g=c[5];if(g){var
-l=g[1],m=function(a){var
-b=c[7];return az(function(b){return x(b[2],a)},b)},n=s(m,dv(c[2])),o=az(function(a){var
-b=a?1:a;return b},n);return cc(function(a){var
-b=cc(function(a){return cc(kh,a[3])},a);return ay(function(a){return[0,t,l,bk(ki,a,0)]},b)},o)}return g}function
-kk(a){return bk(h6,a,t)}function
-kl(a){return x(a[1],t)}function
-km(a){var
-f=a[2],b=bk(function(b,a){return K(a,b)?b:a},f,Q),d=a4(b);if(d)var
-g=a[2],c=F(function(a){var
-c=kl(a);if(c)var
+W=D(U,P);if(W){if(z){var
+au=D(b,Q);if(au)var
+A=au;else{var
+a2=a[2],aA=hA(ch(a[1],b),a2,l);if(aA)var
+A=aA;else
+var
+a3=d[2],a4=fO(i,b),A=hA(ch(d[1],a4),a3,l)}if(A){var
+av=D(P,O(i,p));if(av)var
+s=av;else{var
+aZ=d[2],a0=fO(i,p),ax=fN(ch(d[1],a0),aZ,l);if(ax)var
+s=ax;else{var
+ay=D(P,p);if(ay)var
+s=ay;else
+var
+a1=a[2],s=fN(ch(a[1],p),a1,l)}}if(s){var
+aM=d[3],aN=a[3],aO=ls(d,d[2])[2],F=0,$=q,_=aN,u=aM,aP=ls(a,a[2])[1];a:for(;;){if(u){var
+j=$,m=_,aK=u[1][2];for(;;){if(m){if(!G(r(aK,aP),r(aO,m[1][1]))){var
+j=B(j,n),m=m[2];continue}var
+aa=[0,j,m]}else
+var
+aa=[0,j,0];var
+F=[0,j,F],$=j,_=aa[2],u=u[2];continue a}}var
+al=b,y=z,aL=T(F,0);for(;;){if(y){var
+am=y[1],aU=fO(i,al),k=ch(d[1],aU),o=ch(a[1],am),af=G(q,k[5]),aJ=0;if(af){var
+ag=G(q,o[5]);if(ag){var
+aV=r(an[1],r(k[5],o[5])),aW=an[2],aX=a[1],R=lv(o),N=k[1],w=aL,aR=r(B(k[3],k[4]),R),aS=k[2];for(;;){if(w&&M(q,N)){var
+N=S(N,n),w=w[2];continue}var
+aT=hz(o),H=o[1],ab=aT,g=w,f=aS,e=aR;for(;;){if(f){var
+v=f[2],I=f[1];if(g){var
+K=g[2],L=g[1];if(M(L,H)){var
+g=K,f=v,e=B(e,r(I,R));continue}if(M(aX,L)){var
+g=K,f=v;continue}var
+ac=lw(L,H,ab),ae=ac[2],aQ=B(e,r(I,bI(q,ae))),H=ac[1],ab=ae,g=K,f=v,e=aQ;continue}var
+g=0,f=v,e=B(e,r(I,R));continue}var
+V=G(r(e,aW),aV);aJ=1;break}break}}else
+var
+ai=ag}else
+var
+ai=af;if(!aJ)var
+V=ai;if(V){var
+al=am,y=y[2];continue}return V}return 1}}}var
+aw=s}else
+var
+aw=A;return aw}var
+a5=d[2],a6=fO(i,b),X=fN(ch(d[1],a6),a5,l),aB=X?D(b,Q):X;if(aB)var
+aC=aB;else{var
+aD=X||D(P,O(i,b));if(aD){var
+a7=a[2];return hA(ch(a[1],b),a7,l)}var
+aC=aD}var
+Y=aC}else
+var
+Y=W;break}}else
+var
+Y=at;var
+h=Y;break}}else
+var
+h=C;else
+var
+h=as}else
+var
+h=ar}else
+var
+h=aq}else
+var
+h=ap}else
+var
+h=ao;return h}function
+hF(b,a){var
+c=D(b,a);return c?D(a,b):c}function
+fR(a){return cF(a[1])}function
+fS(a){if(a[2])return fR(a);var
+b=[0,n,c(2,n)];return O(fR(a),b)}function
+hG(b,a){return O(a,az(c5(b)))}var
+eo=c(2,c(2,c(2,c(2,c(2,c(2,c(2,n)))))));function
+c6(a){return G(a,q)?q:B(b$(a),n)}function
+hH(a){var
+b=S(c6(a[1]),eo);if(M(q,b)){var
+c=B(a[2],b);return[0,jv(a[1],b),c]}return a}function
+ep(b,a){return hH([0,r(b[1],a[1]),B(b[2],a[2])])}function
+hI(a,b){if(G(b,n))return ep([0,n,q],a);var
+e=au(b,at(2)),f=e[1];if(y(e[2],q)){var
+c=hI(a,f);return ep(c,c)}var
+d=hI(a,f);return ep(ep(d,d),a)}function
+lS(a){var
+g=r(c(2,n),eo),f=0,b=aR(function(b,a){if(y(a[1],q))return b;var
+d=a[2],c=B(c6(a[1]),d),e=b?b_(b[1],c):c;return[0,e]},a,f),h=b?b[1]:q,d=S(h,g),e=hH([0,aR(function(b,a){return B(b,bA(a[1],S(a[2],d)))},a,q),d]),i=S(e[2],eo),j=ag(ac(a));return[0,aw(bA(e[1],eo),j),i]}function
+lT(a,e){var
+b=r(a[1],e[1]),c=e[2],g=c6(c),h=a[2],d=S(B(c6(b),h),g);if(!y(d,q)&&!y(d,n)){var
+f=M(q,b);return f?M(q,d):f}return G(q,a[2])?G(c,bA(b,a[2])):G(bA(c,aI(a[2])),b)}var
+lU=[0,n,c(2,n)],vh=[0,c(2,c(2,c(2,z(c(2,n))))),n];function
+lV(d,a,f,b){if(d){var
+g=[0,r(c(2,n),b),n];if(D(O(O(a,a),g),vh))var
+e=0;else
+var
+h=O(a,lU),e=lV(d[1],f,h,b);return[0,a,e]}return[0,a,0]}function
+lW(a){var
+b=aE(a);return b?D(a,P):b}function
+lX(d,a){if(aE(d)&&I(function(a){var
+b=lW(a[2]);return b?lW(a[3]):b},a)){var
+b=aR(function(b,a){return B(b,a[1])},a,q),e=z(c(2,n)),f=[0,c(2,n),e],g=c(2,c(2,c(2,c(2,n)))),h=[0,z(c(2,z(c(2,z(c(2,n)))))),g],i=c(2,c(2,n)),j=lV(aW(B(c6(b),i)),h,f,b);return lS(s(function(k){var
+b=[0,n,q];return aR(function(o,a){var
+j=a[1],f=d[2],g=a[2][2],h=a[3][2],b=r(r(r(k[2],f),g),h),i=B(b,r(k[1],S(r(r(d[1],a[3][1]),g),r(r(a[2][1],f),h)))),l=c6(i),c=b_(q,S(B(eo,c6(b)),l)),m=hH([0,aw(bA(i,c),b),aI(c)]),e=aQ(j),p=0===e?[0,n,q]:0<e?hI(m,j):[0,n,q];return ep(o,p)},a,b)},j))}return[0,q,q]}function
+lY(a){return[0,a[2][1],[0,a[2][2],[0,a[3][1],[0,a[3][2],0]]]]}function
+lZ(b,a){var
+c=bS(b[2],a[2]);return c?bS(b[3],a[3]):c}function
+l0(f){var
+a=0,b=fd(function(f,e){var
+g=lY(e),b=lY(f),a=g;for(;;){if(b){if(a){var
+c=a[1],d=b[1];if(y(d,c)){var
+b=b[2],a=a[2];continue}return M(d,c)}return 1}return 1}},f);for(;;){if(b){var
+e=b[2],d=b[1];if(a){var
+c=a[1];if(lZ(c,d)){var
+a=[0,[0,B(c[1],d[1]),c[2],c[3],c[4]],a[2]],b=e;continue}var
+a=[0,d,a],b=e;continue}var
+a=[0,d,0],b=e;continue}return a}}function
+fT(b,a){return ay(b,a[2],0)}function
+l1(a){return l0(s(function(a){return[0,a[2],a[1],Q,q]},a))}function
+l2(b,a){var
+c=D(b,a);return c?D(a,b):c}function
+fU(a){var
+b=a[2]?P:lU;return O(ah(P,br(a[1])),b)}function
+l3(c,a){var
+b=V(a,c[9]);return W(function(d){var
+a=d[1],j=c[6],i=d[2],g=a[1],h=s(function(a){var
+b=a[2];function
+c(a){return O(a,az(g))}var
+d=s(function(a){return ak(c,a)},b);return[0,a[1],d]},i),b=ac(a[2]),e=aN(0,b),f=W(function(a){var
+c=aN(0,b);return W(function(b){return a5(a,b)?0:[0,[0,a,b],0]},c)},e);return s(function(i){var
+b=ad(a[1]);if(b){var
+c=cb(q,h),d=l0(W(function(g){var
+a=g[2],b=g[1],h=i[2],c=fT(i[1],a);if(c){var
+d=c[1],e=fT(h,a);return e?[0,[0,a[1],d,e[1],b],0]:j?0:[0,[0,a[1],d,Q,b],0]}if(j)return 0;var
+f=fT(h,a),k=0,l=f?f[1]:Q;return[0,[0,a[1],P,l,b],k]},c));return fd(function(b,a){return G(b[4],a[4])},d)}return b},f)},b)}function
+l4(a){var
+b=a[2];return G(b,n)?[0,a[1]]:y(au(b,at(2))[2],q)?0:0}function
+l5(a){return a[1]}function
+hJ(b,a){if(b){if(a){var
+c=hJ(b[2],a[2]);return[0,B(b[1],a[1]),c]}return b}return a}function
+dE(a,h){if(a[4])return 0;if(h){var
+c=jB(l5,aI(n),aI(n),a[7]);return bR(function(c){var
+e=a[5],h=c[2];if(e)var
+b=[0,e[1]];else
+var
+g=h[4],b=bR(function(a){return a},g);if(b)var
+d=bR(l4,c[2][3]),i=d?[0,[0,c[1],b[1],d[1]]]:d,f=i;else
+var
+f=b;return f},c)}var
+b=a[5];if(b){var
+d=b[1],e=function(b){var
+c=a[7];return an(function(a){return y(a[2],b)},c)},f=s(e,ds(a[2])),g=an(function(a){var
+b=a?1:a;return b},f);return bR(function(a){var
+b=bR(function(a){return bR(l4,a[3])},a);return ak(function(a){return[0,q,d,aR(hJ,a,0)]},b)},g)}return b}function
+hK(a){return aR(gR,a,q)}function
+l6(a){return aR(function(b,a){return D(a,b)?b:a},a,Q)}function
+l7(a){return y(a[1],q)}function
+hL(a){var
+b=l6(a[2]),d=aE(b);if(d)var
+f=a[2],c=I(function(a){var
+c=l7(a);if(c)var
 d=c;else{var
-e=K(a,b);if(e)return K(b,a);var
-d=e}return d},g);else
+e=D(a,b);if(e)return D(b,a);var
+d=e}return d},f);else
 var
 c=d;if(c)var
-h=aA(a[2],a[3]),i=kk(s(function(a){return kl(a[1])?t:a[2]},h)),j=kk(a[3]),e=[0,[0,a[1],j,i,b]];else
+g=V(a[2],a[3]),h=hK(s(function(a){return l7(a[1])?q:a[2]},g)),i=hK(a[3]),e=[0,[0,a[1],i,h,b]];else
 var
 e=c;return e}function
-gD(k){var
+l8(a){var
+b=az(c5(hK(s(by,a))));return O(aF(s(function(a){var
+b=c5(a[2]);return O(a[1],b)},a)),b)}function
+l9(e,a){var
+b=e[8];if(b){var
+c=b[1],f=ac(a),d=a5(ac(c),f);if(d){var
+g=V(a,c);return bR(function(g){var
+d=g[2],a=g[1],h=0,e=aR(function(b,a){var
+c=a[2],d=a[1];return hJ(b,s(function(a){return r(d,a)},c))},d,h),f=I(function(b){var
+c=ac(a[3]);return a5(ac(b[2]),c)},d);if(f)var
+i=ac(a[3]),b=a5(ac(e),i);else
+var
+b=f;if(b)var
+j=V(e,a[3]),c=I(function(a){return y(a[1],a[2])},j);else
+var
+c=b;var
+k=c?[0,s(function(b){var
+c=b[1];return[0,l8(V(a[2],b[2])),c]},d)]:c;return k},g)}return d}return[0,s(function(a){return V(a[2],a[3])},a)]}function
+l_(a){switch(a[0]){case
+0:return a[1][10];case
+1:return a[1][8];default:return a[1][12]}}function
+hM(a){switch(a[0]){case
+0:return a[1][9];case
+1:return[0,a[1][7]];default:return[0,a[1][11]]}}function
+l$(a){return a[1][3]}function
+vj(u,Y,X){switch(X[0]){case
+0:var
+aA=dE(u,Y);if(aA){var
+a=X[1],as=bR(hL,aA[1]);if(as){var
+e=as[1];if(e){var
+aI=G(aR(function(b,a){if(en(a)){var
+d=c(2,z(c(2,c(2,n))));return B(B(b,hy(a[2])),d)}return b},e,q),vg);if(aI){var
+b8=D(a[1],P);if(b8){var
+aU=fP(e),aV=lK(e),aW=a[2],cn=0;if(aW)var
+af=aW;else{var
+aX=y(aU,q);if(aX)var
+af=aX;else{var
+cu=a[4],aY=O(c5(aV),cu),cv=a[5],aZ=O(c5(S(r(c(2,n),aU),aV)),cv),a0=D(aY,aZ);if(a0){var
+at=D(aZ,aY);cn=1}else
+var
+af=a0}}if(!cn)var
+at=af;if(at){var
+v=fP(e),ae=lK(e),k=a[4],f=a[5];if(y(v,q)){var
+aJ=D(k,Q);if(aJ){var
+aK=D(f,Q);if(aK)var
+aL=aE(k),l=aL?aE(f):aL;else
+var
+l=aK}else
+var
+l=aJ}else{var
+aQ=ad(k);if(aQ){var
+aS=ad(f);if(aS)var
+aT=ad(cF(k)),l=aT?ad(cF(f)):aT;else
+var
+l=aS}else
+var
+l=aQ}var
+aD=0;if(l)if(a[2])var
+aM=hE(a[1],a[3],v,ae,k,Q),F=aM?hE(a[1],a[3],v,ae,f,f):aM;else{var
+aO=D(f,k);if(aO)var
+F=hE(a[1],a[3],v,ae,k,f);else{var
+aP=aO;aD=1}}else{var
+aP=l;aD=1}if(aD)var
+F=aP;var
+aF=0;if(F){var
+bj=lH(a[4],e,a[6]);if(bj){var
+cx=lM(e,a[6]),bk=a[10];if(bk){var
+ah=bk[1],a6=D(P,ah);if(a6){var
+A=cx;b:for(;;){if(A){var
+a4=A[2],C=A[1],w=a4;for(;;){if(w){var
+x=w[1];if(y(C[1],x[1])){var
+a1=lL(ah,C[2],x[2]);if(a1){var
+a2=lL(ah,x[2],C[2]);if(a2){var
+w=w[2];continue}var
+a3=a2}else
+var
+a3=a1;var
+E=a3}else
+var
+E=M(C[1],x[1])}else
+var
+E=1;if(E){var
+A=a4;continue b}var
+m=E;break}}else
+var
+m=1;break}}else
+var
+m=a6}else
+var
+m=1}else
+var
+m=bj;if(m){var
+bl=lH(a[5],e,a[7]);if(bl){var
+bm=lM(e,a[7]),bn=a[8],t=a[9];if(bn){var
+a7=bn[1],a8=a7[2],a9=a7[1],ai=fQ(bm,a9),Z=0;if(ai){var
+aj=ai[1],ak=fQ(bm,a8),_=0;if(ak){var
+al=ak[1],a_=y(aj[1],al[1]),$=0;if(a_){var
+a$=J(y(a9,a8));if(a$){var
+ba=ad(aj[2][1]);if(ba)if(t){var
+am=t[1],bb=D(P,am),co=0;if(bb){var
+bc=J(D(am,P));if(bc){var
+cw=aj[2][1],i=D(O(am,al[2][2]),cw);Z=1;_=1;$=1;co=1}else
+var
+bd=bc}else
+var
+bd=bb;if(!co){var
+i=bd;Z=1;_=1;$=1}}else{var
+i=D(al[2][2],Q);Z=1;_=1;$=1}else
+var
+an=ba}else
+var
+an=a$}else
+var
+an=a_;if(!$)var
+be=an}else
+var
+be=ak;if(!_)var
+bf=be}else
+var
+bf=ai;if(!Z)var
+i=bf}else{var
+cp=0;if(t){var
+bg=t[1],bh=D(bg,P);if(bh){var
+i=D(P,bg);cp=1}else
+var
+bi=bh}else
+var
+bi=t;if(!cp)var
+i=bi}}else
+var
+i=bl}else{var
+bo=m;aF=1}}else{var
+bo=F;aF=1}if(aF)var
+i=bo;var
+au=i}else
+var
+au=at}else
+var
+au=b8;var
+av=[0,au]}else
+var
+av=aI}else
+var
+av=e;var
+b9=av}else
+var
+b9=as;return b9}return aA;case
+1:var
+aB=dE(u,Y);if(aB){var
+d=X[1],b_=bR(hL,aB[1]);if(b_){var
+j=b_[1];if(j){var
+b$=I(function(a){return G(a[2],lB)},j);if(b$){var
+ca=D(d[1],P);if(ca){var
+H=ag(ac(lN(by,bx,lP(j)))),bN=d[3],aa=0;if(bN){var
+bO=I(function(a){return ad(a[4])},j);if(bO){var
+bP=lO(by,lP(j));if(bP){var
+bQ=M(q,H);if(bQ){var
+cJ=fS(d),bS=hF(d[4][1],cJ);if(bS){var
+cK=hG(H,fS(d)),bT=hF(d[4][2],cK);if(bT){var
+bU=D(P,d[7]);if(bU){var
+br=d[8];if(br){var
+bs=br[1],ao=d[5],aG=0;if(ao){var
+cz=ly(fR(d)),cy=cb(q,j),bp=s(function(a){var
+b=lr(a[2][2],cz);return[0,a[1],a[2],b]},cy),bt=D(P,bs),ab=0;if(bt){var
+bu=lO(lQ,bp);if(bu){var
+cA=ao[1],cB=lN(lQ,function(a){return a[1]},bp),K=cB,o=cA,cC=fS(d);for(;;){if(K){if(o){var
+cm=lR(bs,cC,K[1],o[1]);if(cm){var
+K=K[2],o=o[2];continue}var
+bq=cm}else
+var
+bq=o;var
+p=bq;ab=1}else
+if(o){var
+p=0;ab=1}else{var
+p=1;ab=1}break}}else
+var
+bv=bu}else
+var
+bv=bt;if(!ab){var
+bw=bv;aG=1}}else{var
+bw=ao;aG=1}if(aG)var
+p=bw}else
+var
+p=d[5]?0:1;if(p){var
+bz=d[6];if(bz){var
+bA=bz[1],bB=bA[1],bC=bB[2],bD=bB[1],bE=cb(q,j),cD=ly(hG(H,fR(d))),bF=function(a){var
+b=lr(a[2][2],cD);return[0,a[1],a[2],b]},ap=fQ(bE,bD),cq=0;if(ap){var
+bG=ap[1],aq=fQ(bE,bC),cr=0;if(aq){var
+bH=aq[1],bI=J(y(bD,bC)),cs=0;if(bI){var
+bJ=y(bG[2][1],bH[2][1]);if(bJ){var
+bK=J(D(d[7],P));if(bK){var
+cE=bA[2],cG=bF(bG),cH=[0,bF(bH),cG],cI=hG(H,fS(d)),N=lR(az(d[7]),cI,cH,cE);aa=1;cq=1;cr=1;cs=1}else
+var
+ar=bK}else
+var
+ar=bJ}else
+var
+ar=bI;if(!cs)var
+bL=ar}else
+var
+bL=aq;if(!cr)var
+bM=bL}else
+var
+bM=ap;if(!cq){var
+N=bM;aa=1}}else{var
+N=hF(d[7],P);aa=1}}else
+var
+g=p}else
+var
+g=bU}else
+var
+g=bT}else
+var
+g=bS}else
+var
+g=bQ}else
+var
+g=bP}else
+var
+g=bO}else
+var
+g=bN;if(!aa)var
+N=g;var
+cc=N}else
+var
+cc=ca;var
+aw=[0,cc]}else
+var
+aw=b$}else
+var
+aw=j;return aw}return vi}return aB;default:var
+aC=dE(u,Y);if(aC){if(Y){var
+ck=aC[1],b=X[1];if(ft(u))return 0;var
+ch=b[7];if(ch){var
+ce=ch[1],cf=ce[1],cU=ce[2],cg=aE(cf);if(cg)var
+cV=fs(u),T=I(function(a){var
+b=D(cf,a);return b?D(a,cU):b},cV);else
+var
+T=cg}else
+var
+T=1;if(T){var
+ax=l9(b,ck);if(ax){var
+ay=V(ck,ax[1]);if(ay){var
+cd=b[7],cT=g9(function(a){return a[1][1]},ay),R=s(by,s(function(a){var
+c=s(by,a[2]);if(cd)var
+b=cd[1][2];else
+var
+d=a[2],b=l6(W(function(a){return a[1][2]},d));return[0,a[1],[0,b,c]]},cT)),b1=b[10],aH=0;if(b1){var
+b2=J(b[3]);if(b2){var
+b3=D(b[1],P);if(b3){var
+cP=fU(b),b4=l2(b[4],cP);if(b4){var
+cQ=fU(b),b5=l2(b[5],cQ);if(b5){var
+cR=ac(b[9]),b6=a5(ac(R),cR);if(b6){var
+cS=V(R,b[9]),b7=I(function(c){var
+j=c[2],d=c[1],a=ac(d[2]),b=I(function(b){var
+c=M(q,b[1]);return c?a5(ac(b[2]),a):c},j);if(b){var
+e=d[2],f=V(aN(0,a),e);return I(function(i){var
+k=i[2],l=l1(jG(function(a){return J(y(a[2],q))},k)),b=l1(W(function(b){var
+a=fT(i[1],b),c=a?[0,[0,a[1],b[1]],0]:a;return c},j)),a=l;for(;;){if(b){if(a){var
+c=a[1],d=b[1],e=y(d[1],c[1]);if(e){var
+f=lZ(d,c);if(f){var
+b=b[2],a=a[2];continue}var
+g=f}else
+var
+g=e;var
+h=g}else
+var
+h=a;return h}return a?0:1}},f)}return b},cS);if(b7){var
+bV=b[12];if(bV){var
+bW=bV[1],bX=D(P,bW);if(bX)var
+cL=l3(b,R),L=I(function(a){var
+c=fU(b);return lT(lX(bW,a),c)},cL);else
+var
+L=bX}else
+var
+L=1;if(L){var
+bY=D(P,b[11]),ct=0;if(bY){var
+bZ=D(b[11],P);if(bZ)var
+b0=bZ;else{var
+cM=fU(b),cN=l3(b,R),cO=az(b[11]),U=lT(lS(s(function(a){return lX(cO,a)},cN)),cM);aH=1;ct=1}}else
+var
+b0=bY;if(!ct){var
+U=b0;aH=1}}else
+var
+h=L}else
+var
+h=b7}else
+var
+h=b6}else
+var
+h=b5}else
+var
+h=b4}else
+var
+h=b3}else
+var
+h=b2}else
+var
+h=b1;if(!aH)var
+U=h}else
+var
+U=ay;var
+ci=U}else
+var
+ci=ax;var
+cj=ci}else
+var
+cj=T;return[0,cj]}var
+cl=vk}else
+var
+cl=aC;return cl}}function
+hN(b,a){if(b[1])return kR(a,b[2]);var
+c=a?D(a[1],b[2]):a;return[0,c]}function
+ma(a){return ah(P,br(a[1][1]))}function
+hO(b,a){return ac(an(function(a){return bz(b,a)},a))}function
+mb(c,b){if(c){var
+a=c[1];if(a[1][2]){var
+d=ma(a);return O([0,ag(b),n],d)}return b?ma(a):Q}return Q}function
+hP(k){var
 b=k[1];if(0===b[0])return b[1];var
-a=b[1],d=cj(j3(a)),e=ac(function(e){var
-b=cj(e[2]);return s(function(f){var
-b=f[1],c=e[1],l=f[2],h=gy(a,c,b),g=0;if(0===a[7][0])var
+a=b[1],d=ce(ll(a)),e=W(function(e){var
+b=ce(e[2]);return s(function(f){var
+b=f[1],c=e[1],l=f[2],h=hv(a,c,b),g=0;if(0===a[7][0])var
 d=0;else
 var
-k=dK(a,c,b),d=s(function(a){return[0,a]},k);var
-i=j4(l),j=aL(b);return[0,aL(c),j,i,d,h,g]},b)},d),c=a[7],f=0,g=0===c[0]?[0,c[1]]:0,h=a[6]?1:2,i=aL(a[4]),j=aL(bG(a));return[0,aL(ci(a)),j,i,h,g,f,e]}function
-kn(a,b){return b?a[2]:a[3]}var
-eV=k(sZ),c6=k(s0),c7=k(s1),eW=k(s2),eX=k(s3),bW=k(s4),ko=k(s5),bX=k(s6),dM=k(s7),dN=k(s8),eY=k(s9),c8=k(s_),c9=k(s$),eZ=k(ta),gE=k(tb),kp=k(tc),gF=k(td),e0=k(te),e1=k(tf),e2=k(tg),kq=k(th),e3=k(ti),e4=k(tj),gG=k(tk),kr=k(tl),dO=k(tm),gH=k(tn),ck=k(to),e5=k(tp),e6=k(tq),ks=k(tr),e7=k(ts),tu=k(tt),cl=k(tv),kt=k(tw),ku=k(tx),kv=k(ty),kw=k(tz),dP=k(tA),kx=k(tB),gI=k(tC),gJ=k(tD),ky=k(tE),kz=k(tF),kA=k(tG),e8=k(tH),kB=k(tI),kC=k(tJ);function
-kD(a){var
-b=0;return ax(function(b,a){return M(M(b,0),a)},b,a)}function
-gK(b,a){var
-c=k(tK),d=y(iO(a),c),e=y(k(tL),d);return y(k(b),e)}function
-bH(b,a){return A(dD(function(b){return eB(a,b)}),b)}function
-kE(a,b){function
-c(b){return a0(function(a){return r($,a,b)},a)}return h(S(a,0,b),c)}function
-gL(c,b,a){function
-d(a){return[0,bH(b[3],a)]}return h(kE(c[3][2],a),d)}function
-kF(c,b,a){function
-d(a){return[0,bH(b[4],a)]}return h(kE(c[3][3],a),d)}function
-kG(b,a){function
+k=c3(a,c,b),d=s(function(a){return[0,a]},k);var
+i=lm(l),j=ag(b);return[0,ag(c),j,i,d,h,g]},b)},d),c=a[7],f=0,g=0===c[0]?[0,c[1]]:0,h=a[6]?1:2,i=ag(a[4]),j=ag(bk(a));return[0,ag(bl(a)),j,i,h,g,f,e]}function
+mc(b){var
+a=b[1];return 0===a[0]?0:[0,a[1]]}function
+hQ(a,b){return b?a[2]:a[3]}var
+fV=k(vp),dF=k(vq),dG=k(vr),fW=k(vs),fX=k(vt),ci=k(vu),md=k(vv),cj=k(vw),eq=k(vx),er=k(vy),fY=k(vz),dH=k(vA),dI=k(vB),fZ=k(vC),hR=k(vD),me=k(vE),hS=k(vF),f0=k(vG),f1=k(vH),f2=k(vI),mf=k(vJ),es=k(vK),f3=k(vL),hT=k(vM),mg=k(vN),ck=k(vO),hU=k(vP),cG=k(vQ),f4=k(vR),f5=k(vS),mh=k(vT),f6=k(vU),vW=k(vV),cH=k(vX),mi=k(vY),mj=k(vZ),mk=k(v0),ml=k(v1),et=k(v2),mm=k(v3),hV=k(v4),hW=k(v5),mn=k(v6),dJ=k(v7),mo=k(v8),f7=k(v9),mp=k(v_),mq=k(v$);function
+mr(a){var
+b=0;return ao(function(b,a){return T(T(b,0),a)},b,a)}function
+hX(b,a){var
+c=k(wa),d=x(g4(a),c),e=x(k(wb),d);return x(k(b),e)}function
+bV(b,a){return E(ed(function(b){return fr(a,b)}),b)}function
+ms(a,b){function
+c(b){return a7(function(a){return u(ai,a,b)},a)}return i(U(a,0,b),c)}function
+hY(c,b,a){function
+d(a){return[0,bV(b[3],a)]}return i(ms(c[3][2],a),d)}function
+mt(c,b,a){function
+d(a){return[0,bV(b[4],a)]}return i(ms(c[3][3],a),d)}function
+mu(b,a){function
 c(a){var
-c=b[2];return[0,A(dD(function(b){return I(a,b)}),c)]}return h($(a),c)}function
-c_(b,a){function
-c(a){if(a){var
-b=a[2];return b?b[2]?O(tM):[0,[0,a[1],b[1]]]:O(tN)}return O(tO)}return h(am(e(2,p),b,a),c)}var
-tQ=[0,[0,k(tP),p],0],tS=[0,[0,k(tR),t],tQ];function
-bs(a,b){var
+c=b[2];return[0,E(ed(function(b){return K(a,b)}),c)]}return i(ai(a),c)}function
+cI(b,a){function
+d(a){if(a){var
+b=a[2];return b?b[2]?R(wc):[0,[0,a[1],b[1]]]:R(wd)}return R(we)}return i(ax(c(2,n),b,a),d)}var
+wg=[0,[0,k(wf),n],0],wi=[0,[0,k(wh),q],wg];function
+bm(a,b){var
 c=a?[0,b,0]:a;return c}function
-bI(c,b,a){return c?a:[0,b]}function
-kH(d,c,a,f,e){var
-b=a[6],g=b?[0,[0,b[1],b[2]],0]:b,i=y([0,c2,[0,ch,0]],g),j=y(bs(a[5],e7),i),k=y(bs(a[4],eJ),j),l=y(bs(a[3],c1),k),m=y(bs(a[2],ad),l);function
+bW(c,b,a){return c?a:[0,b]}function
+mv(d,c,a,f,e){var
+b=a[6],g=b?[0,[0,b[1],b[2]],0]:b,h=x([0,c0,[0,cd,0]],g),j=x(bm(a[5],f6),h),k=x(bm(a[4],fE),j),l=x(bm(a[3],dy),k),m=x(bm(a[2],am),l);function
 n(b){function
 e(e){function
 g(g){function
-i(i){function
+h(h){function
 j(j){function
 k(k){function
 l(l){function
-m(a){return[0,[0,f,[0,j,e,g,k,l],a,i]]}var
+m(a){return[0,[0,f,[0,j,e,g,k,l],a,h]]}var
 c=a[6];if(c)var
-n=function(a){return[0,[0,a]]},o=[0,c[1],c[2]],d=h(r(function(a){return c_(an,a)},o,b),n);else
+n=function(a){return[0,[0,a]]},o=[0,c[1],c[2]],d=i(u(function(a){return cI(ar,a)},o,b),n);else
 var
-d=tV;return h(d,m)}return h(r(function(a){return gL(d,c,a)},ch,b),l)}return h(r(function(a){return gL(d,c,a)},c2,b),k)}var
-k=r(function(a){return bf(tS,a)},e7,b);return h(bI(a[5],a6,k),j)}function
-j(a){return kG(c,a)}var
-k=r(function(a){return ah(j,a)},eJ,b);return h(bI(a[4],0,k),i)}var
-i=r(function(a){return kG(c,a)},c1,b);return h(bI(a[3],a6,i),g)}var
-g=r(function(a){return kF(d,c,a)},ad,b);return h(bI(a[2],a6,g),e)}return h(S(m,0,e),n)}function
-tX(a){function
+d=wl;return i(d,m)}return i(u(function(a){return hY(d,c,a)},cd,b),l)}return i(u(function(a){return hY(d,c,a)},c0,b),k)}var
+k=u(function(a){return aO(wi,a)},f6,b);return i(bW(a[5],bf,k),j)}function
+j(a){return mu(c,a)}var
+k=u(function(a){return _(j,a)},fE,b);return i(bW(a[4],0,k),h)}var
+h=u(function(a){return mu(c,a)},dy,b);return i(bW(a[3],bf,h),g)}var
+g=u(function(a){return mt(d,c,a)},am,b);return i(bW(a[2],bf,g),e)}return i(U(m,0,e),n)}function
+wn(a){function
 b(a){var
-r=I(a,k(tW)),s=[0,a],c=r||I(a,iX),n=0;if(c)var
-d=c;else{var
-f=iV(46,0,a),b=f[2],o=0;if(b){var
-g=b[1],h=f6(f[1]),q=0;if(h){var
-i=bw(e(2,e(2,C(e(2,p)))),g);if(i){var
-m=F(et,g);n=1;o=1;q=1}else
+r=K(a,k(wm)),s=[0,a],d=r||K(a,kj),o=0;if(d)var
+e=d;else{var
+f=kh(46,0,a),b=f[2],p=0;if(b){var
+g=b[1],h=g6(f[1]),q=0;if(h){var
+i=bJ(c(2,c(2,z(c(2,n)))),g);if(i){var
+m=I(fk,g);o=1;p=1;q=1}else
 var
 j=i}else
 var
 j=h;if(!q)var
 l=j}else
 var
-l=b;if(!o)var
-d=l}if(!n)var
-m=d;return L(m,tY,s)}return h($(a),b)}function
-e9(f,e,b,c){if(typeof
+l=b;if(!p)var
+e=l}if(!o)var
+m=e;return N(m,wo,s)}return i(ai(a),b)}function
+eu(f,e,b,c){if(typeof
 c==="number")return[0,[0,[0,[0,[1,b,0]],0],0]];if(typeof
 b==="number")switch(b){case
 0:var
-a=[0,1,1,0,0,0,e6];break;case
+a=[0,1,1,0,0,0,f5];break;case
 1:var
-a=[0,1,0,0,0,0,e6];break;case
+a=[0,1,0,0,0,0,f5];break;case
 2:var
-a=tT;break;case
+a=wj;break;case
 3:var
-a=tU;break;case
+a=wk;break;case
 4:var
-a=[0,1,1,1,0,0,ks];break;case
+a=[0,1,1,1,0,0,mh];break;case
 5:var
-a=[0,1,0,1,0,0,ks];break;case
+a=[0,1,0,1,0,0,mh];break;case
 6:var
-a=[0,0,1,0,0,0,e6];break;default:var
-a=[0,0,0,0,0,0,e6]}else
+a=[0,0,1,0,0,0,f5];break;default:var
+a=[0,0,0,0,0,0,f5]}else
 var
-a=[0,0,H(b[1]),0,0,1,tu];if(a[1]){var
+a=[0,0,J(b[1]),0,0,1,vW];if(a[1]){var
 d=function(c){function
 d(d){function
 g(g){function
-i(a){return[0,[0,[0,[0,[1,b,[0,a]]],[0,[2,d,g[1],g[2]],0]],[0,d]]]}return h(r(function(b){return kH(f,e,a,d,b)},e5,c),i)}return h(r(function(a){return c_(tX,a)},gH,c),g)}return h(r(bv,dO,c),d)};return h(S([0,dO,[0,gH,[0,e5,0]]],0,c),d)}function
+h(a){return[0,[0,[0,[0,[1,b,[0,a]]],[0,[2,d,g[1],g[2]],0]],[0,d]]]}return i(u(function(b){return mv(f,e,a,d,b)},f4,c),h)}return i(u(function(a){return cI(wn,a)},hU,c),g)}return i(u(bB,ck,c),d)};return i(U([0,ck,[0,hU,[0,f4,0]]],0,c),d)}function
 g(c){function
 d(d){function
 g(a){return[0,[0,[0,[0,[1,b,[0,a]]],0],[0,[0,d]]]]}var
-i=[0,d];return h(r(function(b){return kH(f,e,a,i,b)},e5,c),g)}return h(r(an,ck,c),d)}return h(S([0,ck,[0,e5,0]],0,c),g)}var
-tZ=C(e(2,e(2,p))),t1=[0,[0,k(t0),tZ],0],t2=e(2,e(2,p)),t4=[0,[0,k(t3),t2],t1],t5=C(e(2,p)),t7=[0,[0,k(t6),t5],t4],t8=e(2,p),t_=[0,[0,k(t9),t8],t7],ua=[0,[0,k(t$),p],t_],uc=[0,[0,k(ub),t],ua],ue=[0,[0,k(ud),[0,p,1]],0],ug=[0,[0,k(uf),[0,p,0]],ue],ui=[0,[0,k(uh),[0,t,1]],ug],kI=[0,[0,k(uj),[0,t,0]],ui];function
-dQ(b,a){var
-c=F(function(b){return X(b,a)},b);return c?F(function(a){return cf(b,a[1])},a):c}function
-kJ(g,d,c,a){function
+h=[0,d];return i(u(function(b){return mv(f,e,a,h,b)},f4,c),g)}return i(u(ar,cG,c),d)}return i(U([0,cG,[0,f4,0]],0,c),g)}var
+wp=z(c(2,c(2,n))),wr=[0,[0,k(wq),wp],0],ws=c(2,c(2,n)),wu=[0,[0,k(wt),ws],wr],wv=z(c(2,n)),wx=[0,[0,k(ww),wv],wu],wy=c(2,n),wA=[0,[0,k(wz),wy],wx],wC=[0,[0,k(wB),n],wA],wE=[0,[0,k(wD),q],wC],wG=[0,[0,k(wF),[0,n,1]],0],wI=[0,[0,k(wH),[0,n,0]],wG],wK=[0,[0,k(wJ),[0,q,1]],wI],mw=[0,[0,k(wL),[0,q,0]],wK];function
+ev(b,a){var
+c=I(function(b){return Y(b,a)},b);return c?I(function(a){return cB(b,a[1])},a):c}function
+mx(g,e,d,a){function
 b(a){function
-b(b){return c?dQ([0,bo,b],a):c}var
-f=[0,b([0,by,[0,cl,0]]),0],i=[0,b([0,ad,[0,cl,0]]),f],j=[0,b([0,ad,[0,by,[0,cl,0]]]),i],k=[0,dQ([0,bo,[0,cl,0]],a),j],l=[0,dQ([0,by,[0,cl,0]],a),k],m=[0,dQ([0,ad,[0,cl,0]],a),l],n=[0,dQ([0,ad,[0,by,[0,cl,0]]],a),m];function
-o(c){function
-b(B){function
+b(b){return d?ev([0,bF,b],a):d}var
+f=[0,b([0,bK,[0,cH,0]]),0],h=[0,b([0,am,[0,cH,0]]),f],j=[0,b([0,am,[0,bK,[0,cH,0]]]),h],k=[0,ev([0,bF,[0,cH,0]],a),j],l=[0,ev([0,bK,[0,cH,0]],a),k],m=[0,ev([0,am,[0,cH,0]],a),l],o=[0,ev([0,am,[0,bK,[0,cH,0]]],a),m];function
+p(d){function
+b(C){function
 b(f){function
-b(d){function
+b(e){function
 b(k){var
-l=dC(uc,B),b=0===l[0]?l[1]:f8,m=dC(kI,k),g=0===m[0]?[0,m[1]]:0,h=d?1:d;if(X(bo,a)){var
-A=0;if(I(k,bh)&&H(X(ad,a))&&H(X(by,a)))if(x(b,C(e(2,p))))var
-c=uk;else
+l=ec(wE,C),b=0===l[0]?l[1]:kk,m=ec(mw,k),g=0===m[0]?[0,m[1]]:0,h=e?1:e;if(Y(bF,a)){var
+B=0;if(K(k,bh)&&J(Y(am,a))&&J(Y(bK,a)))if(y(b,z(c(2,n))))var
+d=wM;else
 var
-n=x(b,p),c=n?ul:n;else
-A=1;if(A)if(g){var
-o=g[1],i=o[1],D=X(ad,a);if(bB(o[2],D))var
+o=y(b,n),d=o?wN:o;else
+B=1;if(B)if(g){var
+p=g[1],i=p[1],D=Y(am,a);if(bz(p[2],D))var
 j=0;else
-if(X(by,a))var
-E=x(i,t)?e(2,e(2,p)):C(e(2,e(2,p))),q=x(b,E),r=q?h:q,j=r?[0,[3,i,f,d]]:r;else
+if(Y(bK,a))var
+E=y(i,q)?c(2,c(2,n)):z(c(2,c(2,n))),r=y(b,E),s=r?h:r,j=s?[0,[3,i,f,e]]:s;else
 var
-s=x(b,p),j=s?[0,[4,i,f]]:s;var
-c=j}else
+t=y(b,n),j=t?[0,[4,i,f]]:t;var
+d=j}else
 var
-c=g}else
-if(X(ad,a))if(X(by,a))var
-u=x(b,t),v=u?h:u,c=v?[0,[0,f,d]]:v;else
+d=g}else
+if(Y(am,a))if(Y(bK,a))var
+u=y(b,q),v=u?h:u,d=v?[0,[0,f,e]]:v;else
 var
-w=x(b,p),c=w?[0,[1,f]]:w;else
+w=y(b,n),d=w?[0,[1,f]]:w;else
 var
-y=x(b,e(2,p)),z=y?h:y,c=z?[0,[2,d]]:z;return[0,c]}var
-c=r($,bo,a);return h(bI(X(bo,a),0,c),b)}function
-c(b){function
-a(a){return[0,bH(d[3],a)]}return h(am(V(g[3][2]),$,b),a)}var
-i=r(function(a){return ah(c,a)},by,a);return h(bI(X(by,a),0,i),b)}var
-c=r(function(b){function
-a(a){return[0,bH(d[4],a)]}return h(am(V(g[3][3]),$,b),a)},ad,a);return h(bI(X(ad,a),a6,c),b)}return h(r($,cl,a),b)}return h(L(ab(function(a){return a},n),un,um),o)}return h(a5(a),b)}function
-dR(e,d){var
+x=y(b,c(2,n)),A=x?h:x,d=A?[0,[2,e]]:A;return[0,d]}var
+d=u(ai,bF,a);return i(bW(Y(bF,a),0,d),b)}function
+d(b){function
+a(a){return[0,bV(e[3],a)]}return i(ax(Z(g[3][2]),ai,b),a)}var
+h=u(function(a){return _(d,a)},bK,a);return i(bW(Y(bK,a),0,h),b)}var
+d=u(function(b){function
+a(a){return[0,bV(e[4],a)]}return i(ax(Z(g[3][3]),ai,b),a)},am,a);return i(bW(Y(am,a),bf,d),b)}return i(u(ai,cH,a),b)}return i(N($(function(a){return a},o),wP,wO),p)}return i(bd(a),b)}function
+dK(e,d){var
 a=e,b=d;for(;;){if(a){var
 c=a[1];if(c){var
-a=a[2],b=[0,c[1],b];continue}return c}return[0,M(b,0)]}}var
-up=[0,[0,k(uo),5],0],ur=[0,[0,k(uq),4],up],ut=[0,[0,k(us),2],ur],kK=[0,[0,bn,0],[0,[0,bh,1],[0,[0,k(uu),3],ut]]],uw=[0,[0,k(uv),7],0],dS=[0,[0,k(ux),6],uw];function
-kL(a){if(a)var
-c=[0,[0,k(uz),uy],0],b=[0,[0,k(uB),uA],c];else
+a=a[2],b=[0,c[1],b];continue}return c}return[0,T(b,0)]}}var
+wR=[0,[0,k(wQ),5],0],wT=[0,[0,k(wS),4],wR],wV=[0,[0,k(wU),2],wT],my=[0,[0,bg,0],[0,[0,bh,1],[0,[0,k(wW),3],wV]]],wY=[0,[0,k(wX),7],0],ew=[0,[0,k(wZ),6],wY];function
+mz(a){if(a)var
+c=[0,[0,k(w1),w0],0],b=[0,[0,k(w3),w2],c];else
 var
 b=a;var
-d=[0,[0,k(uD),uC],0];return y([0,[0,k(uF),uE],d],b)}var
-uG=y(dS,kL(1)),uI=[0,[0,k(uH),2],0],uK=[0,[0,k(uJ),3],uI],uM=[0,[0,k(uL),1],uK],uO=y([0,[0,k(uN),0],uM],uG),gM=k(uP),c$=k(uQ),gN=k(uR),gO=k(uS),uU=k(uT),kM=k(uV),kN=k(uW),e_=k(uX),kO=k(uY),kP=k(uZ),kQ=k(u0),e$=k(u1),fa=k(u2);function
-bY(c,b){var
-a=dC(c,b);return 0===a[0]?[0,a[1]]:0}function
-kR(a,h){var
-c=I(a,kM);if(c)var
+d=[0,[0,k(w5),w4],0];return x([0,[0,k(w7),w6],d],b)}var
+w8=x(ew,mz(1)),w_=[0,[0,k(w9),2],0],xa=[0,[0,k(w$),3],w_],xc=[0,[0,k(xb),1],xa],xe=x([0,[0,k(xd),0],xc],w8),hZ=k(xf),c7=k(xg),h0=k(xh),h1=k(xi),xk=k(xj),mA=k(xl),mB=k(xm),f8=k(xn),mC=k(xo),mD=k(xp),mE=k(xq),f9=k(xr),ex=k(xs);function
+bX(c,b){var
+a=ec(c,b);return 0===a[0]?[0,a[1]]:0}function
+mF(a,h){var
+c=K(a,mA);if(c)var
 b=c;else{var
-d=I(a,kO);if(d)var
+d=K(a,mC);if(d)var
 b=d;else{var
-e=I(a,kP);if(e)var
+e=K(a,mD);if(e)var
 b=e;else{var
-f=I(a,kN);if(f)var
+f=K(a,mB);if(f)var
 b=f;else{var
-g=I(a,e_);if(g)return I(h,gO);var
+g=K(a,f8);if(g)return K(h,h1);var
 b=g}}}}return b}function
-kS(b,a){return L(G(V(a),b),u$,[0,a])}function
-va(a){function
+mG(b,a){return N(G(Z(a),b),xB,[0,a])}function
+xC(a){function
 b(a){function
 b(b){function
-c(b){function
+d(b){function
 c(c){function
-d(a){return[0,[0,c,a,b]]}return h(r(bv,kC,a),d)}return h(r(aC,kB,a),c)}return h(kS(e(2,e(2,e(2,e(2,p)))),b),c)}function
-c(a){return c_(aC,a)}return h(r(function(a){return ah(c,a)},eN,a),b)}return h(S([0,kB,[0,kC,[0,eN,0]]],0,a),b)}function
-kT(a){function
+d(a){return[0,[0,c,a,b]]}return i(u(bB,mq,a),d)}return i(u(al,mp,a),c)}return i(mG(c(2,c(2,c(2,c(2,n)))),b),d)}function
+d(a){return cI(al,a)}return i(u(function(a){return _(d,a)},dz,a),b)}return i(U([0,mp,[0,mq,[0,dz,0]]],0,a),b)}function
+mH(a){function
 b(a){function
 b(a){var
-b=a0(va,a),c=a?1:a;return L(c,vb,b)}return h(kS(e(2,e(2,e(2,p))),a),b)}return h(be(a),b)}function
-kU(a){function
-b(a){return vc}return h(a5(a),b)}function
-gP(Q,v,P,a){function
+b=a7(xC,a),c=a?1:a;return N(c,xD,b)}return i(mG(c(2,c(2,c(2,n))),a),b)}return i(be(a),b)}function
+mI(a){function
+b(a){return xE}return i(bd(a),b)}function
+h2(Q,v,P,a){function
 b(c){function
 a(b){function
 a(d){function
 a(a){function
 e(g){function
-e(i){function
+e(h){function
 e(R){var
-n=aj(ck,c);if(n){var
-o=n[1],s=0;if(typeof
-o==="number")s=1;else
+n=af(cG,c);if(n){var
+o=n[1],r=0;if(typeof
+o==="number")r=1;else
 switch(o[0]){case
 2:var
 p=o[1];break;case
 0:case
-1:s=1;break;default:var
-p=0}if(s)var
+1:r=1;break;default:var
+p=0}if(r)var
 p=0;var
 w=p}else
 var
 w=n;var
-T=[0,f3([2,a]),0],U=[0,w,[0,k(vd),T]],V=[0,k(ve),U],W=[0,f3([2,d]),V],X=[0,k(vf),W],Y=[0,f3([2,b]),X],Z=[0,k(vg),Y],_=kD([0,gK(vh,P),Z]);function
-e(a){return r(a,dP,c)}var
-x=I(a,kN);if(x)var
-y=I(d,c$),z=y?I(g,uU):y;else
+S=[0,d$([2,a]),0],T=[0,w,[0,k(xF),S]],V=[0,k(xG),T],W=[0,d$([2,d]),V],X=[0,k(xH),W],Y=[0,d$([2,b]),X],Z=[0,k(xI),Y],_=mr([0,hX(xJ,P),Z]);function
+e(a){return u(a,et,c)}var
+x=K(a,mB);if(x)var
+y=K(d,c7),z=y?K(g,xk):y;else
 var
 z=x;function
 $(c){if(c&&typeof
 c[1]==="number")var
 e=c[2],f=e?1:e;else
 var
-f=1;return[0,[0,[0,b,[0,d,[0,a,[0,g,0]]]],_,c,f,R]]}if(H(I(g,gO)))var
+f=1;return[0,[0,[0,b,[0,d,[0,a,[0,g,0]]]],_,c,f,R]]}if(J(K(g,h1)))var
 f=0;else{var
-B=0;if(I(d,gM)&&I(a,kM))var
-F=bY(uO,b),f=ay(function(a){return[0,function(b){return[9,a,b]}]},F);else
+A=0;if(K(d,hZ)&&K(a,mA))var
+F=bX(xe,b),f=ak(function(a){return[0,function(b){return[9,a,b]}]},F);else
+A=1;if(A){var
+B=0;if(K(d,hZ)&&K(a,mC))var
+G=[0,[0,k(xt),0],0],H=bX([0,[0,k(xu),1],G],b),f=ak(function(a){return[0,function(b){return[10,a,b]}]},H);else
 B=1;if(B){var
-C=0;if(I(d,gM)&&I(a,kO))var
-G=[0,[0,k(u3),0],0],J=bY([0,[0,k(u4),1],G],b),f=ay(function(a){return[0,function(b){return[10,a,b]}]},J);else
+C=0;if(K(d,c7)&&K(a,mD))var
+I=[0,[0,k(xw),xv],0],L=bX([0,[0,k(xy),xx],I],b),f=ak(function(a){return[1,a[1],a[2]]},L);else
 C=1;if(C){var
-D=0;if(I(d,c$)&&I(a,kP))var
-K=[0,[0,k(u6),u5],0],L=bY([0,[0,k(u8),u7],K],b),f=ay(function(a){return[1,a[1],a[2]]},L);else
+D=0;if(K(d,h0)&&K(a,mE))var
+M=[0,[0,k(xz),0],0],N=bX([0,[0,k(xA),1],M],b),f=ak(function(a){return[2,a]},N);else
 D=1;if(D){var
-E=0;if(I(d,gN)&&I(a,kQ))var
-M=[0,[0,k(u9),0],0],N=bY([0,[0,k(u_),1],M],b),f=ay(function(a){return[2,a]},N);else
-E=1;if(E){var
-t=I(d,c$);if(t)var
-u=I(a,e_),m=u?I(b,fa):u;else
+s=K(d,c7);if(s)var
+t=K(a,f8),m=t?K(b,ex):t;else
 var
-m=t;var
+m=s;var
 O=m?[0,[0,function(a){return[11,0,1,a]}]]:m,f=O}}}}}if(f){var
 j=f[1];switch(j[0]){case
 0:var
 aa=j[1],ab=function(a){var
-b=[0,[7,I(a,Q)],0];return[0,[0,[0,A(aa,i)],b]]},q=h(e(function(a){function
-b(a){return r(eA,dN,a)}return h(S([0,dN,0],0,a),b)}),ab);break;case
+b=[0,[11,K(a,Q)],0];return[0,[0,[0,E(aa,h)],b]]},q=i(e(function(a){function
+b(a){return u(fq,er,a)}return i(U([0,er,0],0,a),b)}),ab);break;case
 1:var
-ac=j[2],ad=j[1],ae=function(a){return[0,[0,[0,[11,1,ac,i]],[0,[0,[10,ad,a]],0]]]},q=h(e(function(a){function
-b(a){return r(bv,kx,a)}return h(S([0,kx,0],0,a),b)}),ae);break;default:var
-af=j[1],ag=function(a){return[0,[0,[0,[12,af,i,a]],0]]},q=h(e(function(a){function
-b(a){return r(kT,e8,a)}return h(S([0,e8,0],0,a),b)}),ag)}var
+ac=j[2],ad=j[1],ae=function(a){return[0,[0,[0,[11,1,ac,h]],[0,[0,[10,ad,a]],0]]]},q=i(e(function(a){function
+b(a){return u(bB,mm,a)}return i(U([0,mm,0],0,a),b)}),ae);break;default:var
+ag=j[1],ah=function(a){return[0,[0,[0,[12,ag,h,a]],0]]},q=i(e(function(a){function
+b(a){return u(mH,f7,a)}return i(U([0,f7,0],0,a),b)}),ah)}var
 l=q}else
-if(z)if(I(b,e$))var
-ah=function(a){return[0,[0,[1,1,i,a],0]]},ai=1,l=h(e(function(a){return jT(ai,v,a)}),ah);else
-if(I(b,fa))var
-ak=function(a){return[0,[0,[1,0,i,a],0]]},al=0,l=h(e(function(a){return jT(al,v,a)}),ak);else
-var
-am=function(e){var
-b=kR(a,g),c=0,d=b?vi:b;return[0,[0,d,c]]},l=h(e(kU),am);else
+if(z)if(K(b,f9))var
+ai=function(a){return[0,[0,[1,1,h,a],0]]},aj=1,l=i(e(function(a){return lf(aj,v,a)}),ai);else
+if(K(b,ex))var
+al=function(a){return[0,[0,[1,0,h,a],0]]},am=0,l=i(e(function(a){return lf(am,v,a)}),al);else
 var
 an=function(e){var
-b=kR(a,g),c=0,d=b?vj:b;return[0,[0,d,c]]},l=h(e(kU),an);return h(l,$)}return h(r(function(a){return ah($,a)},kw,c),e)}return h(r(bv,ck,c),e)}return h(r($,ku,c),e)}return h(r($,kv,c),a)}return h(r($,kt,c),a)}return h(r($,bo,c),a)}return h(S([0,bo,[0,kt,[0,ck,[0,ku,[0,kv,[0,kw,[0,dP,0]]]]]]],0,a),b)}function
-gQ(c,a){if(a)var
-b=a[1],e=gQ([0,b[1],c],a[2]),f=b[1],g=ab(function(a){return eB(f,a)},c)?vk:b[3],d=[0,[0,b[2],g],e];else
+b=mF(a,g),c=0,d=b?xK:b;return[0,[0,d,c]]},l=i(e(mI),an);else
 var
-d=a;return d}var
-vm=[0,[0,k(vl),0],0],vp=[0,[0,k(vo),vn],vm],vs=[0,[0,k(vr),vq],vp],vv=[0,[0,k(vu),vt],vs],kV=[0,[0,k(vx),vw],vv];function
-da(f,e){var
+ao=function(e){var
+b=mF(a,g),c=0,d=b?xL:b;return[0,[0,d,c]]},l=i(e(mI),ao);return i(l,$)}return i(u(function(a){return _(ai,a)},ml,c),e)}return i(u(bB,cG,c),e)}return i(u(ai,mj,c),e)}return i(u(ai,mk,c),a)}return i(u(ai,mi,c),a)}return i(u(ai,bF,c),a)}return i(U([0,bF,[0,mi,[0,cG,[0,mj,[0,mk,[0,ml,[0,et,0]]]]]]],0,a),b)}function
+h3(c,a){if(a)var
+b=a[1],e=h3([0,b[1],c],a[2]),f=b[1],g=$(function(a){return fr(f,a)},c)?xM:b[3],d=[0,[0,b[2],g],e];else
+var
+d=a;return d}function
+dL(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=d6(b[1],a[1]);if(c){var
+c=eW(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return 1}}function
-kW(b,a){var
-c=M(a,0);return da(M(b,0),c)}var
-vz=[0,k(vy),0],vB=[0,k(vA),vz],vD=[0,k(vC),vB],kX=[0,k(vE),vD];function
-kY(v,n,u,t,a){function
+mJ(b,a){var
+c=T(a,0);return dL(T(b,0),c)}var
+xO=[0,k(xN),0],xQ=[0,k(xP),xO],xS=[0,k(xR),xQ],mK=[0,k(xT),xS],mL=c(2,c(2,c(2,c(2,c(2,n))))),a3=bA(n,mL);function
+h4(e,d){var
+b=cg(e,d);if(G(b,q))return q;var
+c=S(b,n),a=aQ(c),f=0===a?q:0<a?d5(c)[1]:q;return B(f,n)}function
+mM(a,e,i){var
+b=S(a,e),d=r(c(2,n),i);if(G(a,r(c(2,n),b)))var
+g=cg(B(r(b,a3),h4(r(r(d,a3),r(b,S(a,b))),a)),a);else{var
+l=S(a,r(c(2,n),b));if(M(r(r(r(a,S(a,r(c(2,n),b))),l),a3),r(r(d,a),a)))var
+g=cg(B(r(b,a3),h4(r(r(i,aw(a3,c(2,n))),r(a,a)),a)),a);else
+var
+h=r(a,a3),m=r(r(c(2,n),a),B(h,d)),o=h4(r(r(r(d,a3),a3),B(r(r(r(c(2,c(2,n)),h),b),S(a,b)),r(r(d,a),a))),n),g=cg(B(r(a3,B(r(r(c(2,n),h),b),r(d,a))),o),m)}var
+f=S(a3,hD(a3,g));if(!G(e,q)&&!G(r(e,a3),r(c(2,c(2,n)),r(f,a)))){var
+j=r(r(e,a),a3),p=r(z(c(2,c(2,c(2,n)))),j),k=cg(r(z(c(2,c(2,z(c(2,n))))),B(j,r(i,a))),p);return G(k,mL)?b_(f,aw(r(e,a3),bA(a,k))):f}return f}function
+mN(a){return[0,Q,a[4]]}function
+mO(j,k,f){if(0===f[0])return f[1];var
+b=0,a=q,d=k,c=f[1];for(;;){if(d){var
+e=d[2],h=d[1];if(c){var
+i=c[1];if(y(i[1],a)){var
+b=[0,i[2],b],a=B(a,n),d=e,c=c[2];continue}var
+b=[0,E(j,h),b],a=B(a,n),d=e;continue}var
+b=[0,E(j,h),b],a=B(a,n),d=e,c=0;continue}var
+g=c?0:[0,T(b,0)],l=g?g[1]:g;return l}}var
+cl=k(xV),cJ=k(xW),dM=k(xX),dN=k(xY),dO=k(xZ),c8=k(x0),dP=k(x1),bY=k(x2),bZ=k(x3),f_=k(x4),mP=k(x5),f$=k(x6),mQ=k(x7),h5=s(function(a){return[0,k(a),0]},x8);function
+ey(h,g,f,e){var
+a=h,b=g,c=e;for(;;){if(a){var
+d=a[2];if(y(a[1][1],f)){if(y(c,q))return[0,b];var
+a=d,b=B(b,n),c=S(c,n);continue}var
+a=d,b=B(b,n);continue}return a}}var
+ez=aI(n);function
+mR(b,a){if(typeof
+a==="number")return x9;else
+switch(a[0]){case
+0:var
+d=function(a){if(a){var
+c=a[2],f=a[1];if(c){var
+d=c[2];if(d){if(d[2])return R(x_);var
+e=function(c){var
+a=ey(b,q,f,c);return a?a[1]:ez},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return N(I(function(a){return G(q,a)},a),x$,h)}return R(ya)}return R(yb)}return R(yc)};return i(ax(z(c(2,n)),aK,a),d);case
+1:var
+e=function(a){if(a){var
+c=a[2],f=a[1];if(c){var
+d=c[2];if(d){if(d[2])return R(yd);var
+e=function(c){var
+a=ey(b,q,f,c);return a?a[1]:ez},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return N(I(function(a){return G(q,a)},a),ye,h)}return R(yf)}return R(yg)}return R(yh)};return i(ax(z(c(2,n)),aK,a),e);case
+2:var
+f=function(a){if(a){var
+c=a[2],f=a[1];if(c){var
+d=c[2];if(d){if(d[2])return R(yi);var
+e=function(c){var
+a=ey(b,q,f,c);return a?a[1]:ez},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return N(I(function(a){return G(q,a)},a),yj,h)}return R(yk)}return R(yl)}return R(ym)};return i(ax(z(c(2,n)),aK,a),f);case
+3:var
+g=function(a){if(a){var
+c=a[2],f=a[1];if(c){var
+d=c[2];if(d){if(d[2])return R(yn);var
+e=function(c){var
+a=ey(b,q,f,c);return a?a[1]:ez},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return N(I(function(a){return G(q,a)},a),yo,h)}return R(yp)}return R(yq)}return R(yr)};return i(ax(z(c(2,n)),aK,a),g);default:var
+h=function(a){if(a){var
+c=a[2],f=a[1];if(c){var
+d=c[2];if(d){if(d[2])return R(ys);var
+e=function(c){var
+a=ey(b,q,f,c);return a?a[1]:ez},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return N(I(function(a){return G(q,a)},a),yt,h)}return R(yu)}return R(yv)}return R(yw)};return i(ax(z(c(2,n)),aK,a),h)}}function
+mS(a){if(typeof
+a!=="number"&&4===a[0]){var
+c=function(a){function
+b(c){function
+b(f){var
+a=c,g=[0,[1,V(c,f)]];for(;;){if(a){var
+b=a[2];if(b){var
+e=M(a[1],b[1]);if(e){var
+a=b;continue}var
+d=e}else
+var
+d=1}else
+var
+d=1;return N(d,yx,g)}}function
+d(a){return cI(al,a)}var
+e=Z(c);return i(u(function(a){return ax(e,d,a)},cJ,a),b)}return i(u(function(a){return _(aK,a)},dH,a),b)};return i(U([0,dH,[0,cJ,0]],0,a),c)}function
+b(a){return[0,[0,a]]}return i(_(function(a){return cI(al,a)},a),b)}function
+ga(a){var
+b=ad(a);return b?ad(ah(P,br(a))):b}var
+c9=k(yy),eA=k(yz);function
+mT(t,g,f){var
+v=g?bg:bh,a=af(v,f);if(a){var
+h=a[1],b=dE(t,g);if(b){var
+l=b[1],j=I(function(d){var
+a=d[2];if(typeof
+a!=="number"&&4===a[0]){var
+b=a[1],c=J(Y(f$,b));return c?J(Y(cZ,b)):c}return 0},f);if(j){var
+p=function(a){function
+b(s){function
+b(y){function
+b(t){function
+b(d){function
+b(z){function
+b(d){function
+b(v){function
+b(b){function
+d(j){function
+d(A){function
+b(C){function
+b(D){var
+k=bR(hL,l),w=k?k[1]:k;if(ad(j)){var
+o=az(j),p=r(B(b$(o[1]),n),a3),d=e4(aW(b$(p)),xU),g=q,b=p;for(;;){if(d){var
+h=d[1];if(!G(S(b,g),n)){var
+e=aw(B(g,b),c(2,n)),m=eh(o,[0,e,gS(a3)]);if(m){if(2<=m[1]){var
+d=h,g=e;continue}var
+d=h,b=e;continue}var
+d=h,b=e;continue}}var
+f=b;break}}else
+var
+f=q;var
+E=mO(function(a){if(en(a)&&M(q,f)){var
+c=function(b){var
+c=[0,b,gS(a3)];return O(a[4],c)},b=a[2],d=a[3],e=c(S(a3,mM(b,S(b,d),f)));return[0,c(mM(b,d,f)),e]}return mN(a)},w,C),F=mO(mN,w,D);function
+H(e){var
+f=0,g=0,h=t?eA:c9,i=x(h,y),k=[0,[0,[0,[0,s,t,z,j,A,E,F,e,v[1],v[2]]],i,g,f]],l=N(ga(s),yA,k),b=af(c8,a);if(b)var
+c=typeof
+b[1]==="number"?1:0,d=c?1:c;else
+var
+d=b;return N(d,yB,l)}return i(u(function(a){return mR(l,a)},f_,a),H)}return i(u(mS,bZ,a),b)}return i(u(mS,bY,a),b)}return i(u(al,bZ,b),d)}return i(u(al,bY,b),d)}var
+d=0,e=[0,bY,[0,bZ,0]];return i(u(function(a){return U(e,d,a)},dP,a),b)}return i(u(function(a){return cI(bB,a)},ck,a),b)}return i(u(function(a){return aO(h5,a)},dO,a),b)}return i(u(eb,dN,a),b)}var
+d=[0,[0,k(yC),0],0];return i(u(function(a){return aO(d,a)},dM,a),b)}var
+d=[0,[0,k(yD),1],0],e=[0,[0,k(yE),0],d];return i(u(function(a){return aO(e,a)},cJ,a),b)}return i(u(ai,cl,a),b)}return i(u(ar,cl,a),b)},d=i(U([0,cl,[0,cJ,[0,dM,[0,dN,[0,dO,[0,c8,[0,ck,[0,dP,[0,bY,[0,bZ,[0,f_,0]]]]]]]]]]],0,h),p);if(0===d[0])return[0,d[1]];var
+s=function(a){function
+b(c){function
+b(j){function
+b(d){function
+b(e){function
+b(k){function
+b(e){function
+b(e){function
+b(b){function
+f(m){function
+f(n){function
+b(o){function
+b(l){var
+f=e[1];if(f)var
+p=0,q=0,r=d?eA:c9,s=x(r,j),g=[0,[0,[1,[0,c,d,k,[0,m,n],o,l,f[1],e[2]]],s,q,p]];else
+var
+g=R(yH);var
+t=N(ga(c),yF,g),b=af(c8,a);if(b)var
+h=typeof
+b[1]==="number"?1:0,i=h?1:h;else
+var
+i=b;return N(i,yG,t)}function
+f(a){function
+b(a){function
+b(b){function
+c(a){return b?[0,[0,b[1],a]]:R(yI)}return i(u(function(a){return _(al,a)},mQ,a),c)}return i(u(function(a){return mR(l,a)},f_,a),b)}return i(U([0,f_,[0,mQ,0]],0,a),b)}return i(u(function(a){return a8(f,a)},bZ,a),b)}function
+f(a){return _(al,a)}function
+g(a){return _(f,a)}return i(u(function(a){return a8(g,a)},bY,a),b)}return i(u(al,bZ,b),f)}return i(u(al,bY,b),f)}var
+f=0,g=[0,bY,[0,bZ,0]];return i(u(function(a){return U(g,f,a)},dP,a),b)}return i(u(function(a){return cI(bB,a)},ck,a),b)}return i(u(function(a){return aO(h5,a)},dO,a),b)}return i(u(eb,dN,a),b)}var
+e=[0,[0,k(yJ),0],0];return i(u(function(a){return aO(e,a)},dM,a),b)}var
+d=[0,[0,k(yK),1],0],e=[0,[0,k(yL),0],d];return i(u(function(a){return aO(e,a)},cJ,a),b)}return i(u(ai,cl,a),b)}return i(u(ar,cl,a),b)},e=i(U([0,cl,[0,cJ,[0,dM,[0,dN,[0,dO,[0,c8,[0,ck,[0,dP,[0,bY,[0,bZ,0]]]]]]]]]],0,h),s);return 0===e[0]?[0,e[1]]:0}var
+m=j}else
+var
+m=b;var
+o=m}else
+var
+o=a;return o}function
+mU(d){var
+a=d[1];if(a){var
+b=a[1],c=K(b,f9);return c?c:K(b,k(yP))}return 1}var
+yT=k(yS),yV=k(yU),yY=k(yX),y0=k(yZ),y2=k(y1),y4=k(y3),y6=k(y5),y8=k(y7);function
+mV(f,e){var
+b=e[3];if(b){var
+a=b[1];if(typeof
+a!=="number"&&7===a[0]){var
+d=a[2];if(typeof
+d!=="number"&&2!==d[0])return bz(a[1],f);return 0}var
+c=0}else
+var
+c=b;return c}var
+mW=k(zb),mX=k(zc);function
+h6(a){if(typeof
+a!=="number"&&4===a[0]){var
+b=af(dM,a[1]);if(b){var
+c=b[1];if(typeof
+c!=="number"&&2===c[0]){var
+e=k(zd);return K(c[1],e)}var
+d=0}else
+var
+d=b;return d}return 0}function
+h7(a){if(typeof
+a!=="number"&&4===a[0])return Y(f$,a[1]);return 0}function
+mY(g,f,a){function
+b(a){function
+b(b){var
+c=[0,b];return N(cA(s(function(b){if(typeof
+b!=="number"&&3===b[0]){var
+c=b[1];if(c){var
+a=c[2];if(a)return a[2]?0:d$(a[1]);var
+d=a}else
+var
+d=c;return d}return 0},a)),zk,c)}return i(a7(function(c){if(typeof
+c!=="number"&&3===c[0]){var
+a=c[1];if(a){var
+b=a[2];if(b){var
+d=b[1];if(b[2])return R(zf);var
+e=function(a){function
+b(b){return N(M(q,a),zh,N(J(I(f,b)),zg,[0,[0,a,b]]))}return i(_(g,d),b)};return i(aK(a[1]),e)}return R(zi)}return R(zj)}return R(ze)},a),b)}return i(be(a),b)}function
+zl(a){return a?0:1}function
+zm(a){return a8(al,a)}function
+zn(a){return mY(zm,zl,a)}function
+zo(a){return _(zn,a)}function
+zp(a){return y(q,a)}function
+zq(a){return mY(aK,zp,a)}function
+zr(a){return _(zq,a)}function
+zu(a){if(typeof
+a!=="number"&&3===a[0]){var
+b=a[1];if(b){var
+c=b[2];if(c){var
+d=c[1];if(c[2])return R(zw);var
+e=function(a){function
+b(b){return[0,[0,a,b]]}return i(bB(d),b)};return i(ar(b[1]),e)}return R(zx)}return R(zy)}return R(zv)}function
+mZ(A,m,l,b,d,a){var
+j=d?bg:bh,e=af(j,a);if(e){var
+f=e[1];if(h6(f)){var
+o=d?I(function(a){var
+b=K(a[1],j);return b?b:J(h7(a[2]))},a):d;if(o){var
+p=dE(b,1);if(p){var
+c=h7(f),w=function(a){function
+d(q){function
+d(B){function
+d(r){function
+d(f){function
+d(g){function
+d(j){function
+d(e){function
+d(d){function
+g(g){function
+h(h){function
+d(o){function
+d(p){function
+t(v){function
+t(C){var
+d=af(cZ,a),w=d?E(A,d[1]):d,t=[0,q,r,f,g,h,o,j,v,p,w,e[1],e[2]];function
+y(C){var
+i=af(c8,a);if(i){var
+l=i[1],w=0;if(typeof
+l==="number"||!(3===l[0]))w=1;else{var
+c=l[1],e=0;if(c){var
+d=c[2],g=c[1],f=0;if(typeof
+g!=="number"&&2===g[0]){var
+m=0;if(d){var
+h=d[1],n=0;if(typeof
+h!=="number"&&2===h[0])if(d[2]){var
+b=0;e=1;f=1;m=1;n=1}else{var
+y=h[1],z=x(k(zs),y),A=x(g[1],z),b=[0,x(k(zt),A)];e=1;f=1;m=1;n=1}if(!n)var
+p=0}else
+var
+p=d;if(!m){var
+b=p;e=1;f=1}}if(!f)var
+o=0}else
+var
+o=c;if(!e)var
+b=o}if(w)var
+b=0;var
+s=b}else
+var
+s=i;var
+E=r?eA:c9,F=[0,[0,[2,t],x(E,B),C,s]],G=N(ga(q),zD,F);if(j)var
+u=j[1],v=D(u[1],u[2]);else
+var
+v=1;return N(v,zE,G)}var
+z=c?u(function(a){function
+c(d){function
+c(d){var
+a=dE(b,1),c=a?l9(t,a[1]):a,e=hm(m,l[1]),f=d[1],g=s(function(a){if(typeof
+a!=="number"&&0===a[0]){if(c){var
+f=a[1],g=c[1],d=V(jB(l5,aI(n),aI(n),b[7]),g),e=s(function(a){var
+b=[0,[0,l8(a[2])],0];return[0,a[1][2][1],a[1][2][2],[0,P,0],b,Q,0]},d);return[10,[0,b[1],b[2],n,2,0,0,e],f]}return zz}return a},f),h=e[2]?0:zA;return[0,x(h,g)]}return i(eu(m,l,0,a),c)}var
+d=typeof
+a==="number"?0:1;return i(N(d,zC,zB),c)},mX,a):zF;return i(z,y)}if(c)var
+w=[0,[0,k(zG),0],0],d=u(function(a){return aO(w,a)},dJ,a);else
+var
+d=zH;return i(d,t)}if(c)var
+v=function(a){return[0,[0,a]]},d=i(u(zr,f$,a),v);else
+var
+d=zI;return i(d,t)}return i(u(zo,cZ,a),d)}var
+o=[0,[0,k(zJ),1],0],p=[0,[0,k(zK),0],o];return i(u(function(a){return aO(p,a)},mW,a),d)}return i(u(al,bZ,d),h)}return i(u(al,bY,d),g)}var
+g=0,h=[0,bY,[0,bZ,0]];return i(u(function(a){return U(h,g,a)},dP,a),d)}return i(u(zu,ck,a),d)}function
+e(a){return cI(al,a)}return i(u(function(a){return a8(e,a)},c8,a),d)}return i(u(function(a){return aO(h5,a)},dO,a),d)}return i(u(eb,dN,a),d)}var
+e=[0,[0,k(zL),1],0],f=[0,[0,k(zM),0],e];return i(u(function(a){return aO(f,a)},cJ,a),d)}return i(u(ai,cl,a),d)}return i(u(ar,cl,a),d)},y=0,z=c?[0,f$,[0,dJ,[0,mX,0]]]:c,h=i(U(x([0,cl,[0,cJ,[0,dM,[0,dN,[0,dO,[0,c8,[0,ck,[0,dP,[0,mW,[0,cZ,0]]]]]]]]]],z),y,f),w);return 0===h[0]?[0,h[1]]:0}var
+q=p}else
+var
+q=o;return q}if($(function(a){return h6(a[2])},a)){var
+g=mT(b,d,an(function(a){return J(h6(a[2]))},a));if(g){var
+r=g[1],v=0;if(!$(function(a){return h7(a[2])},a)&&!l$(r[1])){var
+t=[0,r];v=1}if(!v)return 0}else
+var
+t=g;return t}return mT(b,d,a)}return e}var
+zO=k(zN),zQ=[0,[0,k(zP),0],0],zT=[0,[0,k(zS),zR],zQ],zW=[0,[0,k(zV),zU],zT],zZ=[0,[0,k(zY),zX],zW],m0=[0,[0,k(z1),z0],zZ];function
+m1(a){return $(function(b){return mJ(b,a)},mK)}function
+m2(a){return dL(c9,a)}function
+m3(a){var
+b=m2(a);return b?b:m1(a)}function
+m4(z,y,m,w,v,a){function
 b(b){function
 a(d){function
-a(e){function
-a(i){function
+a(h){function
 a(j){function
+a(e){function
 a(a){function
 g(f){var
-a=aj(f,b);if(a){var
+a=af(f,b);if(a){var
 c=a[1],e=0;if(typeof
 c!=="number")switch(c[0]){case
 2:return c[1];case
@@ -4067,387 +4959,312 @@ c!=="number")switch(c[0]){case
 d=0;e=1}if(!e)return 0}else
 var
 d=a;return d}var
-w=[0,g(bW),0],x=[0,k(vK),w],y=[0,g(gI),x],z=[0,k(vL),y],B=[0,g(gJ),z],C=[0,k(vM),B],D=[0,g(bo),C],E=[0,k(vN),D],F=kD([0,gK(vO,t),E]),h=d?0:1,o=I(j,k(vP)),s=da(k(vF),j),G=s||ab(function(a){return kW(a,j)},kX);if(G)var
-c=vQ;else
-if(H(o))var
-c=vT;else
-switch(i){case
+p=m3(e),A=0;if(p)var
+B=d$([2,e]),q=x(k(Ab),B);else
+var
+q=p;var
+C=[0,g(ci),[0,q,A]],F=[0,k(Ac),C],G=[0,g(hV),F],H=[0,k(Ad),G],I=[0,g(hW),H],L=[0,k(Ae),I],M=[0,g(bF),L],O=[0,k(Af),M],Q=mr([0,hX(Ag,v),O]),n=d?0:1,R=2<=j?0:1,c=R?E(y,d):2;function
+S(f){if(f)var
+g=f[1],l=g?1:g;else
+var
+l=f;var
+q=K(e,k(Ah)),x=typeof
+c==="number"?0:l?c[1]:l;function
+p(L){if(f){var
+y=j?0:1,A=[0,y,h];if(typeof
+c==="number")switch(c){case
 0:var
-r=A(v,d);if(r)if(a)var
-m=a[1],f=r[1],l=1===m?[0,[0,[9,h,f]],[0,[3,f,e,0],0]]:m?vG:[0,[0,[9,h,f]],[0,[3,f,e,1],0]];else
+i=z7;break;case
+1:var
+i=a?2===a[1]?[0,[11,J(m)],0]:z8:z9;break;default:var
+i=a?z_:z$}else
+if(a)var
+v=[0,[8,d,A,a[1]],c[2]],i=[0,[11,J(m)],v];else
 var
-l=vH;else
+i=Aa;var
+g=i}else
+if(m3(e))var
+g=Ak;else
+if(J(q))var
+g=Al;else
+switch(j){case
+0:var
+u=E(z,d);if(u)if(a)var
+p=a[1],k=u[1],o=1===p?[0,[0,[9,n,k]],[0,[3,k,h,0],0]]:p?z3:[0,[0,[9,n,k]],[0,[3,k,h,1],0]];else
 var
-l=a?2===a[1]?[0,[0,[1,h,0]],0]:vI:vJ;var
-c=[0,[7,H(n)],l];break;case
+o=z4;else
+var
+o=a?2===a[1]?[0,[0,[1,n,0]],0]:z5:z6;var
+g=[0,[11,J(m)],o];break;case
 1:if(a)var
-Q=[0,[0,[13,0,d,e,a[1]]],0],c=[0,[7,H(n)],Q];else
+K=[0,[0,[13,0,d,h,a[1]]],0],g=[0,[11,J(m)],K];else
 var
-c=vU;break;default:var
-c=u?a?[0,[0,[13,1,d,e,a[1]]],0]:vV:vW}var
-p=H(o),J=[0,[0,d,i,F,c,a]];if(p)var
-q=p;else
+g=Am;break;default:var
+g=w?a?[0,[0,[13,1,d,h,a[1]]],0]:An:Ao}var
+B=typeof
+c==="number"?0:l,C=f?f[1]:f,F=[0,[0,d,j,Q,g,a,C,B]],G=q||l,r=J(G);if(r)var
+s=r;else
 var
-O=X(kz,b),P=O||X(kA,b),q=H(P);var
-M=L(q,vR,J),N=1===i?K(U,e):1;return L(N,vS,M)}return h(r(function(a){return bf(kV,a)},bW,b),a)}return h(r($,ky,b),a)}var
-c=[0,[0,gH,0],[0,[0,dO,1],[0,[0,k(vX),2],0]]];return h(r(function(a){return bf(c,a)},gJ,b),a)}return h(r(aC,gI,b),a)}var
-c=[0,[0,bn,1],[0,[0,bh,0],0]];return h(r(function(a){return bf(c,a)},bo,b),a)}return h(S([0,bo,[0,gI,[0,gJ,[0,ky,[0,bW,0]]]]],[0,kz,[0,kA,0]],a),b)}function
-gR(c,b){if(b)var
-a=b[1],e=gR([0,a,c],b[2]),f=ab(function(e){var
-d=bB(a[1],e[1]);if(d){var
+t=bz(Y(dJ,b),x),s=t?J(Y(mo,b)):t;var
+H=N(s,Ai,F),I=1===j?D(P,h):1;return N(I,Aj,H)}if(Y(dJ,b))var
+r=[0,[0,zO,0],0],o=u(function(a){return aO(r,a)},dJ,b);else
+var
+o=Ap;return i(o,p)}var
+r=0;if(m2(e)&&J(m1(e))){var
+s=0;if(typeof
+c==="number"&&2<=c){var
+o=Aq;s=1}if(!s){var
+T=function(a){return[0,[0,[0,a]]]},l=c9,f=e,t=function(a){return N(ga(a),z2,[0,a])};for(;;){if(l&&f){var
+l=l[2],f=f[2];continue}var
+o=i(i(ar([2,f]),t),T);break}}}else
+r=1;if(r)var
+o=Ar;return i(o,S)}return i(u(function(a){return aO(m0,a)},ci,b),a)}return i(u(ai,mn,b),a)}var
+c=[0,[0,hU,0],[0,[0,ck,1],[0,[0,k(As),2],0]]];return i(u(function(a){return aO(c,a)},hW,b),a)}return i(u(al,hV,b),a)}var
+c=[0,[0,bg,1],[0,[0,bh,0],0]];return i(u(function(a){return aO(c,a)},bF,b),a)}return i(U([0,bF,[0,hV,[0,hW,[0,mn,[0,ci,0]]]]],[0,dJ,[0,mo,0]],a),b)}function
+m5(a){return $(function(b){var
+a=typeof
+b==="number"?1:0,c=a?1:a;return c},a)}function
+h8(b){var
+a=W(function(b){var
+a=b[6],c=a?[0,a[1],0]:a;return c},b);if(a){var
+c=a[1],f=0;if($(function(a){return m5(a[4])},b))var
+d=0;else
+var
+i=an(function(a){return a[7]},b),d=[9,s(function(a){return a[1]},i),c];var
+g=[0,d,f],h=a[2],e=[0,[11,I(function(a){var
+b=D(c,a);return b?D(a,c):b},h)],g]}else
+var
+e=a;return e}function
+h9(d,c,b){if(b){var
+a=b[1],h=h9(d,[0,a,c],b[2]);if($(function(e){var
+d=bz(a[1],e[1]);if(d){var
 b=e[2];switch(a[2]){case
 0:return b?0:1;case
 1:return 1===b?1:0;default:var
-c=2<=b?1:0,f=c?1:c;return f}}return d},c)?vY:a[4],d=[0,[0,a[3],f],e];else
+c=2<=b?1:0,f=c?1:c;return f}}return d},c))var
+e=At;else
 var
-d=b;return d}function
-kZ(a,b){function
-d(c){if(ab(function(a){var
-b=a[4];return ab(function(b){var
-a=typeof
-b==="number"?1:0,c=a?1:a;return c},b)},a))var
-d=vZ;else{var
-f=0,e=dR(s(function(a){return a[5]},a),f);if(e)if(c)var
-g=ac(function(a){return a[4]},a),b=[0,[0,[14,e[1],c[1]]],g];else
+g=a[6],i=g?d:g,e=x(a[4],i);var
+f=[0,[0,a[3],e],h]}else
 var
-b=v0;else
+f=b;return f}function
+m6(a,b){function
+d(c){if($(function(a){return m5(a[4])},a))var
+d=Au;else{var
+f=0,e=dK(s(function(a){return a[5]},a),f);if(e)if(c)var
+g=h8(a),h=x(W(function(a){return a[4]},a),g),b=[0,[0,[14,e[1],c[1]]],h];else
 var
-b=v1;var
-d=b}return[0,d]}if(I(b,k(v2)))var
-c=v3;else
+b=Av;else
 var
-e=function(a){return[0,ay(function(a){return[0,a]},a)]},c=h(dC(kV,b),e);return h(c,d)}var
-k0=e(2,e(2,e(2,e(2,e(2,p))))),aV=cT(p,k0);function
-gS(e,d){var
-b=c5(e,d);if(G(b,t))return t;var
-c=Z(b,p),a=aU(c),f=0===a?t:0<a?ds(c)[1]:t;return J(f,p)}function
-k1(a,d,i){var
-b=Z(a,d),c=v(e(2,p),i);if(G(a,v(e(2,p),b)))var
-g=c5(J(v(b,aV),gS(v(v(c,aV),v(b,Z(a,b))),a)),a);else{var
-l=Z(a,v(e(2,p),b));if(P(v(v(v(a,Z(a,v(e(2,p),b))),l),aV),v(v(c,a),a)))var
-g=c5(J(v(b,aV),gS(v(v(i,a$(aV,e(2,p))),v(a,a)),a)),a);else
+b=Aw;var
+d=b}return[0,d]}if(K(b,k(Ax)))var
+c=Ay;else
 var
-h=v(a,aV),m=v(v(e(2,p),a),J(h,c)),n=gS(v(v(v(c,aV),aV),J(v(v(v(e(2,e(2,p)),h),b),Z(a,b)),v(v(c,a),a))),p),g=c5(J(v(aV,J(v(v(e(2,p),h),b),v(c,a))),n),m)}var
-f=Z(aV,gB(aV,g));if(!G(d,t)&&!G(v(d,aV),v(e(2,e(2,p)),v(f,a)))){var
-j=v(v(d,a),aV),o=v(C(e(2,e(2,e(2,p)))),j),k=c5(v(C(e(2,e(2,C(e(2,p))))),J(j,v(i,a))),o);return G(k,k0)?dq(f,a$(v(d,aV),cT(a,k))):f}return f}function
-k2(a){return[0,Q,a[4]]}function
-k3(j,k,f){if(0===f[0])return f[1];var
-b=0,a=t,d=k,c=f[1];for(;;){if(d){var
-e=d[2],h=d[1];if(c){var
-i=c[1];if(x(i[1],a)){var
-b=[0,i[2],b],a=J(a,p),d=e,c=c[2];continue}var
-b=[0,A(j,h),b],a=J(a,p),d=e;continue}var
-b=[0,A(j,h),b],a=J(a,p),d=e,c=0;continue}var
-g=c?0:[0,M(b,0)],l=g?g[1]:g;return l}}var
-gT=k(v5),fb=k(v6),k4=k(v7),k5=k(v8),k6=k(v9),k7=k(v_),k8=k(v$),fc=k(wa),fd=k(wb),k9=k(wc),k_=k(wd),wf=k(we),wh=s(function(a){return[0,k(a),0]},wg);function
-dT(h,g,f,e){var
-a=h,b=g,c=e;for(;;){if(a){var
-d=a[2];if(x(a[1][1],f)){if(x(c,t))return[0,b];var
-a=d,b=J(b,p),c=Z(c,p);continue}var
-a=d,b=J(b,p);continue}return a}}var
-dU=aX(p);function
-k$(a){if(typeof
-a!=="number"&&4===a[0]){var
-c=function(a){function
-b(c){function
-b(f){var
-a=c,g=[0,[1,aA(c,f)]];for(;;){if(a){var
-b=a[2];if(b){var
-e=P(a[1],b[1]);if(e){var
-a=b;continue}var
-d=e}else
-var
-d=1}else
-var
-d=1;return L(d,wI,g)}}function
-d(a){return c_(aC,a)}var
-e=V(c);return h(r(function(a){return am(e,d,a)},fb,a),b)}return h(r(function(a){return ah(aG,a)},c8,a),b)};return h(S([0,c8,[0,fb,0]],0,a),c)}function
-b(a){return[0,[0,a]]}return h(ah(function(a){return c_(aC,a)},a),b)}var
-gU=k(wJ),gV=k(wK);function
-la(n,g,f){var
-o=g?bn:bh,a=aj(o,f);if(a){var
-c=kj(n,g);if(c){var
-i=F(function(d){var
-a=d[2];if(typeof
-a!=="number"&&4===a[0]){var
-b=a[1],c=H(X(wf,b));return c?H(X(gj,b)):c}return 0},f);if(i){var
-b=c[1],q=a[1],m=function(a){function
-c(l){function
-c(x){function
-c(s){function
-c(d){function
-c(z){function
-c(d){function
-c(u){function
-c(c){function
-d(k){function
-d(A){function
-c(B){function
-c(D){var
-m=cc(km,b),w=m?m[1]:m;if(ag(k)){var
-o=aM(k),q=v(J(ej(o[1]),p),aV),d=fN(bd(ej(q)),v4),i=t,c=q;for(;;){if(d){var
-j=d[1];if(!G(Z(c,i),p)){var
-f=a$(J(i,c),e(2,p)),n=dG(o,[0,f,fR(aV)]);if(n){if(2<=n[1]){var
-d=j,i=f;continue}var
-d=j,c=f;continue}var
-d=j,c=f;continue}}var
-g=c;break}}else
-var
-g=t;var
-E=k3(function(a){if(dL(a)&&P(t,g)){var
-c=function(b){var
-c=[0,b,fR(aV)];return R(a[4],c)},b=a[2],d=a[3],e=c(Z(aV,k1(b,Z(b,d),g)));return[0,c(k1(b,d,g)),e]}return k2(a)},w,B),H=k3(k2,w,D);function
-I(f){var
-g=s?gV:gU,h=y(g,x),i=[0,[0,[0,l,s,z,k,A,E,H,f,u[1],u[2]],h]],c=ag(l),j=c?ag(ak(U,bD(l))):c,m=L(j,wL,i),b=aj(k7,a);if(b)var
-d=typeof
-b[1]==="number"?1:0,e=d?1:d;else
-var
-e=b;return L(e,wM,m)}return h(r(function(a){if(typeof
-a==="number")return wi;else
-switch(a[0]){case
-0:var
-c=function(a){if(a){var
-c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return O(wj);var
-e=function(c){var
-a=dT(b,t,f,c);return a?a[1]:dU},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return L(F(function(a){return G(t,a)},a),wk,h)}return O(wl)}return O(wm)}return O(wn)};return h(am(C(e(2,p)),aG,a),c);case
-1:var
-d=function(a){if(a){var
-c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return O(wo);var
-e=function(c){var
-a=dT(b,t,f,c);return a?a[1]:dU},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return L(F(function(a){return G(t,a)},a),wp,h)}return O(wq)}return O(wr)}return O(ws)};return h(am(C(e(2,p)),aG,a),d);case
-2:var
-f=function(a){if(a){var
-c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return O(wt);var
-e=function(c){var
-a=dT(b,t,f,c);return a?a[1]:dU},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return L(F(function(a){return G(t,a)},a),wu,h)}return O(wv)}return O(ww)}return O(wx)};return h(am(C(e(2,p)),aG,a),f);case
-3:var
-g=function(a){if(a){var
-c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return O(wy);var
-e=function(c){var
-a=dT(b,t,f,c);return a?a[1]:dU},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return L(F(function(a){return G(t,a)},a),wz,h)}return O(wA)}return O(wB)}return O(wC)};return h(am(C(e(2,p)),aG,a),g);default:var
-i=function(a){if(a){var
-c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return O(wD);var
-e=function(c){var
-a=dT(b,t,f,c);return a?a[1]:dU},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return L(F(function(a){return G(t,a)},a),wE,h)}return O(wF)}return O(wG)}return O(wH)};return h(am(C(e(2,p)),aG,a),i)}},k9,a),I)}return h(r(k$,fd,a),c)}return h(r(k$,fc,a),c)}return h(r(aC,fd,c),d)}return h(r(aC,fc,c),d)}var
-d=0,f=[0,fc,[0,fd,0]];return h(r(function(a){return S(f,d,a)},k8,a),c)}return h(r(function(a){return c_(bv,a)},dO,a),c)}return h(r(function(a){return bf(wh,a)},k6,a),c)}return h(r(f4,k5,a),c)}var
-d=[0,[0,k(wN),0],0];return h(r(function(a){return bf(d,a)},k4,a),c)}var
-d=[0,[0,k(wO),1],0],f=[0,[0,k(wP),0],d];return h(r(function(a){return bf(f,a)},fb,a),c)}return h(r($,gT,a),c)}return h(r(an,gT,a),c)},d=h(S([0,gT,[0,fb,[0,k4,[0,k5,[0,k6,[0,k7,[0,dO,[0,k8,[0,fc,[0,fd,[0,k9,0]]]]]]]]]]],0,q),m);return 0===d[0]?[0,d[1]]:0}var
-j=i}else
-var
-j=c;var
-l=j}else
-var
-l=a;return l}var
-wR=k(wQ);function
-lb(d){var
-a=d[1];if(a){var
-b=a[1],c=I(b,e$);return c?c:I(b,k(wS))}return 1}var
-wW=k(wV),wY=k(wX),w1=k(w0),w3=k(w2),w5=k(w4),w7=k(w6),lc=k(xa),gW=k(xb),ld=k(xc),gX=k(xd),gY=k(xe),le=k(xf),gZ=k(xg),lf=k(xh),fe=k(xi),xk=k(xj);function
-lg(a){return s(function(a){if(I(a[1],c0)){var
-b=[2,k(xl)];return[0,a[1],b]}return a},a)}function
-g0(g,f){var
+e=function(a){return[0,ak(function(a){return[0,a]},a)]},c=i(ec(m0,b),e);return i(c,d)}var
+m7=k(Az),h_=k(AA),m8=k(AB),h$=k(AC),ia=k(AD),m9=k(AE),ib=k(AF),ic=k(AG),gb=k(AH),AJ=k(AI);function
+m_(a){return s(function(a){if(K(a[1],dx)){var
+b=[2,k(AK)];return[0,a[1],b]}return a},a)}function
+id(g,f){var
 b=g,a=f;for(;;){if(b){if(a){var
 c=a[2],d=b[2];if(b[1]){var
-h=g0(d,c);return[0,a[1],h]}var
+h=id(d,c);return[0,a[1],h]}var
 b=d,a=c;continue}var
 e=a}else
 var
 e=b;return e}}function
-xm(a){function
+AL(a){function
 b(a){function
 b(c){function
 g(b){function
 c(d){function
 c(c){var
-e=V(c);function
+e=Z(c);function
 f(a){var
-e=s(jX,cB(aw(c),a)),f=s(function(a){return g0(e,a)},a),g=[0,[0,b,d,g0(e,c),f]];return L(P(t,b),xo,L(F(function(a){return cW(aF(a),U)},a),xn,g))}function
-g(a){return am(e,aC,a)}var
-i=V(d);return h(r(function(a){return am(i,g,a)},bj,a),f)}return h(r(function(a){return ez(b,a)},ld,a),c)}return h(r(function(a){return ez(b,a)},gW,a),c)}if(c){var
+e=s(lh,cD(ac(c),a)),f=s(function(a){return id(e,a)},a),g=[0,[0,b,d,id(e,c),f]];return N(M(q,b),AN,N(I(function(a){return bS(aF(a),P)},a),AM,g))}function
+g(a){return ax(e,al,a)}var
+h=Z(d);return i(u(function(a){return ax(h,g,a)},bj,a),f)}return i(u(function(a){return fp(b,a)},m8,a),c)}return i(u(function(a){return fp(b,a)},h_,a),c)}if(c){var
 b=c[1],f=0;if(typeof
 b!=="number"&&3===b[0]){var
-d=[0,V(b[1])];f=1}if(!f)var
-d=O(xp);var
+d=[0,Z(b[1])];f=1}if(!f)var
+d=R(AO);var
 e=d}else
 var
-e=O(xq);return h(e,g)}return h(r(be,gW,a),b)}return h(S([0,gW,[0,ld,[0,bj,0]]],0,a),b)}function
-lh(c,a){function
+e=R(AP);return i(e,g)}return i(u(be,h_,a),b)}return i(U([0,h_,[0,m8,[0,bj,0]]],0,a),b)}function
+m$(c,a){function
 b(a){var
-d=[0,a],b=a?1:a,e=b?x(ax(function(b,a){return J(b[1],a)},t,a),c):b;return L(e,xr,d)}return h(ah(xm,a),b)}function
-cE(a){if(a){var
-b=cE(a[2]),c=a[1];return ac(function(a){return s(function(b){return y(a,b)},b)},c)}return xs}function
-aW(a){return ax(function(b,a){return v(V(b),a)},p,a)}function
-cm(a){var
+d=[0,a],b=a?1:a,e=b?y(ao(function(b,a){return B(b[1],a)},q,a),c):b;return N(e,AQ,d)}return i(_(AL,a),b)}function
+c_(a){if(a){var
+b=c_(a[2]),c=a[1];return W(function(a){return s(function(b){return x(a,b)},b)},c)}return AR}function
+a4(a){return ao(function(b,a){return r(Z(b),a)},n,a)}function
+cK(a){var
 b=a[1];return s(function(a){return a[2]},b)}function
-cn(c,b){var
+cL(c,b){var
 a=b[2];if(a){var
 d=a[1];return s(function(a){return a[2]},d)}return[0,c[4],0]}function
-ff(a){var
+gc(a){var
 b=a[1];return s(function(a){return a[3]},b)}function
-g1(c,b){var
+ie(c,b){var
 a=b[2];if(a){var
 d=a[1];return s(function(a){return a[3]},d)}return[0,c[4],0]}function
-xv(b,a){var
-i=aW(cm(a)),g=v(aW(cn(b,a)),i),h=P(e(2,e(2,e(2,e(2,e(2,C(e(2,e(2,e(2,e(2,C(e(2,C(e(2,C(e(2,e(2,e(2,p)))))))))))))))))),g);if(h)var
-c=h;else
+AU(b,a){var
+i=a4(cK(a)),g=r(a4(cL(b,a)),i),h=M(c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,c(2,c(2,z(c(2,z(c(2,z(c(2,c(2,c(2,n)))))))))))))))))),g);if(h)var
+d=h;else
 var
-r=v(g,V(b[2])),c=P(e(2,e(2,e(2,e(2,e(2,e(2,C(e(2,e(2,C(e(2,e(2,C(e(2,C(e(2,e(2,e(2,e(2,e(2,C(e(2,p)))))))))))))))))))))),r);if(c)var
-d=c;else
+s=r(g,Z(b[2])),d=M(c(2,c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,c(2,c(2,c(2,c(2,z(c(2,n)))))))))))))))))))))),s);if(d)var
+e=d;else
 var
-o=aW(ff(a)),q=v(aW(cm(a)),o),d=P(e(2,e(2,e(2,e(2,e(2,e(2,C(e(2,e(2,C(e(2,e(2,C(e(2,C(e(2,e(2,e(2,e(2,e(2,C(e(2,p)))))))))))))))))))))),q);if(d)var
-f=d;else
+p=a4(gc(a)),q=r(a4(cK(a)),p),e=M(c(2,c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,c(2,c(2,c(2,c(2,z(c(2,n)))))))))))))))))))))),q);if(e)var
+f=e;else
 var
-m=aW(g1(b,a)),n=v(aW(cn(b,a)),m),f=P(e(2,e(2,e(2,e(2,e(2,e(2,C(e(2,e(2,C(e(2,e(2,C(e(2,C(e(2,e(2,e(2,e(2,e(2,C(e(2,p)))))))))))))))))))))),n);if(f)return f;var
-j=V(b[2]),k=aW(ff(a)),l=v(v(aW(cn(b,a)),k),j);return P(e(2,e(2,e(2,e(2,e(2,e(2,C(e(2,e(2,C(e(2,e(2,C(e(2,C(e(2,e(2,e(2,e(2,e(2,C(e(2,p)))))))))))))))))))))),l)}function
-li(a,d,c,b){var
-e=a[3],f=s(function(a){return bH(e,a)},b),g=0;return dR(s(function(b){var
-e=bH(a[4],b),c=az(function(a){return x(a[1],e)},d),g=0;return dR(s(function(d){var
+m=a4(ie(b,a)),o=r(a4(cL(b,a)),m),f=M(c(2,c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,c(2,c(2,c(2,c(2,z(c(2,n)))))))))))))))))))))),o);if(f)return f;var
+j=Z(b[2]),k=a4(gc(a)),l=r(r(a4(cL(b,a)),k),j);return M(c(2,c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,c(2,c(2,c(2,c(2,z(c(2,n)))))))))))))))))))))),l)}function
+na(a,d,c,b){var
+e=a[3],f=s(function(a){return bV(e,a)},b),g=0;return dK(s(function(b){var
+e=bV(a[4],b),c=an(function(a){return y(a[1],e)},d),g=0;return dK(s(function(d){var
 a=c;for(;;){if(a){var
-b=a[1];if(x(b[2],d))return[0,b[3]];var
+b=a[1];if(y(b[2],d))return[0,b[3]];var
 a=a[2];continue}return a}},f),g)},c),g)}function
-dV(a){return 1===a[1][2]?1:0}function
-fg(a){return a[5]?0:1}function
-lj(a){return s(function(a){return a[4]},a)}function
-bZ(a,c){var
-b=aj(a,c);if(b){var
-d=function(a){return[0,[0,a]]};return h(aY(a,aC(b[1])),d)}return xD}function
-g2(b,a){function
+eB(a){return 1===a[1][2]?1:0}function
+gd(a){return a[5]?0:1}function
+nb(a){return s(function(a){return a[4]},a)}function
+cm(a,c){var
+b=af(a,c);if(b){var
+d=function(a){return[0,[0,a]]};return i(a6(a,al(b[1])),d)}return A2}function
+ig(b,a){function
 g(a){if(b){if(a){var
-h=a[1],c=h[2],d=h[1],i=a[2],j=b[1],e=j[2],f=j[1],k=b[2];switch(h7(v(f,c),v(d,e))){case
-0:return[0,[0,J(f,d),J(e,c)],g2(k,i)];case
-1:return[0,[0,f,e],g2(k,a)];default:return[0,[0,d,c],g(i)]}}return b}return a}return g(a)}function
-lk(a){if(a){var
+h=a[1],c=h[2],d=h[1],i=a[2],j=b[1],e=j[2],f=j[1],k=b[2];switch(jt(r(f,c),r(d,e))){case
+0:return[0,[0,B(f,d),B(e,c)],ig(k,i)];case
+1:return[0,[0,f,e],ig(k,a)];default:return[0,[0,d,c],g(i)]}}return b}return a}return g(a)}function
+nc(a){if(a){var
 b=a[2];if(b){var
-c=lk(b[2]);return[0,g2(a[1],b[1]),c]}return a}return a}function
-ll(f){var
-g=az(function(a){var
-b=x(a[1],t),c=b?x(a[2],t):b;return H(c)},f),b=xJ,a=s(function(a){return[0,a,0]},g);for(;;){if(b){if(a){if(a[2]){var
-e=lk(a),b=b[1],a=e;continue}var
+c=nc(b[2]);return[0,ig(a[1],b[1]),c]}return a}return a}function
+nd(f){var
+g=an(function(a){var
+b=y(a[1],q),c=b?y(a[2],q):b;return J(c)},f),b=A8,a=s(function(a){return[0,a,0]},g);for(;;){if(b){if(a){if(a[2]){var
+e=nc(a),b=b[1],a=e;continue}var
 c=a[1]}else
 var
-c=a;return c}if(a){if(a[2])return bl(a);var
+c=a;return c}if(a){if(a[2])return bc(a);var
 d=a[1]}else
 var
 d=a;return d}}function
-lm(a,b){return ll(ac(function(a){return s(function(b){return[0,v(a[1],b[1]),v(a[2],b[2])]},b)},a))}function
-ln(e,d){var
+ih(a,b){return nd(W(function(a){return s(function(b){return[0,r(a[1],b[1]),r(a[2],b[2])]},b)},a))}function
+ne(e,d){var
 a=e,b=d;for(;;){if(b){var
-c=b[1],f=b[2],g=ab(function(i){return function(h){var
+c=b[1],f=b[2],g=$(function(i){return function(h){var
 b=i,a=h;for(;;){if(b){if(a){var
-c=a[1],d=b[1],e=x(d[1],c[1]),f=e?x(d[2],c[2]):e;if(f){var
+c=a[1],d=b[1],e=y(d[1],c[1]),f=e?y(d[2],c[2]):e;if(f){var
 b=b[2],a=a[2];continue}var
 g=f}else
 var
 g=a;return g}return a?0:1}}}(c),a)?a:[0,c,a],a=g,b=f;continue}return a}}function
-g3(b,a){if(a){var
-c=a[2],d=a[1],e=g3([0,d,b],c),f=y(b,c);return y(s(function(a){return[0,d,a]},f),e)}return a}function
-g4(b,a){return ll(aA(b,a))}function
-g5(a){if(a){var
-b=a[2],c=a[1],e=g3(0,eQ(c)),f=ln(0,s(function(a){return g4(a[1],a[2])},e)),d=g5(b),g=eP(c),h=[0,[0,eP(c),g],0],i=s(function(a){return lm(h,a)},d);return ln(0,y(ac(function(a){var
-c=gw(b),e=[0,[0,[0,gw(b),c],0],d];return s(function(b){return lm(a,b)},e)},f),i))}return a}function
-lo(b,a,d){var
-c=aU(b);if(0===c)return Q;if(0<c){var
-e=v(b,a[2]);return cV([0,ax(function(b,c){return J(dq(t,Z(v(b[1],a[2]),v(b[2],a[1]))),c)},t,d),e])}return Q}function
-co(b,a){return b?a?K(b[1],a[1]):1:a?0:1}function
-fh(b,a){if(b){if(a){var
-c=a[1],d=b[1],e=K(d,c);if(e)return K(c,d);var
+ge(b,a){if(a){var
+c=a[2],d=a[1],e=ge([0,d,b],c),f=x(b,c);return x(s(function(a){return[0,d,a]},f),e)}return a}function
+ii(b,a){return nd(V(b,a))}function
+eC(a){if(a){var
+b=a[2],c=a[1],e=ge(0,dC(c)),f=ne(0,s(function(a){return ii(a[1],a[2])},e)),d=eC(b),g=dB(c),h=[0,[0,dB(c),g],0],i=s(function(a){return ih(h,a)},d);return ne(0,x(W(function(a){var
+c=fK(b),e=[0,[0,[0,fK(b),c],0],d];return s(function(b){return ih(a,b)},e)},f),i))}return a}function
+nf(b,a,d){var
+c=aQ(b);if(0===c)return Q;if(0<c){var
+e=r(b,a[2]);return dt([0,ao(function(b,c){return B(b_(q,S(r(b[1],a[2]),r(b[2],a[1]))),c)},q,d),e])}return Q}function
+cM(b,a){return b?a?D(b[1],a[1]):1:a?0:1}function
+gf(b,a){if(b){if(a){var
+c=a[1],d=b[1],e=D(d,c);if(e)return D(c,d);var
 f=e}else
 var
 f=a;return f}return a?0:1}function
-g6(b,a){return dJ(dI,b,a)}function
-bJ(b,a){return ak(b,bD(a))}function
-fi(b){var
-a=b[7];return 0===a[0]?a[1]:bl(bl(a[1]))}function
-lp(a){var
+ij(b,a){return em(c2,b,a)}function
+eD(a){return y(a[1],q)}function
+a9(b,a){return ah(b,br(a))}function
+gg(b){var
+a=b[7];return 0===a[0]?a[1]:bc(bc(a[1]))}function
+ng(a){var
 b=a[7];if(0===b[0])return Q;var
-c=b[1];return ax(function(d,c){var
-b=cB(a[4],d);return dI(ax(function(a,b){var
-c=c4(a);return dI(bJ(eR(a),c),b)},Q,b),c)},Q,c)}function
-g7(a,b){return a?a[1]:b}function
-cp(a){var
-b=eR(fi(a));return g7(a[8][1],b)}function
-dW(a){var
-b=c4(fi(a));return g7(a[8][2],b)}function
-cq(a){var
-b=lp(a);return g7(a[8][4],b)}function
-lq(a){var
-e=cp(a),b=K(eR(fi(a)),e);if(b){var
-f=c4(fi(a)),c=K(dW(a),f);if(c){var
-g=cq(a);return K(lp(a),g)}var
+c=b[1];return ao(function(d,c){var
+b=cD(a[4],d);return c2(ao(function(a,b){var
+c=cE(a);return c2(a9(dD(a),c),b)},Q,b),c)},Q,c)}function
+ik(a,b){return a?a[1]:b}function
+cN(a){var
+b=dD(gg(a));return ik(a[8][1],b)}function
+eE(a){var
+b=cE(gg(a));return ik(a[8][2],b)}function
+cO(a){var
+b=ng(a);return ik(a[8][4],b)}function
+nh(a){var
+e=cN(a),b=D(dD(gg(a)),e);if(b){var
+f=cE(gg(a)),c=D(eE(a),f);if(c){var
+g=cO(a);return D(ng(a),g)}var
 d=c}else
 var
 d=b;return d}function
-dX(a){return x(cq(a)[1],t)}function
-b0(a){return fQ(a[3],p)}function
-bK(a){return j7(a[1])}function
-dY(b,a){var
-c=aA(b,a);return aF(s(function(a){return R(a[1],a[2])},c))}function
-g8(a,b){var
+eF(a){return eD(cO(a))}function
+bO(a){return jr(a[3],n)}function
+b0(a){return lo(a[1])}function
+c$(b,a){var
+c=V(b,a);return aF(s(function(a){return O(a[1],a[2])},c))}function
+eG(a){var
+b=ce(ll(a));return s(function(b){var
+c=ce(b[2]);return s(function(c){var
+d=c3(a,b[1],c[1]);return c$(lm(c[2]),d)},c)},b)}function
+il(a,b){var
 c=a[5];function
-d(c){return dY(c,dK(a,b,0))}return s(function(a){return s(d,a)},c)}function
-lr(a){var
-b=cj(gu(a));return ax(g6,[0,U],s(eS,s(function(b){var
-c=g8(a,b[1]),d=cB(jV(a),c),e=b[2];return s(function(a){return dY(e,a)},d)},b)))}function
-ls(a,b){var
-c=cd(0,ci(a));return s(function(c){return gy(a,c,b)},c)}function
-g9(a){var
-b=cd(0,bG(a));return az(function(b){return ag(aF(ls(a,b)))},b)}function
-lt(c,b){var
-a=ls(c,b),d=aM(aF(a));return s(function(a){return R(d,a)},a)}function
-lu(a){return fO(xK,aw(g9(a)))}function
-lv(a){var
-b=g9(a),c=s(function(b){return lt(a,b)},b),d=gu(a),e=cB(jW(a),d);return ax(g6,[0,U],s(eS,s(function(a){return s(function(b){return dY(a,b)},c)},e)))}function
-dZ(b,i,h){switch(i){case
+d(c){return c$(c,c3(a,b,0))}return s(function(a){return s(d,a)},c)}function
+ni(a){var
+b=ce(el(a));return ao(ij,[0,P],s(fM,s(function(b){var
+c=il(a,b[1]),d=cD(dA(a),c),e=b[2];return s(function(a){return c$(e,a)},d)},b)))}function
+nj(a,b){var
+c=aN(0,bl(a));return s(function(c){return hv(a,c,b)},c)}function
+da(a){var
+b=aN(0,bk(a));return an(function(b){return ad(aF(nj(a,b)))},b)}function
+eH(c,b){var
+a=nj(c,b),d=az(aF(a));return s(function(a){return O(d,a)},a)}function
+nk(a){return gQ(A9,ac(da(a)))}function
+nl(a){var
+b=da(a),c=s(function(b){return eH(a,b)},b),d=el(a),e=cD(bG(a),d);return ao(ij,[0,P],s(fM,s(function(a){return s(function(b){return c$(a,b)},c)},e)))}function
+eI(b,h,g){switch(h){case
 0:var
-f=cj(j3(b)),a=[0,c4(bl(s(function(a){var
-c=cj(a[2]);return s(function(c){var
-d=dK(b,a[1],c[1]);return dY(j4(c[2]),d)},c)},f)))];break;case
+a=[0,cE(bc(eG(b)))];break;case
 2:var
 a=b[8][3];break;case
 7:var
-g=cj(gu(b)),a=[0,c4(ac(function(a){var
-c=g8(b,a[1]),d=aA(a[2],c);return ac(function(a){var
-b=ag(a[1]);return b?a[2]:b},d)},g))];break;default:var
+f=ce(el(b)),a=[0,cE(W(function(a){var
+c=il(b,a[1]),d=V(a[2],c);return W(function(a){var
+b=ad(a[1]);return b?a[2]:b},d)},f))];break;default:var
 a=0}if(a){var
-c=a[1],d=ag(c);if(d)return A(h,c);var
+c=a[1],d=ad(c);if(d)return E(g,c);var
 e=d}else
 var
 e=a;return e}function
-fj(b,i,h,g,f,a,e,c){if(b){var
-j=b[1];return F(function(k){return ab(function(a){var
-c=a4(a);if(c){var
-d=R(bJ(a,U),g),b=bJ(ak(i,R(h,lo(e,a,k))),d),l=a4(b)?ak(a,R(b,aM(f))):a;return K(l,j)}return c},a)},c)}var
+gh(b,i,h,g,f,a,e,c){if(b){var
+j=b[1];return I(function(k){return $(function(a){var
+c=aE(a);if(c){var
+d=O(a9(a,P),g),b=a9(ah(i,O(h,nf(e,a,k))),d),l=aE(b)?ah(a,O(b,az(f))):a;return D(l,j)}return c},a)},c)}var
 d=a?1:a;return d}function
-cr(a){var
-b=g5(a[1]);return[0,gw(a[1]),b]}function
-lw(e){var
-c=bK(e);if(c){var
-d=c[1],a=d[1],b=d[2];return[0,J(a,b),[0,[0,[0,a,b],[0,[0,b,a],0]],0]]}return[0,p,[0,[0,[0,p,t],[0,[0,t,p],0]],0]]}function
-fk(b,a){if(!(3<=a))switch(a){case
+cP(a){var
+b=eC(a[1]);return[0,fK(a[1]),b]}function
+nm(e){var
+c=b0(e);if(c){var
+d=c[1],a=d[1],b=d[2];return[0,B(a,b),[0,[0,[0,a,b],[0,[0,b,a],0]],0]]}return[0,n,[0,[0,[0,n,q],[0,[0,q,n],0]],0]]}function
+gi(b,a){if(!(3<=a))switch(a){case
 0:return 1;case
-2:return b0(b)}return 0}function
-xL(a,c,e){var
-d=c[3],b=H(c[1]);if(typeof
+2:return bO(b)}return 0}function
+A_(a,c,e){var
+d=c[3],b=J(c[1]);if(typeof
 e==="number")switch(e){case
 0:if(b){var
-v=fk(a,c[4]);if(v){var
-w=en(bK(a));if(w){var
+v=gi(a,c[4]);if(v){var
+w=fe(b0(a));if(w){var
 an=function(b){var
-c=aM(b),e=[0,ak(U,R(cq(a),c))];return co(dJ(R,bK(a),e),d)};return dZ(a,c[4],an)}var
+c=az(b),e=[0,ah(P,O(cO(a),c))];return cM(em(O,b0(a),e),d)};return eI(a,c[4],an)}var
 l=w}else
 var
 l=v}else
 var
 l=b;return l;case
 1:if(1===c[4]){if(b){var
-x=b0(a);if(x){var
-y=dX(a);if(y){var
-z=en(bK(a));if(z)return co(bK(a),d);var
+x=bO(a);if(x){var
+y=eF(a);if(y){var
+z=fe(b0(a));if(z)return cM(b0(a),d);var
 h=z}else
 var
 h=y}else
@@ -4456,26 +5273,26 @@ h=x}else
 var
 h=b;return h}return 0;case
 2:if(1===c[4]){var
-A=H(b);if(A){var
-B=lu(a);if(B){var
-C=b0(a);if(C){var
-D=dX(a);if(D){var
-E=en(bK(a));if(E){var
-ai=g9(a),k=s(function(b){return lt(a,b)},ai);if(k)var
-aj=k[2],al=k[1],m=F(function(e){var
+A=J(b);if(A){var
+B=nk(a);if(B){var
+C=bO(a);if(C){var
+E=eF(a);if(E){var
+F=fe(b0(a));if(F){var
+aj=da(a),k=s(function(b){return eH(a,b)},aj);if(k)var
+ak=k[2],al=k[1],m=I(function(e){var
 b=al,a=e;for(;;){if(b){if(a){var
-c=cW(b[1],a[1]);if(c){var
+c=bS(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
-d=a;return d}return a?0:1}},aj);else
+d=a;return d}return a?0:1}},ak);else
 var
-m=1;if(m)return co(bK(a),d);var
+m=1;if(m)return cM(b0(a),d);var
 f=m}else
 var
-f=E}else
+f=F}else
 var
-f=D}else
+f=E}else
 var
 f=C}else
 var
@@ -4484,51 +5301,51 @@ var
 f=A;return f}return 0;case
 3:var
 G=8<=c[4]?1:0;if(G)if(b){var
-I=0===a[7][0]?1:0;if(I){var
-J=0===a[2][0]?1:0;if(J){var
-ah=g8(a,0);return co(ax(g6,[0,U],s(eS,s(function(b){var
-c=j0(a);return s(function(a){return dY(a,b)},c)},ah))),d)}var
-i=J}else
+H=0===a[7][0]?1:0;if(H){var
+K=0===a[2][0]?1:0;if(K){var
+ai=il(a,0);return cM(ao(ij,[0,P],s(fM,s(function(b){var
+c=ek(a);return s(function(a){return c$(a,b)},c)},ai))),d)}var
+i=K}else
 var
-i=I}else
+i=H}else
 var
 i=b;else
 var
 i=G;return i;default:if(b){var
-L=fk(a,c[4]);if(L){var
-ao=function(b){var
-c=aM(b);return co([0,R(cp(a),c)],d)};return dZ(a,c[4],ao)}var
+L=gi(a,c[4]);if(L){var
+ap=function(b){var
+c=az(b);return cM([0,O(cN(a),c)],d)};return eI(a,c[4],ap)}var
 M=L}else
 var
 M=b;return M}else
 switch(e[0]){case
 0:var
-ap=e[1];if(b){var
-N=fk(a,c[4]);if(N){var
-aq=function(b){var
-c=cr(a)[2],e=cr(a)[1],f=cp(a);return fj(d,cq(a),f,Q,b,ap,e,c)};return dZ(a,c[4],aq)}var
-O=N}else
+aq=e[1];if(b){var
+N=gi(a,c[4]);if(N){var
+ar=function(b){var
+c=cP(a)[2],e=cP(a)[1],f=cN(a);return gh(d,cO(a),f,Q,b,aq,e,c)};return eI(a,c[4],ar)}var
+R=N}else
 var
-O=b;return O;case
+R=b;return R;case
 1:var
-P=e[1],n=c[4];if(7===n){if(b){var
-S=dX(a);if(S)return dZ(a,7,function(b){var
-c=K(b,cp(a));if(c){var
-e=lw(a)[2],f=lw(a)[1];return fj(d,Q,cp(a),Q,b,P,f,e)}return c});var
-T=S}else
+S=e[1],n=c[4];if(7===n){if(b){var
+T=eF(a);if(T)return eI(a,7,function(b){var
+c=D(b,cN(a));if(c){var
+e=nm(a)[2],f=nm(a)[1];return gh(d,Q,cN(a),Q,b,S,f,e)}return c});var
+U=T}else
 var
-T=b;return T}if(b){var
-V=fk(a,n);if(V)return dZ(a,n,function(b){var
-e=cq(a),c=K(b,bJ(cp(a),e));if(c){var
-f=cr(a)[2],g=cr(a)[1],h=cq(a),i=bJ(cp(a),h);return fj(d,cq(a),i,Q,b,P,g,f)}return c});var
+U=b;return U}if(b){var
+V=gi(a,n);if(V)return eI(a,n,function(b){var
+e=cO(a),c=D(b,a9(cN(a),e));if(c){var
+f=cP(a)[2],g=cP(a)[1],h=cO(a),i=a9(cN(a),h);return gh(d,cO(a),i,Q,b,S,g,f)}return c});var
 W=V}else
 var
 W=b;return W;case
 2:if(1===c[4]){if(b){var
-X=b0(a);if(X){var
-Y=dX(a);if(Y){var
-Z=ag(dW(a));if(Z){var
-ar=cr(a)[2],as=cr(a)[1],at=e[1],au=dW(a),av=dW(a),aw=dW(a);return fj(d,Q,bJ(cp(a),aw),av,au,at,as,ar)}var
+X=bO(a);if(X){var
+Y=eF(a);if(Y){var
+Z=ad(eE(a));if(Z){var
+as=cP(a)[2],at=cP(a)[1],au=e[1],av=eE(a),aw=eE(a),ax=eE(a);return gh(d,Q,a9(cN(a),ax),aw,av,au,at,as)}var
 j=Z}else
 var
 j=Y}else
@@ -4537,14 +5354,14 @@ j=X}else
 var
 j=b;return j}return 0;case
 3:if(1===c[4]){var
-_=H(b);if(_){var
-$=lu(a);if($){var
-aa=b0(a);if(aa){var
+_=J(b);if(_){var
+$=nk(a);if($){var
+aa=bO(a);if(aa){var
 ab=0===a[7][0]?1:0;if(ab){var
-ac=en(bK(a));if(ac){var
-ay=lv(a),ad=fh(e[1],ay);if(ad){var
-az=lv(a);return co(dJ(R,bK(a),az),d)}var
-g=ad}else
+ac=fe(b0(a));if(ac){var
+ay=nl(a),ae=gf(e[1],ay);if(ae){var
+aA=nl(a);return cM(em(O,b0(a),aA),d)}var
+g=ae}else
 var
 g=ac}else
 var
@@ -4556,28 +5373,28 @@ g=$}else
 var
 g=_;return g}return 0;case
 4:if(7===c[4]){if(b){var
-ae=dX(a);if(ae){var
-aA=lr(a),af=fh(e[1],aA);if(af){var
-o=lr(a),p=bK(a);if(p)if(o)var
-t=o[1],u=p[1],am=aM(ak(t,u)),q=[0,R(ak(U,R(t,u)),am)];else
+af=eF(a);if(af){var
+aB=ni(a),ag=gf(e[1],aB);if(ag){var
+o=ni(a),p=b0(a);if(p)if(o)var
+t=o[1],u=p[1],am=az(ah(t,u)),q=[0,O(ah(P,O(t,u)),am)];else
 var
 q=p;else
 var
-q=o;return co(q,d)}var
+q=o;return cM(q,d)}var
+r=ag}else
+var
 r=af}else
 var
-r=ae}else
-var
 r=b;return r}return 0;default:return 0}}var
-lx=k(xM),ly=k(xN),lz=k(xO),xQ=k(xP),xS=k(xR),g_=k(xT),g$=k(xU);function
-lA(a){function
+nn=k(A$),no=k(Ba),gj=k(Bb),Bd=k(Bc),Bf=k(Be),eJ=k(Bg),im=k(Bh),np=k(Bi),nq=k(Bj);function
+nr(a){function
 b(a){function
 b(b){function
-c(a){return[0,[0,b,a]]}return h(r(function(a){return ah(bv,a)},ly,a),c)}return h(r(bv,lx,a),b)}return h(S([0,lx,[0,ly,0]],0,a),b)}function
-lB(l,g,d){var
-b=y(k(xV),l);if(g){if(d){var
-h=d[1],i=g[1],o=s(j6,h),c=i[2],a=o,m=0,n=0;for(;;){if(c){if(a){var
-e=fh(c[1],a[1]);if(e){var
+c(a){return[0,[0,b,a]]}return i(u(function(a){return _(bB,a)},no,a),c)}return i(u(bB,nn,a),b)}return i(U([0,nn,[0,no,0]],0,a),b)}function
+ns(l,g,d){var
+b=x(k(Bk),l);if(g){if(d){var
+h=d[1],i=g[1],o=s(ln,h),c=i[2],a=o,m=0,n=0;for(;;){if(c){if(a){var
+e=gf(c[1],a[1]);if(e){var
 c=c[2],a=a[2];continue}var
 f=e}else
 var
@@ -4585,30 +5402,50 @@ f=a;var
 j=f}else
 var
 j=a?0:1;var
-p=[0,[0,y(b,k(xW)),[0,[7,j],n]],m],q=j7(h),r=[0,[7,fh(i[1],q)],0];return[0,[0,y(b,k(xX)),r],p]}}return[0,[0,b,xY],0]}return d?[0,[0,b,xZ],0]:[0,[0,b,x0],0]}function
-fl(e,a,d,c){if(a)var
-f=[0,[0,d],[0,[7,A(c,a[1])],0]],b=[0,[0,y(k(x1),e),f],0];else
+p=[0,[0,x(b,k(Bl)),[0,[11,j],n]],m],q=lo(h),r=[0,[11,gf(i[1],q)],0];return[0,[0,x(b,k(Bm)),r],p]}}return[0,[0,b,Bn],0]}return d?[0,[0,b,Bo],0]:[0,[0,b,Bp],0]}function
+gk(e,a,d,c){if(a)var
+f=[0,[0,d],[0,[11,E(c,a[1])],0]],b=[0,[0,x(k(Bq),e),f],0];else
 var
 b=a;return b}function
-lC(c,b,a){if(a)var
-d=a[1][1],f=a[2],g=lC(J(c,p),dq(b,d),f),h=P(b,d)?x2:x4,e=[0,[0,gK(x3,c),h],g];else
+nt(c,b,a){if(a)var
+d=a[1],e=d[1],g=a[2],h=nt(B(c,n),b_(b,e),g),i=M(b,e)?[0,[5,[0,d]],0]:Bs,f=[0,[0,hX(Br,c),i],h];else
 var
-e=a;return e}var
-fm=k(x7),lD=y(fm,k(x8)),lE=y(fm,k(x9)),x$=k(x_),lF=[0,[0,gO,0],[0,[0,fm,1],[0,[0,lD,2],[0,[0,lE,5],[0,[0,x$,7],[0,[0,k(ya),8],0]]]]]];function
-db(b,a){function
-c(a){return[0,b]}return h(S(0,0,a),c)}function
-lG(a,c,b){function
+f=a;return f}var
+dQ=k(Bu),eK=x(dQ,k(Bv)),nu=x(dQ,k(Bw)),nv=x(dQ,k(Bx)),nw=x(eK,k(By)),BA=k(Bz),BC=[0,[0,h1,0],[0,[0,dQ,1],[0,[0,eK,2],[0,[0,nv,5],[0,[0,BA,7],[0,[0,k(BB),8],0]]]]]];function
+dR(b,a){function
+c(a){return[0,b]}return i(U(0,0,a),c)}function
+nx(a,c,b){function
 d(b){function
-d(a){return[0,A(c,a)]}return h(r(bv,a,b),d)}return h(S([0,a,0],0,b),d)}function
-fn(b,a){function
+d(a){return[0,E(c,a)]}return i(u(bB,a,b),d)}return i(U([0,a,0],0,b),d)}function
+gl(b,a){function
 c(a){function
 c(a){var
-c=[0,A(b,a)],d=a?1:a;return L(d,yb,c)}return h(r(function(a){return ah(aC,a)},lz,a),c)}return h(S([0,lz,0],0,a),c)}var
-lH=k(yc),lI=k(yd);function
-lJ(f,a,e,d){var
-b=A(f,a);if(b){var
-c=b[1],g=[0,[7,co(c,e)],0],h=a?0:1;return[0,d,[0,[0,[9,h,c]],g]]}return yo}function
-lK(a){if(a){var
+c=[0,E(b,a)],d=a?1:a;return N(d,BD,c)}return i(u(function(a){return _(al,a)},gj,a),c)}return i(U([0,gj,0],0,a),c)}var
+io=k(BE),ny=k(BF);function
+nz(f,a,e,d){var
+b=E(f,a);if(b){var
+c=b[1],g=[0,[11,cM(c,e)],0],h=a?0:1;return[0,d,[0,[0,[9,h,c]],g]]}return BQ}var
+BT=[0,[0,k(BS),1],0],BR=[0,[0,dQ,1],[0,[0,nu,4],[0,[0,eK,3],0]]],BV=[0,[0,k(BU),0],BT];function
+nA(b,a){function
+c(c){function
+d(j){function
+d(k){var
+a=bV(b[3],j),d=bV(b[3],k),e=c?bV(b[4],c[1]):q,f=G(q,a),g=f?G(q,d):f,h=g?G(q,e):g;if(h)var
+l=aW(d),m=aW(a),i=[0,[0,ak(function(a){return aW(e)},c),m,l]];else
+var
+i=h;return[0,i]}return i(u(function(a){return _(ai,a)},cd,a),d)}return i(u(function(a){return _(ai,a)},c0,a),d)}function
+d(a){return _(ai,a)}return i(u(function(a){return a8(d,a)},am,a),c)}function
+nB(b,a){function
+c(a){return nA(b,a)}return i(U([0,am,[0,c0,[0,cd,0]]],0,a),c)}function
+nC(c,a){function
+b(d){var
+b=af(eJ,d);if(b){var
+a=b[1];if(typeof
+a==="number")return BW;else{if(4===a[0]){var
+e=function(a){return[0,ak(function(a){return[0,a]},a)]};return i(a6(eJ,nB(c,a)),e)}return R(BX)}}return R(BY)}return i(U([0,eJ,0],0,a),b)}function
+nD(b,a){function
+c(a){return N(G(q,a),BZ,[0,aW(gO(a,b))])}return i(aK(a),c)}function
+nE(a){if(a){var
 c=typeof
 a[1]==="number"?1:0;if(c){if(a[2])return 0;var
 b=1}else
@@ -4616,651 +5453,979 @@ var
 b=c}else
 var
 b=a;return b}var
-lL=k(yD),yF=k(yE);function
-lM(a){return a?ax(dq,a[1],a[2]):t}function
-fo(a){return lM(s(bT,a))}function
-yM(a){return lM(s(function(b){var
-c=fo(a);return x(b[1],c)?b[2]:t},a))}function
-fp(g,f,e,d,c,a){return ax(function(b,h){var
-a=aA(d,c);return J(A(g,s(function(a){return[0,Z(v(v(b[1],a[1]),e),v(v(b[2],a[2]),f)),v(b[2],a[2])]},a)),h)},t,a)}function
-ha(a,c){var
-b=cd(0,bG(a));return eQ(s(function(b){return dK(a,c,b)},b))}function
-hb(a){return eQ(j0(a))}function
-lN(f,e,d,a){var
-g=f[8][7],b=cU(function(a){var
-b=aL(d);return x(a[1],b)},g);if(b){var
-c=A(e,b[1]);return c?c[1]:a}return a}function
-lO(b){var
-a=pP(pQ,0,b);return a?[0,a[1]]:O(yO)}function
-lP(j,c,i){if(!X(c9,c)&&!X(bj,c)){if(i){var
-e=i[1],n=function(a){return[0,[0,[0,[0,a,0],A(j,e)]]]},d=0,b=0,a=e,k=function(a){function
-b(a){return L(I(ew(a),e),yP,[0,a])}return h(a0(lO,a),b)};for(;;){if(a){var
+Cg=k(Cf),nF=k(Ch);function
+nG(a){var
+b=x(a,k(Ci));return x(k(Cj),b)}function
+Cr(a){var
+b=x(a,k(Cs));return x(k(Ct),b)}function
+CC(a){return 0!==(a&dc)?[0,a,0]:eR===a?[0,a,0]:j$(a)}function
+dS(e,d){var
+a=af(d,e);if(a){var
+b=a[1];if(typeof
+b!=="number"&&2===b[0])return b[1];var
+c=0}else
+var
+c=a;return c}function
+nH(e,d){var
+a=af(gb,e);if(a){var
+b=a[1];if(typeof
+b!=="number"&&3===b[0]){var
+f=b[1];return W(function(a){if(typeof
+a!=="number"&&4===a[0])return E(d,a[1]);return 0},f)}var
+c=0}else
+var
+c=a;return c}function
+ip(g,f,e){var
+a=af(f,g);if(a){var
+b=a[1];if(typeof
+b!=="number"&&2===b[0]){var
+d=b[1];return K(d,k(CI))?0:[0,E(e,d),0]}var
+c=0}else
+var
+c=a;return c}function
+nI(i){var
+b=af(am,i);if(b){var
+c=b[1],d=function(a){if(typeof
+a!=="number")switch(a[0]){case
+2:return[0,cW,x(W(CC,a[1]),[0,cW,0])];case
+0:case
+1:break;default:return 0}return 0};if(typeof
+c!=="number"&&3===c[0]){var
+a=c[1];if(a){var
+e=k(CE),f=a[2],g=x(W(function(a){var
+b=d(a);return x(k(CF),b)},f),e),h=x(d(a[1]),g);return x(k(CG),h)}return k(CH)}return k(CD)}return b}function
+eL(a){return a?ao(b_,a[1],a[2]):q}function
+gm(a){return eL(s(bx,a))}function
+CK(a){return eL(s(function(b){var
+c=gm(a);return y(b[1],c)?b[2]:q},a))}function
+gn(g,f,e,d,c,a){return ao(function(b,h){var
+a=V(d,c);return B(E(g,s(function(a){return[0,S(r(r(b[1],a[1]),e),r(r(b[2],a[2]),f)),r(b[2],a[2])]},a)),h)},q,a)}function
+eM(c,b,a){var
+d=V(b,a);return ao(function(a,b){return B(aA(c,a[1],a[2]),b)},q,d)}function
+CL(a){return $(function(a){return y(q,a)},a)}function
+go(a,b){if(b){var
+c=b[1];return c?ih(a,go(a,c)):a}return a}function
+iq(b,a){return a?r(b,iq(b,a[1])):n}function
+eN(a){return js(e4,a[3],rI)}function
+nJ(a,h){var
+b=ag(bk(a)),d=bO(a);if(d)var
+e=d;else{var
+i=c(2,c(2,c(2,z(c(2,c(2,c(2,z(c(2,n))))))))),f=G(a[3],i);if(f){var
+j=a[3],k=aw(c(2,c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,c(2,c(2,c(2,c(2,z(c(2,n)))))))))))))))))))))),r(b,b)),g=gO(c(2,c(2,c(2,z(c(2,z(c(2,z(c(2,c(2,z(c(2,z(c(2,z(c(2,c(2,n))))))))))))))))),k);return I(function(e){var
+a=ac(e),b=a?a[1]:a,c=aN(0,b),d=s(function(a){return B(ag(a),n)},c);return G(aR(function(a,b){return M(g,a)?a:aw(r(a,B(j,b)),b)},d,n),g)},h)}var
+e=f}return e}function
+nK(a,b){var
+c=aN(0,bk(a));return s(function(c){return c3(a,b,c)},c)}function
+nL(b,a){var
+c=dq(Q,b);return ao(function(a,b){if(eD(a[1]))return b;var
+c=V(a[2],b);return s(function(b){var
+c=b[2];return ah(O(a[1],b[1]),c)},c)},c,a)}function
+gp(a){var
+b=el(a),d=cD(bG(a),b),c=aN(0,bk(a));return s(function(c){var
+b=eH(a,c);return W(function(d){var
+e=aN(0,bl(a)),f=V(V(b,d),e),g=s(function(b){var
+d=c3(a,b[2],c);return[0,O(b[1][1],b[1][2]),d]},f);return nL(a[4],g)},d)},c)}function
+ir(b,a){return a?nK(b,a[1]):gp(b)}function
+nM(b,a){return a?CM:bG(b)}function
+is(a,b){return b?aN(0,bk(a)):da(a)}function
+it(b,a){if(a)return CN;var
+c=aN(0,bl(b));return s(function(a){return[0,a]},c)}function
+gq(a){return dC(ek(a))}function
+nN(a,t,q,e,p,b,o){var
+f=dB(ir(a,b)),j=dC(ir(a,b)),k=a[4],l=nM(a,b),m=s(function(a){return bM(l,k,a)},j),n=is(a,b),d=s(function(a){var
+b=E(o,a),c=ay(a,m,0);return[0,a,ay(a,t,0),c,b]},n);if(d){var
+g=d[2],c=d[1],h=I(function(k){var
+e=c[3],b=k[3];b:for(;;){if(e){if(b){var
+d=e[1],a=b[1];for(;;){if(d){if(a){var
+h=y(d[1],a[1]);if(h){var
+d=d[2],a=a[2];continue}var
+i=h}else
+var
+i=a;var
+f=i}else
+var
+f=a?0:1;if(f){var
+e=e[2],b=b[2];continue b}var
+j=f;break}}else
+var
+j=b;var
+g=j}else
+var
+g=b?0:1;return g?bS(c[4],k[4]):g}},g),i=h?I(function(d){var
+g=c[4],h=c[3],i=c[3],b=eN(a);return n$(e,r(f,iq(fK(a[1]),b)),d,i,h,g)},q):h;if(i)return i;var
+u=ge(0,[0,c,g]);return I(function(b){var
+g=b[2][4],h=b[2][3],i=b[1][3],j=eN(a),k=go(ii(b[1][2],b[2][2]),j),d=eN(a),c=n$(e,r(f,iq(dB(ek(a)),d)),k,i,h,g);return c?c:aA(p,b[1][1],b[2][1])},u)}return 1}function
+nO(a){var
+b=eC(a[1]);return s(function(b){return go(b,eN(a))},b)}function
+dT(e,d,a){function
+f(b){var
+c=is(e,a[1]);return $(function(a){return a5(b,a)},c)}var
+g=a[1];if(g){var
+h=J(d);if(h)var
+k=bl(e),b=e6(g[1],k);else
+var
+b=h}else
+var
+b=d;if(b){var
+i=f(a[2]);if(i){var
+j=f(a[3]);if(j)return J(a5(a[2],a[3]));var
+c=j}else
+var
+c=i}else
+var
+c=b;return c}function
+nP(b,a,f){var
+c=a[1],g=dC(ir(b,c)),h=b[4],i=nM(b,c),d=s(function(a){return bM(i,h,a)},g),e=gq(b),j=ay(a[3],d,0),k=ay(a[2],d,0),l=eN(b),m=ay(a[3],e,0);return n_(f,go(ii(ay(a[2],e,0),m),l),k,j)}function
+nQ(a,c,b){var
+d=gq(a),e=nO(a),f=it(a,c);return I(function(c){function
+f(a){return Q}function
+g(b,a){return 0}return nN(a,d,e,function(e,d,a,c,f){return G(eM(function(c,a){return gn(gm,b[1],b[2],c,a,d)},a,c),q)},g,c,f)},f)}function
+iu(f,e,d,a){var
+g=f[8][7],b=cy(function(a){var
+b=ag(d);return y(a[1],b)},g);if(b){var
+c=E(e,b[1]);return c?c[1]:a}return a}function
+nR(a,b){return[0,a[1],a[2],a[3],a[4],b,a[6],a[7],a[8]]}function
+nS(a,b){var
+d=dA(a),c=fI(bG(a),d,b);if(c){var
+e=a[4],f=function(a){return ej(e,a)};return I(function(a){return I(f,a)},b)}return c}function
+gr(d,c,b,a){if(b)return ay(a,ay(b[1],c,0),Q);var
+e=s(function(b){return ay(a,b,Q)},c);return c$(eH(d,a),e)}function
+nT(f,e,d,a){var
+b=gr(f,e,a[1],a[2]),c=gr(f,e,a[1],a[3]);if(d){var
+g=O(d[1],c),h=ad(c);if(h){var
+i=D(b,g);if(i)return D(g,b);var
+j=i}else
+var
+j=h;return j}var
+k=eD(c);return k?ad(b):k}function
+nU(a){return a?a[1]:Q}function
+eO(a,b){var
+c=iu(a,function(a){return a[4]},b,Q);return c2(nU(a[8][3]),c)}function
+gs(a){return nU(a[8][5])}function
+iv(a,b){return a?E(b,a[1]):1}function
+iw(c,e,b,a){if(b){var
+d=b[1],f=ay(d,el(c),0);return W(function(b){var
+e=c3(c,d,a);return s(function(a){return O(b,a)},e)},f)}return ay(a,e,0)}function
+nV(a,c,b){if(c){var
+d=c[1];if(e6(d,bl(a))&&e6(b,bk(a)))return eO(a,d);return Q}var
+e=da(a);return $(function(a){return a5(b,a)},e)?gs(a):Q}function
+nW(a,h,g,b){var
+c=b[1],d=c?a?a5(c[1],a[1]):a:a?0:1;if(d){var
+e=a5(b[2],h);if(e)return a5(b[3],g);var
+f=e}else
+var
+f=d;return f}function
+ix(a){return ao(gR,q,a)}function
+nX(a){return fJ(bc(bc(a[5])))}function
+nY(a){return I(function(a){return y(q,a)},a)}function
+nZ(a,b){if(b){var
+c=b[1],d=bS(a[1][1],c[1][1])?D(a[1][2],c[1][2]):D(a[1][1],c[1][1]);return d?[0,a,b]:[0,c,nZ(a,b[2])]}return[0,a,0]}function
+n0(a){return ao(nZ,0,a)}function
+iy(c,e,b){if(b){var
+f=b[2],a=b[1];if(f){var
+d=fL(c,a[2][2]),h=ah(e,d),i=iy(a9(c,d),h,f),j=a9(a[2][2],d);return[0,[0,a[2][1],j],i]}var
+k=fL(c,a[2][2]),l=ah(e,c),m=ah(a9(a[2][2],k),l),g=[0,[0,a[2][1],m],0]}else
+var
+g=b;return g}function
+n1(c,b){var
+a=cy(function(a){return a5(a[1],b)},c);return a?a[1][2]:Q}function
+n2(a,f,e,b){var
+j=b[1]?0:gp(a);function
+g(c){var
+d=iw(a,j,b[1],c),e=a[4];return bM(bG(a),e,d)}function
+h(b){return ay(b,ek(a),0)}var
+k=a[5],l=g(b[3]),m=V(V(g(b[2]),l),k),c=s(function(c){var
+d=c[2],g=h(b[3]),i=V(V(h(b[2]),g),d);return s(function(d){var
+j=d[2],p=c[1][2],q=d[1][2],r=s(function(a){return O(q,a)},p),t=c[1][1],u=d[1][1],v=s(function(a){return O(u,a)},t),k=ce(j),b=V(V(v,r),k),g=aN(0,a[4]);if(e){var
+l=e[1],m=iy(f,Q,n0(s(function(a){var
+b=a[2],c=a[1][2],d=O(l,a[1][2]);return[0,[0,a9(a[1][1],d),c],b]},b)));return s(function(a){return n1(m,a)},g)}var
+n=an(function(a){return eD(a[1][2])},b),h=aF(s(function(a){return eD(a[1][2])?Q:a[2][2]},b)),i=a9(f,h);if(aE(i)){var
+o=iy(i,h,n0(s(function(a){return[0,[0,a[1][1],Q],a[2]]},n)));return s(function(a){return n1(o,a)},g)}return j},i)},m),i=nS(a,c);if(i)var
+n=V(c,a[5]),d=I(function(a){var
+b=V(a[1],a[2]);return I(function(a){var
+b=V(a[1],a[2]);return D(aF(s(function(a){var
+b=a9(a[1],a[2]);return aE(b)?b:Q},b)),f)},b)},n);else
+var
+d=i;return d?nT(a,eG(nR(a,c)),e,b):d}function
+CP(a,b,g){if(typeof
+g!=="number")switch(g[0]){case
+5:var
+d=g[1],a6=b[4];if(1===a6){var
+a7=b[2];if(a7){var
+a8=b[3],v=b[1];if(J(nJ(a,eC(a[1]))))return 0;if(a8){var
+e=a8[1];if(d){var
+ai=d[1],aj=D(P,e);if(aj){var
+ak=J(D(e,P));if(ak){var
+al=dT(a,v,ai);if(al)var
+am=e[2],an=e[1],af=nP(a,ai,function(c,b,a){var
+d=y(eM(function(b,a){return gn(gm,an,am,b,a,c)},b,a),q);return d?M(q,eM(function(b,a){return gn(CK,an,am,b,a,c)},b,a)):d}),l=af?nQ(a,v,e):af;else
+var
+l=al}else
+var
+l=ak}else
+var
+l=aj;var
+A=l}else{var
+ap=D(P,e);if(ap)var
+aq=D(e,P),A=aq?nQ(a,v,e):aq;else
+var
+A=ap}var
+C=A}else
+if(d)var
+ar=d[1],as=dT(a,v,ar),bi=as?nP(a,ar,function(e,c,a){var
+b=I(CL,a);return b?M(q,eM(function(a,f){var
+b=eL(a),c=V(a,f),d=eL(s(function(a){return y(a[2],q)?a[1]:q},c));return ao(function(a,c){var
+e=y(a[2],q)?b:d;return B(r(a[1],e),c)},q,e)},c,a)):b}):as,C=bi;else
+var
+C=d;return[0,C]}return a7}if(4===a6){var
+a_=b[2];if(a_){var
+w=b[3],j=b[1],aV=a[8][6];if(aV){var
+u=aV[1];if(j)var
+aU=ag(bG(a));else
+var
+bP=ag(bG(a)),aU=r(ag(bl(a)),bP);var
+bI=ag(a[4]),bJ=ag(a[4]),bK=ag(dA(a)),bL=ag(bk(a)),bN=r(r(r(r(r(ag(bk(a)),bL),bK),bJ),bI),aU);if(M(c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,c(2,z(c(2,c(2,c(2,z(c(2,c(2,c(2,c(2,z(c(2,z(c(2,c(2,c(2,n))))))))))))))))))))))))))))))),bN))return 0;var
+aW=bO(a);if(aW){if(w){var
+T=w[1],aX=D(P,T);if(aX)var
+bQ=gq(a),bR=j?gp(a):j,bS=it(a,j),aY=I(function(b){var
+c=aN(0,bk(a)),d=dC(s(function(c){return iw(a,bR,b,c)},c)),e=a[4],f=bG(a),g=s(function(a){return bM(f,e,a)},d),h=is(a,b),i=ge(0,s(function(a){var
+b=ay(a,g,0);return[0,ay(a,bQ,0),b]},h));return I(function(b){var
+i=b[2][2],j=b[1][2],k=b[2][1],l=b[1][1],m=u[2],n=u[1],o=T[2],p=T[1],c=a[5],d=nX(a);function
+e(a){return ht(d,a)}function
+f(a){return s(e,a)}var
+g=s(function(a){return s(f,a)},c),h=V(V(j,i),g);return G(ix(s(function(b){var
+c=b[1],e=c[2],f=c[1];if(nY(f)&&nY(e))return q;var
+d=b[2],g=V(V(l,k),d);return ix(s(function(c){var
+i=c[2],j=V(f,e),g=V(s(function(a){return S(r(r(c[1][1],a[1]),o),r(r(c[1][2],a[2]),p))},j),i),k=r(n,nX(a)),d=s(bx,g),h=eL(d),b=s(function(b){return B(r(k,S(h,b)),r(m,ix(s(function(a){var
+c=b_(a[1],b);return r(a[2],c)},g))))},d);return b?ao(gO,b[1],b[2]):q},g))},h)),q)},i)},bS);else
+var
+aY=aX;var
+U=aY}else
+var
+U=1;if(U)if(w){var
+X=w[1];if(d){var
+aZ=d[1],a0=J(D(X,P));if(a0)var
+a1=dT(a,j,aZ),a2=a1?n2(a,u,[0,X],aZ):a1;else
+var
+a2=a0;var
+a3=a2}else
+var
+a3=D(X,P);var
+k=a3}else
+if(d)var
+a4=d[1],a5=dT(a,j,a4),bT=a5?n2(a,u,0,a4):a5,k=bT;else
+var
+k=d;else
+var
+k=U}else
+var
+k=aW;return[0,k]}return CO}return a_}return 0;case
+6:var
+x=g[3],i=g[2],bU=g[1];if(3===b[4]){var
+f=b[3],Y=b[2],Z=b[1];if(!J(nJ(a,eC(a[1])))){var
+by=ag(a[4]),bA=ag(dA(a)),bB=ag(bG(a)),bC=r(r(r(ao(function(b,a){var
+d=c(2,n);return B(B(ag(ac(b[2])),d),a)},q,i),bB),bA),by);if(!M(c(2,c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,c(2,z(c(2,c(2,c(2,z(c(2,c(2,c(2,c(2,z(c(2,z(c(2,c(2,c(2,n))))))))))))))))))))))))))))),bC)){var
+bD=f?D(f[1],P):f,bm=aN(0,bl(a)),bn=s(function(b){return eO(a,b)},bm),aC=$(ad,[0,gs(a),bn]);if(aC){var
+aL=f?D(P,f[1]):Y;if(aL){var
+bE=Y?J(bD):Y,bF=x?1:x,aM=bz(bF,bE);if(aM){var
+o=i;for(;;){if(o){var
+aE=o[2],aG=o[1],aH=aG[1],aI=dT(a,Z,aH);if(aI){var
+bw=aG[2],aJ=I(function(b){var
+c=ad(nV(a,b[1][1],b[1][2]));return c?ad(b[2]):c},bw);if(aJ){var
+aK=J($(function(a){return function(b){return nW(a[1],a[2],a[3],b[1])}}(aH),aE));if(aK){var
+o=aE;continue}var
+H=aK}else
+var
+H=aJ}else
+var
+H=aI;var
+K=H}else
+var
+K=1;if(K){if(f)var
+p=f[1],bq=gq(a),bs=nO(a),bt=i?gp(a):i,bu=i?ek(a):i,bv=it(a,Z),L=I(function(b){if(b)var
+d=eO(a,b[1]),c=function(a){return d};else
+var
+e=aN(0,bl(a)),f=s(function(b){return eO(a,b)},e),c=function(b){var
+c=c$(eH(a,b),f);return c2(gs(a),c)};function
+g(g,h){var
+c=cy(function(a){return nW(b,g,h,a[1])},i);if(c){var
+d=bO(a);if(d){var
+e=c[1][2],l=aF(s(function(b){var
+c=nV(a,b[1][1],b[1][2]);return O(b[2],c)},e)),m=[0,[0,[0,b,g],P],[0,[0,[0,b,h],br(p)],e]],j=s(function(b){var
+c=iw(a,bt,b[1][1],b[1][2]),d=a[4],e=bM(bG(a),d,c),f=ay(b[1][2],bu,0);return[0,[0,b[2],f],e]},m),k=aN(0,bG(a));return D(aF(W(function(b){var
+c=s(function(a){var
+c=ay(b,a[2],0);return[0,[0,a[1][1],a[1][2]],c]},j),d=aN(0,dA(a));return s(function(b){var
+d=s(function(a){var
+c=a[2],d=ay(b,a[1][2],Q);return[0,O(a[1][1],d),c]},c);return dD(nL(a[4],d))},d)},k)),l)}var
+f=d}else
+var
+f=c;return f}var
+h=[0,p,bU];return nN(a,bq,bs,function(e,f,g,i,j){return $(function(a){var
+b=D(a,p);if(b){var
+c=[0,r(e,a[2]),n],d=O(O(a9(p,a),j),c);return D([0,eM(function(c,b){return gn(gm,a[1],a[2],c,b,f)},g,i),n],d)}return b},h)},g,b,c)},bv);else
+var
+L=1;if(L)if(x){var
+aO=x[1],aP=aO[2],aQ=aO[1],aR=bO(a);if(aR){var
+aS=dT(a,Z,aQ);if(aS){var
+aT=nS(a,aP);if(aT){var
+N=eG(nR(a,aP)),bo=aN(0,bl(a)),aD=I(function(b){var
+c=ay(b,N,0),d=eO(a,b);return I(function(a){return D(d,a)},c)},bo);if(aD)var
+bp=da(a),R=I(function(b){var
+c=gr(a,N,0,b);return D(gs(a),c)},bp);else
+var
+R=aD;var
+bH=R?nT(a,N,f,aQ):R,t=bH}else
+var
+t=aT}else
+var
+t=aS}else
+var
+t=aR;var
+h=t}else
+var
+h=1;else
+var
+h=L}else
+var
+h=K;break}}else
+var
+h=aM}else
+var
+h=aL}else
+var
+h=aC;return[0,h]}}return 0}return 0;case
+7:var
+bV=g[1];if(5===b[4]){var
+_=b[3];if(_){if(bV)return 0;var
+a$=J(b[2]);if(a$)var
+ba=J(b[1]),aa=ba?bO(a):ba;else
+var
+aa=a$;if(aa){var
+ab=_[1],E=a[8][1],bf=0;if(E){var
+at=E[1],F=a[8][2],bg=0;if(F){var
+au=F[1],av=nh(a),bh=0;if(av){var
+aw=bO(a);if(aw){var
+ax=D(P,ab);if(ax){var
+az=D(au,at);if(az){var
+bj=aN(0,bl(a)),bb=I(function(f){var
+c=iu(a,function(a){return a[2]},f,at),b=iu(a,function(a){return a[3]},f,au),g=a9(c,b),d=fL(cO(a),g),e=D(b,c);if(e){var
+h=cP(a)[2];return I(function(e){var
+f=O(b,a9(ab,P)),g=nf(cP(a)[1],ab,e);return D(ah(d,O(a9(a9(c,d),b),g)),f)},h)}return e},bj);bf=1;bg=1;bh=1}else
+var
+m=az}else
+var
+m=ax}else
+var
+m=aw}else
+var
+m=av;if(!bh)var
+aA=m}else
+var
+aA=F;if(!bg)var
+aB=aA}else
+var
+aB=E;if(!bf)var
+bb=aB;var
+ae=[0,bb]}else
+var
+ae=aa}else
+var
+ae=_;return ae}return 0}var
+bc=nh(a);if(bc)var
+bd=J(b[2]),be=bd?A_(a,b,g):bd;else
+var
+be=bc;return[0,be]}function
+n3(b){var
+a=r8(r9,0,b);return a?[0,a[1]]:R(CR)}function
+n4(j,c,h){if(!Y(dI,c)&&!Y(bj,c)){if(h){var
+e=h[1],n=function(a){return[0,[0,[0,[0,a,0],E(j,e)]]]},d=0,b=0,a=e,k=function(a){function
+b(a){return N(K(ea(a),e),CS,[0,a])}return i(a7(n3,a),b)};for(;;){if(a){var
 f=a[2],g=a[1];if(10===g){var
-d=[0,M(b,0),d],b=0,a=f;continue}var
+d=[0,T(b,0),d],b=0,a=f;continue}var
 b=[0,g,b],a=f;continue}var
-l=b?O(yN):[0,M(d,0)];return h(h(l,k),n)}}return yQ}function
+l=b?R(CQ):[0,T(d,0)];return i(i(l,k),n)}}return CT}function
 m(a){function
-b(b){return[0,[0,[0,[0,[0,a,b],1],A(j,ew([0,a,b]))]]]}return h(r(be,bj,c),b)}return h(r(function(a){return[0,a]},c9,c),m)}function
-lQ(a){function
+b(b){return[0,[0,[0,[0,[0,a,b],1],E(j,ea([0,a,b]))]]]}return i(u(be,bj,c),b)}return i(u(function(a){return[0,a]},dI,c),m)}function
+n5(a){function
 b(a){function
-b(i){function
+b(h){function
 b(j){function
 b(l){function
 b(m){function
-b(h){function
-b(b,a){return[0,y(k(yR),b),[0,[0,a],0]]}var
-n=[0,b(gG,[7,h]),0],o=[0,b(br,[6,m]),n],p=[0,b(bq,[5,l]),o],q=[0,b(bp,[4,j]),p],r=[0,[0,b(bi,[3,i]),q]],d=aj(kr,a);if(d){var
+b(i){function
+b(b,a){return[0,x(k(CU),b),[0,[0,a],0]]}var
+n=[0,b(hT,[7,i]),0],o=[0,b(bL,[6,m]),n],p=[0,b(bt,[5,l]),o],q=[0,b(bs,[4,j]),p],r=[0,[0,b(bi,[3,h]),q]],d=af(mg,a);if(d){var
 c=d[1],g=0;if(typeof
 c!=="number"&&0===c[0]){var
 e=c[1];g=1}if(!g)var
 e=0;var
 f=e}else
 var
-f=1;return L(f,yS,r)}return h(r(f4,gG,a),b)}return h(r(an,br,a),b)}return h(r(function(a){return bu(an,a)},bq,a),b)}return h(r(an,bp,a),b)}return h(r(an,bi,a),b)}return h(S([0,bi,[0,bp,[0,bq,[0,br,[0,gG,0]]]]],[0,kr,0],a),b)}function
-fq(a){return y(k(yT),a)}function
-fr(c,b,a){var
-d=az(function(a){return X(a,b)},c);return s(function(b){return[0,y(k(a),b),yU]},d)}function
-yV(a){function
+f=1;return N(f,CV,r)}return i(u(eb,hT,a),b)}return i(u(ar,bL,a),b)}return i(u(function(a){return a8(ar,a)},bt,a),b)}return i(u(ar,bs,a),b)}return i(u(ar,bi,a),b)}return i(U([0,bi,[0,bs,[0,bt,[0,bL,[0,hT,0]]]]],[0,mg,0],a),b)}function
+gt(a){return x(k(CW),a)}function
+gu(c,b,a){var
+d=an(function(a){return Y(a,b)},c);return s(function(b){return[0,x(k(a),b),CX]},d)}function
+CY(a){function
 b(a){function
 b(c){function
-b(a){return yW}return h(a0(function(a){return $(a[2])},a),b)}return h(a0(function(a){return $([2,a[1]])},a),b)}return h(a5(a),b)}var
-yX=[0,eI,[0,eV,[0,c6,[0,c7,[0,eW,[0,eX,[0,bW,[0,ko,0]]]]]]]];function
-d0(b,a){var
-c=du(t,a);return a0(function(a){return aN(b,a[1],a[2])},c)}var
-lR=[0,e0,[0,e1,[0,e2,[0,kq,[0,e3,[0,e4,0]]]]]];function
-dc(a){return a?a[1]?0:1:2}function
-lS(aO,aN){var
-O=kn(aO,aN);if(O){var
-a=O[1][1],N=kj(gD(aO),aN);if(N){var
-I=cc(km,N[1]);if(I){var
-b=I[1];if(b){var
-aK=F(sY,b);if(aK){var
-aL=K(a[1],U);if(aL){var
-ad=eU(b),ae=kd(b),af=a[2],aP=0;if(af)var
-y=af;else{var
-ah=x(ad,t);if(ah)var
-y=ah;else{var
-aS=a[4],ai=R(eT(ae),aS),aT=a[5],aj=R(eT(Z(v(e(2,p),ad),ae)),aT),ak=K(ai,aj);if(ak){var
-J=K(aj,ai);aP=1}else
-var
-y=ak}}if(!aP)var
-J=y;if(J){var
-j=eU(b),w=kd(b),f=a[4],c=a[5];if(x(j,t)){var
-V=K(f,Q);if(V){var
-W=K(c,Q);if(W)var
-X=a4(f),g=X?a4(c):X;else
-var
-g=W}else
-var
-g=V}else{var
-aa=ag(f);if(aa){var
-ab=ag(c);if(ab)var
-ac=ag(cD(f)),g=ac?ag(cD(c)):ac;else
-var
-g=ab}else
-var
-g=aa}var
-S=0;if(g)if(a[2])var
-Y=gC(a[1],a[3],j,w,f,Q),q=Y?gC(a[1],a[3],j,w,c,c):Y;else{var
-_=K(c,f);if(_)var
-q=gC(a[1],a[3],j,w,f,c);else{var
-$=_;S=1}}else{var
-$=g;S=1}if(S)var
-q=$;var
-T=0;if(q){var
-aE=kb(a[4],b,a[6]);if(aE){var
-aV=kg(b,a[6]),aF=a[10];if(aF){var
-z=aF[1],ap=K(U,z);if(ap){var
-m=aV;b:for(;;){if(m){var
-ao=m[2],n=m[1],k=ao;for(;;){if(k){var
-l=k[1];if(x(n[1],l[1])){var
-al=ke(z,n[2],l[2]);if(al){var
-am=ke(z,l[2],n[2]);if(am){var
-k=k[2];continue}var
-an=am}else
-var
-an=al;var
-o=an}else
-var
-o=P(n[1],l[1])}else
-var
-o=1;if(o){var
-m=ao;continue b}var
-h=o;break}}else
-var
-h=1;break}}else
-var
-h=ap}else
-var
-h=1}else
-var
-h=aE;if(h){var
-aG=kb(a[5],b,a[7]);if(aG){var
-aH=kg(b,a[7]),aI=a[8],i=a[9];if(aI){var
-aq=aI[1],ar=aq[2],as=aq[1],A=kf(aH,as),r=0;if(A){var
-B=A[1],C=kf(aH,ar),s=0;if(C){var
-D=C[1],at=x(B[1],D[1]),u=0;if(at){var
-au=H(x(as,ar));if(au){var
-av=ag(B[2][1]);if(av)if(i){var
-E=i[1],aw=K(U,E),aQ=0;if(aw){var
-ax=H(K(E,U));if(ax){var
-aU=B[2][1],d=K(R(E,D[2][2]),aU);r=1;s=1;u=1;aQ=1}else
-var
-ay=ax}else
-var
-ay=aw;if(!aQ){var
-d=ay;r=1;s=1;u=1}}else{var
-d=K(D[2][2],Q);r=1;s=1;u=1}else
-var
-G=av}else
-var
-G=au}else
-var
-G=at;if(!u)var
-az=G}else
-var
-az=C;if(!s)var
-aA=az}else
-var
-aA=A;if(!r)var
-d=aA}else{var
-aR=0;if(i){var
-aB=i[1],aC=K(aB,U);if(aC){var
-d=K(U,aB);aR=1}else
-var
-aD=aC}else
-var
-aD=i;if(!aR)var
-d=aD}}else
-var
-d=aG}else{var
-aJ=h;T=1}}else{var
-aJ=q;T=1}if(T)var
-d=aJ;var
-L=d}else
-var
-L=J}else
-var
-L=aL;var
-M=[0,L]}else
-var
-M=aK}else
-var
-M=b;var
-aM=M}else
-var
-aM=I;return aM}return N}return O}function
-zO(ap,aK,g){function
-aN(b){function
+b(a){return CZ}return i(a7(function(a){return ai(a[2])},a),b)}return i(a7(function(a){return ai([2,a[1]])},a),b)}return i(bd(a),b)}var
+C0=[0,fD,[0,fV,[0,dF,[0,dG,[0,fW,[0,fX,[0,ci,[0,md,0]]]]]]]];function
+eP(b,a){var
+c=cb(q,a);return a7(function(a){return aA(b,a[1],a[2])},c)}var
+n6=[0,f0,[0,f1,[0,f2,[0,mf,[0,es,[0,f3,0]]]]]];function
+b1(a){return a?a[1]?0:1:2}function
+n7(c,b){var
+a=hQ(c,b);if(a){var
+d=a[1][1];return vj(hP(c),b,d)}return a}function
+DR(A,aU,g){function
+aV(b){function
 a(b){function
-a(c){function
-a(c){function
+a(d){function
+a(d){function
 a(f){var
-c=aj(c0,f);if(c){var
-d=c[1],l=0;if(typeof
-d!=="number"&&2===d[0]){var
-z=k(zK),i=I(d[1],z);l=1}if(!l)var
-i=0;var
-a=i}else
+d=af(dx,f);if(d){var
+e=d[1],l=0;if(typeof
+e!=="number"&&2===e[0]){var
+C=k(DN),h=K(e[1],C);l=1}if(!l)var
+h=0;var
+a=h}else
 var
-a=c;var
-j=jy(f),m=j?[0,gE,0]:j,n=a?[0,kp,[0,gF,0]]:a,o=y([0,c0,[0,eH,[0,gh,[0,dN,[0,bm,0]]]]],y(n,m)),q=a?0:[0,eZ,[0,kq,[0,e3,[0,e4,0]]]],u=y([0,e0,[0,e1,[0,e2,0]]],q);function
-w(c){if(a){var
-i=function(a){return[0,[1,a]]},d=function(a){function
+a=d;var
+j=kX(f),m=j?[0,hR,0]:j,o=a?[0,me,[0,hS,0]]:a,p=x([0,dx,[0,fC,[0,hh,[0,er,[0,bE,0]]]]],x(o,m)),t=a?0:[0,fZ,[0,mf,[0,es,[0,f3,0]]]],v=x([0,f0,[0,f1,[0,f2,0]]],t);function
+w(d){if(a){var
+h=function(a){return[0,[1,a]]},e=function(a){function
 b(a){var
-b=[0,[0,eX,yZ],[0,[0,bW,yY],0]];return[0,y([0,[0,eV,y3],[0,[0,c6,y2],[0,[0,c7,y1],0]]],y(s(function(a){return[0,a[2],y0]},a),b))]}var
-c=0,d=0;return h(d0(function(a,b){return gP(d,c,a,b)},a),b)},o=h(h(r(be,eW,b),d),i),j=function(l){function
+b=[0,[0,fX,C2],[0,[0,ci,C1],0]];return[0,x([0,[0,fV,C6],[0,[0,dF,C5],[0,[0,dG,C4],0]]],x(s(function(a){return[0,a[2],C3]},a),b))]}var
+c=0,d=0;return i(eP(function(a,b){return h2(d,c,a,b)},a),b)},p=i(i(u(be,fW,b),e),h),j=function(l){function
 a(a){function
-d(Y){function
-d(Z){function
-d(d){if(d){var
-f=d[1],i=f[1],z=i[2],a=i[1],B=f[2];if(a){var
-D=a[2],E=a[1],j=function(f){var
-a=aj(c0,f),m=0;if(a){var
-d=a[1],n=0;if(typeof
-d!=="number"&&2===d[0]){var
-j=I(d[1],xk);m=1;n=1}if(!n)var
-i=0}else
+e(aa){function
+e(ab){function
+e(e){if(e){var
+f=e[1],h=f[1],C=h[2],a=h[1],F=f[2];if(a){var
+H=a[2],L=a[1],j=function(f){var
+a=af(dx,f),m=0;if(a){var
+e=a[1],o=0;if(typeof
+e!=="number"&&2===e[0]){var
+j=K(e[1],AJ);m=1;o=1}if(!o)var
+h=0}else
 var
-i=a;if(!m)var
-j=i;if(H(j))return o;function
-q(a){function
-i(d){if(xv(a,d))return o;var
-w=a[5],C=cE(cn(a,d)),N=cE(cm(d)),e=[0,a[1],a[2],N,C,w,0,0],f=D,i=0;for(;;){if(f){var
-j=f[1],u=0;if(typeof
+h=a;if(!m)var
+j=h;if(J(j))return p;function
+t(a){function
+h(c){if(AU(a,c))return p;var
+w=a[5],z=c_(cL(a,c)),A=c_(cK(c)),e=[0,a[1],a[2],A,z,w,0,0],f=H,h=0;for(;;){if(f){var
+j=f[1],v=0;if(typeof
 j!=="number"&&4===j[0]){var
-n=X(gZ,j[1]);u=1}if(!u)var
-n=0;if(!n){var
-f=f[2],i=[0,j,i];continue}var
-m=[0,M(i,0),f]}else
+o=Y(ib,j[1]);v=1}if(!v)var
+o=0;if(!o){var
+f=f[2],h=[0,j,h];continue}var
+m=[0,T(h,0),f]}else
 var
-m=[0,M(i,0),0];var
-q=m[2],Q=function(f){function
-u(C){var
-i=O(zr);function
-n(W){function
-i(i){var
-m=bd(aW(cn(a,d))),n=bd(aW(cm(d))),o=a[5],J=o?[0,o[1]]:[1,c3(m,n,s(ca,C))],u=dV(a),M=u?[0,c3(m,n,s(bT,C))]:u,N=aw(a[2]),w=d[2],Q=d[3],R=w?[0,lj(w[1])]:[1,aw(a[4])],j=[0,lj(d[1]),R,Q,N,W,M,J,i],T=cE(cm(d)),U=li(a,f,cE(cn(a,d)),T),q=ay(function(b){var
-c=cj(b),e=ac(function(b){var
-d=cj(b[2]),c=b[1];return s(function(b){var
-g=gy(j,c,b[1]),d=fg(a),f=0;if(d)var
-h=dK(j,c,b[1]),e=s(function(a){return[0,a]},h);else
+m=[0,T(h,0),0];var
+t=m[2],O=function(h){function
+v(z){var
+f=R(Du);function
+o(T){function
+f(f){var
+m=aW(a4(cL(a,c))),o=aW(a4(cK(c))),p=a[5],A=p?[0,p[1]]:[1,bM(m,o,s(by,z))],t=eB(a),B=t?[0,bM(m,o,s(bx,z))]:t,G=ac(a[2]),w=c[2],O=c[3],P=w?[0,nb(w[1])]:[1,ac(a[4])],j=[0,nb(c[1]),P,O,G,T,B,A,f],Q=c_(cK(c)),S=na(a,h,c_(cL(a,c)),Q),v=ak(function(b){var
+d=ce(b),e=W(function(b){var
+d=ce(b[2]),c=b[1];return s(function(b){var
+g=hv(j,c,b[1]),d=gd(a),f=0;if(d)var
+h=c3(j,c,b[1]),e=s(function(a){return[0,a]},h);else
 var
 e=d;var
-i=b[2],k=aL(b[1]);return[0,aL(c),k,i,e,g,f]},d)},c),g=a[5],f=0,h=dV(a)?1:2,i=V(a[2]),k=aW(cm(d));return[0,aW(cn(a,d)),k,i,h,g,f,e]},U);function
-_(_){function
-m(o){var
-n=ab(function(a){return X(a[1],o)},dS),u=n?dS:n,m=y(kK,u);function
-w(o){function
-u(C){function
-u(J){function
-o(b){var
-c=b?bn:bh,a=bY(C,c),d=a?a[1][2]:a;return d}function
-m(aa){var
-am=fQ(d[3],p);function
+i=b[2],k=ag(b[1]);return[0,ag(c),k,i,e,g,f]},d)},d),g=a[5],f=0,h=eB(a)?1:2,i=Z(a[2]),k=a4(cK(c));return[0,a4(cL(a,c)),k,i,h,g,f,e]},S);function
+V(ac){function
+m(p){var
+o=$(function(a){return Y(a[1],p)},ew),t=o?ew:o,m=x(my,t);function
+w(p){function
+t(G){function
+t(O){function
+p(b){var
+c=b?bg:bh,a=bX(G,c),d=a?a[1][2]:a;return d}function
+m($){function
 m(m){function
-d(A){function
-d(d){var
-n=X(e2,c),$=n||X(dM,b);function
-o(ab){function
-d(ac){function
-d(ad){function
-d(p){function
-d(ae){var
-G=jz(l,a[1]),K=G[1],M=G[2];function
-N(a){return $?zs:a}function
-O(a){return M?a:[0,zt,a]}var
-af=[0,[0,bW,N(ab)],0],ag=gR(0,A),ah=y(s(function(a){var
-b=N(a[2]);return[0,a[1],b]},ag),af),ai=m?1:m,T=0;if(ai&&F(function(l){function
-n(f,e){var
-a=aj(e,f);if(a){var
-b=a[1],d=0;if(typeof
-b!=="number")switch(b[0]){case
-2:return b[1];case
-0:case
-1:break;default:var
-c=0;d=1}if(!d)return 0}else
+t(w){function
+o(o){var
+p=Y(f2,d),ad=p||Y(eq,b);function
+t(ae){function
+o(af){function
+o(ag){function
+f(f){function
+o(ap){var
+D=hm(l,a[1]),E=D[1],P=D[2];function
+Q(a){return ad?Dv:a}function
+R(a){return P?a:[0,Dw,a]}var
+ah=[0,[0,ci,Q(ae)],0],ai=h9(h8(w),0,w),aj=x(s(function(a){var
+b=Q(a[2]);return[0,a[1],b]},ai),ah),ak=m?1:m,W=0;if(ak){var
+S=c[3];if(I(function(i){var
+b=i[1],G=0;if(b){var
+g=b[2],H=0;if(g){var
+c=g[2],L=0;if(c){var
+d=c[2],N=0;if(d)if(d[2]){var
+e=0;G=1;H=1;L=1;N=1}else{var
+a=d[1],h=c[1],t=b[1];if(K(h,io)){var
+aj=K(t,ex),u=aj||K(t,k(CJ)),T=k(CA),U=x(g4(S),T),ac=bm(M(n,S),x(k(CB),U)),l=K(a,nu);if(l)var
+ad=dS(f,es),R=x(ad,k(Cy)),m=[0,x(k(Cz),R),0];else
 var
-c=a;return c}function
-b(a){return n(p,a)}var
-h=l[1],m=0;if(h){var
-i=h[2],e=0;if(i){var
-c=i[2],f=0;if(c){var
-d=c[2],g=0;if(d)if(d[2]){var
-a=0;e=1;f=1;g=1}else{var
-j=d[1],o=c[1];if(I(j,lE))if(X(fe,p)){var
-a=0;e=1;f=1;g=1}else{var
-G=0,H=X(br,p)?b(br):n(ae,br),J=b(bi),K=b(bp),C=y(H,k(yI)),D=y(J,y(k(yJ),C)),E=y(K,y(k(yK),D)),a=[0,[0,lL,[0,y(k(yL),E),G]]];e=1;f=1;g=1}else{var
-L=b(bq),A=y(L,k(yG)),B=y(k(yH),A),M=bs(I(j,lD),B),q=I(j,fm);if(q)var
-N=I(o,e_),r=N||I(o,lI);else
+m=l;var
+ae=x(m,ac),af=K(a,nv),o=af||K(a,nw);if(o)var
+p=J(u),j=function(b,a){var
+c=Y(a,b)?b:f;return dS(c,a)},X=p?nH(f,function(a){var
+g=Y(bi,a),b=g||Y(bs,a);if(b)var
+h=j(a,bi),i=j(a,bs),l=nI(a),d=x(h,k(Cu)),e=x(i,x(k(Cv),d)),f=x(l,x(k(Cw),e)),c=[0,x(k(Cx),f),0];else
 var
-r=q;var
-s=[0,[0,lL,y(bs(r,yF),M)]]}}else
+c=b;return c}):p,_=Y(bL,f)?f:ap,$=dS(_,bL),aa=dS(f,bi),ab=dS(f,bs),O=x($,k(Ck)),P=x(aa,x(k(Cl),O)),Q=x(ab,x(k(Cm),P)),q=[0,x(k(Cn),Q),X];else
 var
-s=d;if(!g)var
-t=s}else
+q=o;var
+ag=x(q,ae),ah=K(a,eK),r=ah||K(a,nw);if(r)var
+V=ip(f,ic,Cr),W=x(nH(f,function(a){var
+c=nI(a);return ip(a,bt,function(d){var
+a=x(d,k(Co)),b=x(c,x(k(Cp),a));return x(k(Cq),b)})}),V),s=x(ip(f,bt,nG),W);else
 var
-t=c;if(!f)var
-u=t}else
+s=r;var
+ai=x(s,ag),v=x(bm(u,nF),ai)}else{var
+ak=nG(dS(f,bt)),al=bm(K(a,eK),ak),B=K(a,dQ);if(B)var
+am=K(h,f8),C=am||K(h,ny);else
 var
-u=i;if(!e){var
-v=u;m=1}}else{var
-v=h;m=1}if(m)var
-a=v;if(a){var
-w=a[1],O=l[5],x=bw(V(w),O);if(x){var
-P=l[5];return F(function(a){return cf(P,a)},w)}var
-z=x}else
+C=B;var
+v=x(bm(C,nF),al)}var
+w=[0,[0,Cg,v]]}else
 var
-z=a;return z},m)){var
-Q=0;T=1}if(!T)var
-Q=[0,[0,k(zH),zG],0];var
-ak=y(Q,ah),al=y(gQ(0,m),ak),R=dR(aa,0),am=0,an=0,ao=R?[0,[8,R[1]]]:zF,ap=y([0,[0,c7,[0,ao,an]],am],al),aq=O(J[2]),ar=y([0,[0,J[1],aq],0],ap),as=y(s(function(a){var
-b=O(a[2][1]);return[0,fq(a[1]),b]},C),ar),at=y(fr([0,bX,[0,dM,0]],b,0),as),U=0;if(!X(e1,c)){var
-W=0;if(go(a)&&go(e))W=1;if(!W){var
-S=[0,[0,k(zE),zD],0];U=1}}if(!U)var
-S=0;var
-au=y(S,at),av=y(ac,y(_,y(ad,y(fr(lR,c,zu),au))));if(g)if(z)var
-aw=ew([0,E,D]),ax=[0,[7,I(g[1],aw)],0],r=[0,[0,k(zv),ax],0];else
+w=d;if(!N)var
+y=w}else
 var
-r=z;else
+y=c;if(!L)var
+z=y}else
 var
-r=g;var
-ay=y(r,av),az=[0,[0,k(zw),[0,[7,M],0]],0],aA=[0,[7,K[2]],0],aB=[0,[0,k(zx),aA],az],aC=[0,[7,K[1]],0],aD=[0,[0,k(zy),aC],aB],aE=V(a[2]),aF=[0,[7,x(Z,v(V(f),aE))],0],aG=[0,[0,k(zz),aF],aD],aH=[0,[7,I(Y,B)],0],aI=[0,[0,[0,[1,j,q],0,0,y([0,[0,k(zA),aH],aG],ay),0]]],aJ=F(function(a){return a[4]},f),aK=aJ||F(function(a){return H(a[4])},f),d=f,aL=L(aK,zB,aI);for(;;){if(d){var
-h=d[2];if(h){var
-i=h[1],n=d[1],u=P(n[1],i[1]);if(u)var
-o=u;else
+z=g;if(!H)var
+A=z}else
 var
-w=x(n[1],i[1]),o=w?P(n[2],i[2]):w;if(o){var
-d=h;continue}var
-t=o}else
+A=b;if(!G)var
+e=A;if(e){var
+D=e[1],an=i[5],E=bJ(Z(D),an);if(E){var
+ao=i[5];return I(function(a){return cB(ao,a)},D)}var
+F=E}else
 var
-t=1}else
+F=e;return F},m)){var
+T=0;W=1}}if(!W)var
+T=[0,[0,k(DK),DJ],0];var
+al=x(T,aj),am=x(h3(0,m),al),U=dK($,0),an=0,ao=0,aq=U?[0,[8,U[1]]]:DI,ar=x([0,[0,dG,[0,aq,ao]],an],am),as=R(O[2]),at=x([0,[0,O[1],as],0],ar),au=x(s(function(a){var
+b=R(a[2][1]);return[0,gt(a[1]),b]},G),at),av=x(gu([0,cj,[0,eq,0]],b,0),au),X=0;if(!Y(f1,d)){var
+_=0;if(ho(a)&&ho(e))_=1;if(!_){var
+V=[0,[0,k(DH),DG],0];X=1}}if(!X)var
+V=0;var
+aw=x(V,av),ax=x(af,x(ac,x(ag,x(gu(n6,d,Dx),aw))));if(g)if(C)var
+ay=ea([0,L,H]),az=[0,[11,K(g[1],ay)],0],u=[0,[0,k(Dy),az],0];else
 var
-t=1;return L(t,zC,aL)}}return h(r(a5,bm,c),d)}return h(r(a5,gF,c),d)}return h(r(function(b){function
+u=C;else
+var
+u=g;var
+aA=x(u,ax),aB=[0,[0,k(Dz),[0,[11,P],0]],0],aC=[0,[11,E[2]],0],aD=[0,[0,k(DA),aC],aB],aE=[0,[11,E[1]],0],aF=[0,[0,k(DB),aE],aD],aG=Z(a[2]),aH=[0,[11,y(ab,r(Z(h),aG))],0],aI=[0,[0,k(DC),aH],aF],aJ=[0,[11,K(aa,F)],0],aK=[0,[0,[0,[1,j,v],0,0,x([0,[0,k(DD),aJ],aI],aA),0]]],aL=I(function(a){return a[4]},h),aM=aL||I(function(a){return J(a[4])},h),i=h,aN=N(aM,DE,aK);for(;;){if(i){var
+o=i[2];if(o){var
+p=o[1],q=i[1],A=M(q[1],p[1]);if(A)var
+t=A;else
+var
+B=y(q[1],p[1]),t=B?M(q[2],p[2]):B;if(t){var
+i=o;continue}var
+z=t}else
+var
+z=1}else
+var
+z=1;return N(z,DF,aN)}}return i(u(bd,bE,d),o)}return i(u(bd,hS,d),f)}return i(u(function(b){function
 a(a){function
 b(c){function
 b(d){function
 b(b){function
-e(a){var
-f=lC(t,aX(p),i[7]),e=i[5],g=e?[0,[0,k(x6),x5],0]:e,h=y(g,f);function
-j(b){return K(a,b)}var
-l=y(fl(br,i[4],[6,a],j),h);function
-m(a){return b?K(a,b[1]):b}var
-n=y(fl(bq,i[3],[5,b],m),l);function
-o(a){return K(a,d)}var
-q=y(fl(bp,i[2],[4,d],o),n);function
-r(a){return K(c,a)}return[0,y(fl(bi,i[1],[3,c],r),q)]}return h(r(an,br,a),e)}return h(r(function(a){return bu(an,a)},bq,a),b)}return h(r(an,bp,a),b)}return h(r(an,bi,a),b)}return h(a5(b),a)},bm,c),d)}return h(r(lQ,bm,c),d)}return h(kZ(A,d),o)}return h(r($,bW,b),d)}return h(r(function(a){function
+e(e){var
+h=nt(q,aI(n),f[7]),a=f[5];if(a)var
+i=[0,[5,[1,a[1]]],0],g=[0,[0,k(Bt),i],0];else
+var
+g=a;var
+j=x(g,h);function
+l(a){return D(e,a)}var
+m=x(gk(bL,f[4],[6,e],l),j);function
+o(a){return b?D(a,b[1]):b}var
+p=x(gk(bt,f[3],[5,b],o),m);function
+r(a){return D(a,d)}var
+s=x(gk(bs,f[2],[4,d],r),p);function
+t(a){return D(c,a)}return[0,x(gk(bi,f[1],[3,c],t),s)]}return i(u(ar,bL,a),e)}return i(u(function(a){return a8(ar,a)},bt,a),b)}return i(u(ar,bs,a),b)}return i(u(ar,bi,a),b)}return i(bd(b),a)},bE,d),o)}return i(u(n5,bE,d),o)}return i(m6(w,o),t)}return i(u(ai,ci,b),o)}return i(u(function(a){function
 b(a){var
-b=0;return d0(function(a,c){return kY(o,b,n,a,c)},a)}return h(be(a),b)},eX,b),d)}return h(r(function(a){function
-b(a){return d0(function(b,i){function
-a(a){if(lK(a[3])){var
+b=0;function
+c(a){return 2}return eP(function(a,d){return m4(p,c,b,o,a,d)},a)}return i(be(a),b)},fX,b),t)}return i(u(function(a){function
+b(a){return eP(function(b,g){function
+a(a){if(nE(a[3])){var
 b=a[1];if(b){var
 c=b[2];if(c){var
 d=c[2];if(d){var
 f=d[2];if(f){if(f[2])return[0,a];var
-n=f[1],p=d[1],q=c[1],g=b[1],j=function(b){function
-c(c){function
-d(b){var
-c=a[5],d=H(lK(b));return[0,[0,a[1],a[2],b,d,c]]}return h(r(function(s){if(I(g,fa))var
-d=ys;else
+w=f[1],x=d[1],j=c[1],l=b[1],h=function(b){function
+c(d){function
+c(b){var
+c=a[5],d=J(nE(b));return[0,[0,a[1],a[2],b,d,c]]}return i(u(function(f){if(K(l,ex))var
+g=B5;else
 var
-m=I(g,e$),d=m?yC:m;if(d){var
-b=d[1],f=bY(lF,n);if(f){var
-i=f[1];if(I(q,c$)){var
-u=0,v=4,w=function(a){return db(v,a)},x=[0,[0,k(ye),w],u],y=function(a){return[1,a]},z=function(a){return fn(y,a)},B=[0,[0,k(yf),z],x],C=function(a){return[0,a]},D=function(a){return fn(C,a)},E=[0,[0,k(yg),D],B],F=0,J=function(a){return db(F,a)},K=[0,[0,k(yh),J],E];switch(i){case
+v=K(l,f9),g=v?Ce:v;if(g){var
+b=g[1],m=bX(BC,w);if(m){var
+n=m[1];if(K(j,c7)){var
+z=0,A=4,B=function(a){return dR(A,a)},C=[0,[0,k(BG),B],z],D=function(a){return[1,a]},F=function(a){return gl(D,a)},G=[0,[0,k(BH),F],C],H=function(a){return[0,a]},I=function(a){return gl(H,a)},L=[0,[0,k(BI),I],G],M=0,O=function(a){return dR(M,a)},P=[0,[0,k(BJ),O],L];switch(n){case
 1:if(b)var
-L=0,M=function(a){return[3,a]},N=[0,[0,lI,function(a){return lG(xS,M,a)}],L],P=2,a=[0,[0,e_,function(a){return db(P,a)}],N];else
+Q=0,S=function(a){return[3,a]},T=[0,[0,ny,function(a){return nx(Bf,S,a)}],Q],V=2,a=[0,[0,f8,function(a){return dR(V,a)}],T];else
 var
-Q=0,R=function(a){return[2,a]},T=function(a){return fn(R,a)},U=[0,[0,k(yi),T],Q],V=1,W=function(a){return db(V,a)},a=[0,[0,k(yj),W],U];break;case
+W=0,X=function(a){return[2,a]},Y=function(a){return gl(X,a)},$=[0,[0,k(BK),Y],W],aa=1,ab=function(a){return dR(aa,a)},a=[0,[0,k(BL),ab],$];break;case
 5:if(b)var
 a=0;else
 var
-X=0,a=[0,[0,lH,function(a){return db(yk,a)}],X];break;case
+ac=0,a=[0,[0,io,function(a){return dR(BM,a)}],ac];break;case
 7:if(b)var
 a=0;else
 var
-Y=0,Z=function(a){return[4,a]},_=function(a){return lG(xQ,Z,a)},aa=[0,[0,k(yl),_],Y],ab=function(a){return[1,a]},ac=function(a){return fn(ab,a)},a=[0,[0,k(ym),ac],aa];break;case
+ae=0,af=function(a){return[4,a]},ag=function(a){return nx(Bd,af,a)},ah=[0,[0,k(BN),ag],ae],ai=function(a){return[1,a]},aj=function(a){return gl(ai,a)},a=[0,[0,k(BO),aj],ah];break;case
 8:if(b)var
 a=0;else
 var
-ae=0,af=3,ag=function(a){return db(af,a)},a=[0,[0,k(yn),ag],ae];break;case
+an=0,ao=3,ap=function(a){return dR(ao,a)},a=[0,[0,k(BP),ap],an];break;case
 0:case
 2:var
-a=b?0:K;break;default:var
+a=b?0:P;break;default:var
 a=0}var
-j=bY(a,p);if(j){var
-ak=function(a){return[0,lJ(o,H(b),c,[4,[0,b,0,c,i],a])]};return h(A(j[1],s),ak)}return yt}return yu}return yv}var
-l=bY(lF,n);if(l){if(1===l[1]){if(I(g,k(yw))&&I(q,gM)&&I(p,lH)&&am){if(c){var
-al=function(a){var
-b=a?lJ(o,1,c,[4,[0,0,1,c,1],[5,a[1]]]):yx;return[0,b]},ai=function(c){var
-b=aj(g_,c);if(b){var
-a=b[1];if(typeof
-a==="number")return yp;else{if(4===a[0]){var
-d=function(a){function
-b(b){function
-c(j){function
-c(k){var
-a=bH(e[3],j),c=bH(e[3],k),d=b?bH(e[4],b[1]):f8,f=G(t,a),g=f?G(t,c):f,h=g?G(t,d):g;if(h)var
-l=bd(c),m=bd(a),i=[0,[0,[0,[0,bd(d)],m,l]]];else
+o=bX(a,x);if(o){var
+ar=function(a){return[0,nz(p,J(b),d,[4,[0,b,0,d,n],a])]};return i(E(o[1],f),ar)}return B6}return B7}return B8}var
+c=K(j,hZ),q=bX(BV,l);if(q){var
+r=q[1];if(K(x,io)){var
+y=0;if(!c&&!K(j,c7))y=1;if(!y){var
+s=bX(BR,w);if(s){var
+t=s[1],h=function(a){if(a){var
+b=[4,[0,r,c,d,t],a[1]];return nz(p,J(r),d,b)}return B9};switch(t){case
+1:if(c){var
+as=function(a){return[0,h(ak(function(a){return[5,a]},a))]};return i(nC(e,f),as)}return B$;case
+3:var
+at=function(a){return[0,h(a)]},aq=function(a){function
+b(c){function
+b(h){function
+b(d){var
+a=dK(h,0);if(a){var
+e=a[1];if(d)var
+b=d[1],i=b?[0,[6,c,e,[0,b[1]]]]:b,f=i;else
 var
-i=h;return[0,i]}return h(r(function(a){return ah($,a)},ch,a),c)}return h(r(function(a){return ah($,a)},c2,a),c)}function
-c(a){return ah($,a)}return h(r(function(a){return bu(c,a)},ad,a),b)};return h(aY(g_,S([0,ad,[0,c2,[0,ch,0]]],0,a)),d)}return O(yq)}}return O(yr)};return h(h(S([0,g_,0],0,s),ai),al)}return yy}return yz}return yA}return yB},dP,b),d)}return h(r(bv,ck,b),c)};return h(a5(i),j)}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return h(gP(B,0,b,i),a)},a)}return h(be(a),b)},eW,b),m)}var
-u=0;function
-w(a){return kJ(l,e,u,a)}return h(r(function(a){return ah(w,a)},c7,b),m)}var
-m=q?1:q;return h(r(function(b){function
-c(a){return[0,[0,fq(g$),a]]}if(typeof
+f=[0,[6,c,e,0]];var
+g=f}else
+var
+g=a;return[0,g]}function
+d(b){function
+a(a){function
+b(b){function
+c(a){return[0,ak(function(b){return[0,b,a]},b)]}function
+d(a){return _(al,a)}function
+e(a){return _(d,a)}return i(u(function(a){return _(e,a)},bj,a),c)}return i(u(function(a){return nB(e,a)},eJ,a),b)}return i(U([0,eJ,[0,bj,0]],0,b),a)}return i(u(function(a){return a8(d,a)},np,a),b)}function
+d(b){function
+a(a){function
+b(b){function
+c(a){return[0,ak(function(b){return[0,b,a]},b)]}function
+d(b){function
+a(a){if(a){var
+b=a[2];if(b){var
+c=b[2],d=b[1];if(c){var
+f=c[1];if(c[2])return R(B0);var
+g=function(b){function
+a(c){function
+a(a){return N(ad(a),B1,[0,[0,[0,b,c],a]])}return i(al(f),a)}return i(nD(Z(e[3]),d),a)},h=a[1],j=Z(e[4]);return i(a8(function(a){return nD(j,a)},h),g)}return R(B2)}return R(B3)}return R(B4)}return i(be(b),a)}return i(u(function(a){return _(d,a)},nq,a),c)}return i(nA(e,a),b)}return i(U([0,am,[0,c0,[0,cd,[0,nq,0]]]],0,b),a)}return i(u(function(a){return _(d,a)},dz,a),b)}return i(u(function(a){return _(al,a)},gj,a),b)};return i(i(U([0,gj,[0,dz,[0,np,0]]],0,f),aq),at);case
+4:if(c){var
+au=function(a){return[0,h(ak(function(a){return[5,a]},a))]};return i(nC(e,f),au)}return Ca;default:return B_}}return Cb}}return Cc}return Cd},et,b),c)}return i(u(bB,cG,b),c)};return i(bd(g),h)}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return i(h2(F,0,b,g),a)},a)}return i(be(a),b)},fW,b),m)}var
+t=0;function
+w(a){return mx(l,e,t,a)}return i(u(function(a){return _(w,a)},dG,b),m)}var
+m=v?1:v;return i(u(function(b){function
+c(a){return[0,[0,gt(im),a]]}if(typeof
 b==="number")var
-a=[0,[0,[7,H(m)],0]];else
+a=[0,[0,[11,J(m)],0]];else
 var
 d=function(a){function
 b(b){function
 c(c){if(m)var
-d=y(b[1],c[1]),a=s(function(a){if(typeof
-a!=="number"&&0===a[0])return[5,a[1]];return a},d);else
+d=x(b[1],c[1]),a=s(function(a){if(typeof
+a!=="number"&&0===a[0])return[6,a[1]];return a},d);else
 var
-a=zq;return[0,a]}var
-d=1;return h(r(function(a){return e9(l,e,d,a)},bh,a),c)}var
-c=0;return h(r(function(a){return e9(l,e,c,a)},bn,a),b)},a=h(S([0,bn,[0,bh,0]],0,b),d);return h(a,c)},g$,o),u)}return h(a0(function(a){function
+a=Dt;return[0,a]}var
+d=1;return i(u(function(a){return eu(l,e,d,a)},bh,a),c)}var
+c=0;return i(u(function(a){return eu(l,e,c,a)},bg,a),b)},a=i(U([0,bg,[0,bh,0]],0,b),d);return i(a,c)},im,p),t)}return i(a7(function(a){function
 b(b){return[0,[0,a[1],b]]}var
-c=a[1],d=a[2];return h(r(function(a){return e9(l,e,d,a)},c,o),b)},m),u)}var
-C=0,J=[0,g$,s(bT,m)];return h(r(function(a){return S(J,C,a)},c6,b),w)}return h(r(a5,c6,b),m)}return h(r(function(b){function
+c=a[1],d=a[2];return i(u(function(a){return eu(l,e,d,a)},c,p),b)},m),t)}var
+z=0,A=[0,im,s(bx,m)];return i(u(function(a){return U(A,z,a)},dF,b),w)}return i(u(bd,dF,b),m)}return i(u(function(b){function
 a(a){function
 b(b){function
 c(c){var
-a=j[2],d=0===a[0]?[0,a[1]]:0,e=lB(ad,c,d);return[0,y(lB(bg,[0,b],[0,j[1]]),e)]}return h(r(function(a){return bu(lA,a)},ad,a),c)}return h(r(lA,bg,a),b)}return h(S([0,bg,[0,ad,0]],0,b),a)},kp,c),_)}return h(r(function(b){function
+a=j[2],d=0===a[0]?[0,a[1]]:0,e=ns(am,c,d);return[0,x(ns(bC,[0,b],[0,j[1]]),e)]}return i(u(function(a){return a8(nr,a)},am,a),c)}return i(u(nr,bC,a),b)}return i(U([0,bC,[0,am,0]],0,b),a)},me,d),V)}return i(u(function(b){function
 a(a){function
 b(f){function
 b(g){function
-b(i){function
+b(h){function
 b(j){function
 b(k){function
 b(b){function
 l(a){var
-c=[0,[0,f,g,i,j,k,b,a]],d=b?K(b[1],U):1;return L(d,xF,c)}var
-c=aj(fe,a);if(c)var
+c=[0,[0,f,g,h,j,k,b,a]],d=b?D(b[1],P):1;return N(d,A4,c)}var
+c=af(gb,a);if(c)var
 m=function(a){var
-b=[0,s(ca,a)],c=L(cx(s(function(a){return iQ(a[1])},a)),xG,b),d=a?1:a;return L(d,xH,c)},n=c[1],d=h(aY(fe,ah(function(b){function
+b=[0,s(by,a)],c=N(cA(s(function(a){return kc(a[1])},a)),A5,b),d=a?1:a;return N(d,A6,c)},n=c[1],d=i(a6(gb,_(function(b){function
 a(a){function
 b(b){function
 c(f){function
 c(g){function
 c(h){var
-i=[0,[0,b,[0,bH(e[4],b),f,g,h]]];if(a)var
+i=[0,[0,b,[0,bV(e[4],b),f,g,h]]];if(a)var
 c=a[2],d=c?1:c;else
 var
-d=1;return L(d,xE,i)}return h(bZ(bq,a),c)}return h(bZ(bp,a),c)}return h(bZ(bi,a),c)}return h(r(function(a){return ah($,a)},ad,a),b)}return h(S([0,ad,0],[0,bi,[0,bp,[0,bq,0]]],b),a)},n)),m);else
+d=1;return N(d,A3,i)}return i(cm(bt,a),c)}return i(cm(bs,a),c)}return i(cm(bi,a),c)}return i(u(function(a){return _(ai,a)},am,a),b)}return i(U([0,am,0],[0,bi,[0,bs,[0,bt,0]]],b),a)},n)),m);else
 var
-d=xI;return h(d,l)}return h(bZ(e3,a),b)}return h(bZ(lf,a),b)}return h(bZ(br,a),b)}return h(bZ(bq,a),b)}return h(bZ(bp,a),b)}return h(bZ(bi,a),b)}return h(S(0,[0,bi,[0,bp,[0,bq,[0,br,[0,lf,[0,e3,[0,fe,0]]]]]]],b),a)},gF,c),i)}var
-o=V(f),q=aW(ff(d));if(G(v(aW(g1(a,d)),q),o))var
-u=cE(ff(d)),j=li(a,f,cE(g1(a,d)),u),w=j?[0,j[1]]:i,m=w;else
+d=A7;return i(d,l)}return i(cm(es,a),b)}return i(cm(ic,a),b)}return i(cm(bL,a),b)}return i(cm(bt,a),b)}return i(cm(bs,a),b)}return i(cm(bi,a),b)}return i(U(0,[0,bi,[0,bs,[0,bt,[0,bL,[0,ic,[0,es,[0,gb,0]]]]]]],b),a)},hS,d),f)}var
+p=Z(h),t=a4(gc(c));if(G(r(a4(ie(a,c)),t),p))var
+v=c_(gc(c)),j=na(a,h,c_(ie(a,c)),v),w=j?[0,j[1]]:f,m=w;else
 var
-m=i;return h(m,n)}var
-j=0;if(!dV(a)&&!fg(a)){var
-i=t;j=1}if(!j)var
-m=aW(cm(d)),i=v(aW(cn(a,d)),m);var
-n=du(t,q),o=a0(function(b){var
-g=b[2],k=b[1],e=aW(cm(d));function
-c(b){function
-c(d){function
+m=f;return i(m,o)}var
+j=0;if(!eB(a)&&!gd(a)){var
+f=q;j=1}if(!j)var
+m=a4(cK(c)),f=r(a4(cL(a,c)),m);var
+o=cb(q,t),p=a7(function(b){var
+g=b[2],k=b[1],d=a4(cK(c));function
+e(b){function
+c(e){function
 c(c){function
 f(f){function
 g(g){var
-a=x(J(v(d,e),c),k),h=[0,[0,f,g]],b=a?G(t,c):a,i=b?P(c,e):b;return L(i,xB,h)}var
-i=V(a[2]),j=r(function(a){return am(i,an,a)},bm,b);return h(bI(fg(a),0,j),g)}var
-g=r(aC,eL,b);return h(bI(dV(a),U,g),f)}return h(r(aG,gZ,b),c)}return h(r(aG,le,b),c)}var
-f=bs(fg(a),bm);return h(S(y([0,le,[0,gZ,0]],y(bs(dV(a),eL),f)),0,g),c)},n);return h(aY(bj,L(bw(i,q),xC,o)),u)},R=m[1];return h(aY(bj,a0(function(c){var
-g=aw(a[2]);function
+a=y(B(r(e,d),c),k),h=[0,[0,f,g]],b=a?G(q,c):a,i=b?M(c,d):b;return N(i,A0,h)}var
+h=Z(a[2]),j=u(function(a){return ax(h,ar,a)},bE,b);return i(bW(gd(a),0,j),g)}var
+g=u(al,fG,b);return i(bW(eB(a),P,g),f)}return i(u(aK,ib,b),c)}return i(u(aK,m9,b),c)}var
+f=bm(gd(a),bE);return i(U(x([0,m9,[0,ib,0]],x(bm(eB(a),fG),f)),0,g),e)},o);return i(a6(bj,N(bJ(f,t),A1,p)),v)},Q=m[1];return i(a6(bj,a7(function(c){var
+g=ac(a[2]);function
 b(b){function
 c(c){function
 d(d){function
 e(a){function
-i(e){var
-b=G(t,c),f=L(eO(g,a),xw,[0,[0,c,d,a,e]]),h=b?G(t,d):b;return L(h,xx,f)}var
-e=aj(gY,b);if(e)var
+h(e){var
+b=G(q,c),f=N(ej(g,a),AV,[0,[0,c,d,a,e]]),h=b?G(q,d):b;return N(h,AW,f)}var
+e=af(ia,b);if(e)var
 j=function(b){var
-c=P(t,b),d=c?x(h8(b,gv(s(cV,a))),t):c;return L(d,xz,xy)},f=h(aY(gY,aG(e[1])),j);else
+c=M(q,b),d=c?y(ju(b,fJ(s(dt,a))),q):c;return N(d,AY,AX)},f=i(a6(ia,aK(e[1])),j);else
 var
-f=xA;return h(f,i)}var
-f=V(a[2]);return h(r(function(a){return am(f,aC,a)},eK,b),e)}var
-e=V(a[3]);return h(r(function(a){return ex(e,a)},bg,b),d)}var
-d=V(a[4]);return h(r(function(a){return ex(d,a)},ad,b),c)}return h(S([0,ad,[0,bg,[0,eK,0]]],[0,gY,0],c),b)},R)),Q)}}var
-d=a[1];return h(r(function(b){function
+f=AZ;return i(f,h)}var
+f=Z(a[2]);return i(u(function(a){return ax(f,al,a)},fF,b),e)}var
+e=Z(a[3]);return i(u(function(a){return fn(e,a)},bC,b),d)}var
+d=Z(a[4]);return i(u(function(a){return fn(d,a)},am,b),c)}return i(U([0,am,[0,bC,[0,fF,0]]],[0,ia,0],c),b)},Q)),O)}}var
+e=a[1];return i(u(function(b){function
 a(a){function
-f(c){function
+f(d){function
 b(b){function
 f(a){var
-d=[0,[0,b,a,c]],f=aW(s(function(a){return a[2]},b));return L(G(e(2,p),f),xt,d)}var
-g=V(d[3][3]);function
-i(a){return lh(g,a)}return h(r(function(a){return bu(i,a)},ad,a),f)}var
-f=V(d[3][2]);return h(r(function(a){return lh(f,a)},bg,a),b)}var
-b=aj(gX,a);if(b)var
+e=[0,[0,b,a,d]],f=a4(s(function(a){return a[2]},b));return N(G(c(2,n),f),AS,e)}var
+g=Z(e[3][3]);function
+h(a){return m$(g,a)}return i(u(function(a){return a8(h,a)},am,a),f)}var
+f=Z(e[3][2]);return i(u(function(a){return m$(f,a)},bC,a),b)}var
+b=af(h$,a);if(b)var
 g=function(a){var
-c=[0,fR(a)],b=G(e(2,p),a),d=b?G(a,e(2,e(2,e(2,e(2,C(e(2,e(2,e(2,e(2,C(e(2,C(e(2,C(e(2,e(2,e(2,p)))))))))))))))))):b;return L(d,xu,c)},c=h(aY(gX,aG(b[1])),g);else
+d=[0,gS(a)],b=G(c(2,n),a),e=b?G(a,c(2,c(2,c(2,c(2,z(c(2,c(2,c(2,c(2,z(c(2,z(c(2,z(c(2,c(2,c(2,n)))))))))))))))))):b;return N(e,AT,d)},d=i(a6(h$,aK(b[1])),g);else
 var
-c=[0,p];return h(c,f)}return h(S([0,bg,[0,ad,0]],[0,gX,0],b),a)},lc,f),i)}return h(aY(c9,jA([4,lg(az(function(a){return H(I(a[1],lc))},f))])),q)};return h(a5(E),j)}return O(zI)}return zJ}return h(lP(ap,a,g),d)}return h(r(aG,c8,a),d)}return h(r(eA,eY,a),d)}var
-d=[0,c9,[0,bj,0]],f=[0,eY,[0,c8,0]];return h(r(function(a){return S(f,d,a)},dN,c),a)};return h(gm(lg(c)),j)}function
+d=[0,n];return i(d,f)}return i(U([0,bC,[0,am,0]],[0,h$,0],b),a)},m7,f),h)}return i(a6(dI,kY([4,m_(an(function(a){return J(K(a[1],m7))},f))])),t)};return i(bd(L),j)}return R(DL)}return DM}return i(n4(A,a,g),e)}return i(u(aK,dH,a),e)}return i(u(fq,fY,a),e)}var
+e=[0,dI,[0,bj,0]],f=[0,fY,[0,dH,0]];return i(u(function(a){return U(f,e,a)},er,d),a)};return i(hl(m_(d)),j)}function
 l(a){var
 b=a?[0,a[1]]:a;return[0,b]}function
-f(f){function
+f(e){function
 a(a){function
-d(Z){function
-d(_){function
-d(d){if(d){var
-i=d[1],j=i[1],o=j[2],a=j[1],B=i[2];if(a){var
-C=a[2],D=a[1],l=function(a){function
-l(aa){var
-d=C,i=0;function
-ac(j){var
-m=a[5],n=a[1][2],q=V(a[2]),u=V(a[3]),i=[0,V(a[4]),u,q,n,m,aa,j];function
-w(d){function
-O(x){if(d){var
-n=d[1],t=jR(a,j,n[2]);switch(a[1][2]){case
+f(aa){function
+f(ab){function
+f(f){if(f){var
+j=f[1],l=j[1],p=l[2],a=l[1],F=j[2];if(a){var
+H=a[2],h=a[1],m=function(a){function
+m(ac){var
+f=H,j=0;function
+ad(j){var
+o=a[5],r=a[1][2],t=Z(a[2]),v=Z(a[3]),f=[0,Z(a[4]),v,t,r,o,ac,j];function
+z(c){function
+R(z){if(c){var
+o=c[1],t=ld(a,j,o[2]);switch(a[1][2]){case
 0:var
-l=0;break;case
+m=0;break;case
 1:var
-l=1;break;default:var
-l=2}var
-u=dv(V(a[3])),v=[0,dv(V(a[4])),u,l,t],A=[0,[0,n[1],v]]}else
+m=1;break;default:var
+m=2}var
+v=ds(Z(a[3])),w=[0,ds(Z(a[4])),v,m,t],C=[0,[0,o[1],w]]}else
 var
-A=d;var
-p=f[3][3],m=p?1:p,q=f[3][4],e=q?1:q;function
-w(p){var
-j=ab(function(a){return X(a[1],p)},dS),q=e?kL(m):e,t=j?dS:j,l=y(kK,y(t,q)),n=e?az(function(a){return m?m:H(a[2][2])},kI):e;function
-u(m){function
-p(E){function
-l(T){function
-Q(b){var
-c=b?bn:bh,a=bY(E,c),d=a?a[1][2]:a;return d}function
-l(U){var
+C=c;var
+q=e[3][3],n=q?1:q,r=e[3][4],l=r?1:r;function
+y(q){var
+j=$(function(a){return Y(a[1],q)},ew),r=l?mz(n):l,t=j?ew:j,m=x(my,x(t,r)),o=l?an(function(a){return n?n:J(a[2][2])},mw):l;function
+v(n){function
+q(D){function
+m(T){function
+V(b){var
+c=b?bg:bh,a=bX(D,c),d=a?a[1][2]:a;return d}function
+m(W){var
 G=a[7];if(G)var
-l=G;else
+q=G;else
 var
-ac=X(e2,c),l=ac||X(dM,b);var
-m=aj(bX,b);if(m){var
-n=m[1],O=0;if(typeof
-n!=="number"&&4===n[0]){var
-J=n[1];O=1}if(!O)var
-J=0;var
-p=J}else
+ae=Y(f2,d),q=ae||Y(eq,b);var
+o=af(cj,b);if(o){var
+r=o[1],R=0;if(typeof
+r!=="number"&&4===r[0]){var
+L=r[1];R=1}if(!R)var
+L=0;var
+n=L}else
 var
-p=m;var
-R=l||X(e0,c),V=R||X(e4,c),e=H(V),W=e?la(i,1,p):e,Y=e?la(i,0,p):e;function
-q(a){return a?W:Y}var
-t=aj(bm,c);if(t){var
-u=t[1],P=0;if(typeof
-u!=="number"&&4===u[0]){var
-v=aj(bi,u[1]);if(v){var
-w=v[1],z=0;if(typeof
-w==="number")z=1;else
-switch(w[0]){case
+n=o;var
+X=q||Y(f0,d),Z=X||Y(f3,d),l=J(Z);function
+M(n){var
+k=0;if(typeof
+h==="number"||!(4===h[0]))k=1;else{var
+b=af(cZ,h[1]),f=0;if(b){var
+c=b[1],g=0;if(typeof
+c!=="number"&&4===c[0]){var
+d=af(bg,c[1]),l=0;if(d){var
+e=d[1],m=0;if(typeof
+e!=="number"&&2===e[0]){var
+a=[0,e[1]];f=1;g=1;l=1;m=1}if(!m)var
+j=0}else
+var
+j=d;if(!l){var
+a=j;f=1;g=1}}if(!g)var
+i=0}else
+var
+i=b;if(!f)var
+a=i}if(k)var
+a=0;if(a){var
+o=E(A,ea([0,n,0]));return K(a[1],o)}return a}var
+_=l?mZ(M,e,a,f,1,n):l,ac=l?mZ(M,e,a,f,0,n):l;function
+m(a){return a?_:ac}var
+t=af(bE,d);if(t){var
+v=t[1],S=0;if(typeof
+v!=="number"&&4===v[0]){var
+w=af(bi,v[1]);if(w){var
+y=w[1],B=0;if(typeof
+y==="number")B=1;else
+switch(y[0]){case
 2:var
-x=w[1];break;case
+z=y[1];break;case
 0:case
-1:z=1;break;default:var
-x=0}if(z)var
-x=0;var
-N=x}else
+1:B=1;break;default:var
+z=0}if(B)var
+z=0;var
+Q=z}else
 var
-N=v;var
-K=N;P=1}if(!P)var
-K=0;var
-M=K}else
+Q=w;var
+O=Q;S=1}if(!S)var
+O=0;var
+P=O}else
 var
-M=t;function
-aa(m){function
-e(t){function
-e(e){function
-n(S){function
-e(V){var
-u=jz(f,a[1]),v=u[1],w=u[2];function
-x(a){return l?y4:a}function
-z(a){return w?a:[0,y5,a]}var
-W=[0,[0,bW,x(S)],0],Y=gR(0,t),$=y(s(function(a){var
-b=x(a[2]);return[0,a[1],b]},Y),W),aa=y(gQ(0,m),$),G=dR(U,0),ac=0,ad=0,ae=G?[0,[8,G[1]]]:zi,af=y([0,[0,c7,[0,ae,ad]],ac],aa),ag=y(s(function(a){var
-b=z(a[2]);return[0,a[1],b]},T),af),ah=y(s(function(a){var
-b=z(a[2][1]);return[0,fq(a[1]),b]},E),ag),ai=d?[0,[0,k(y7),y6],0]:d,ak=y(ai,ah),al=y(fr([0,dM,0],b,0),ak),n=aj(bX,b);if(n){var
-h=n[1],O=0;if(typeof
-h!=="number"&&4===h[0]){var
-e=h[1];O=1}if(!O)var
-e=0;var
-r=function(a,d){var
-b=X(a,e);if(b)var
-f=0,g=ab(function(e){var
-a=e[3];if(a){var
-b=a[1];if(typeof
-b!=="number"&&6===b[0])return bB(b[1],d);var
-c=0}else
+P=t;function
+ad(o){function
+r(b){if(J(l))return 2;if(a[1][1])return 0;var
+i=b?bg:bh;if(J(Y(i,n)))return 1;var
+d=m(b);if(d){var
+e=d[1];if($(function(a){return mV(b,a)},o)){var
+f=e[1],j=e[3];if(2===f[0])var
+c=f[1][8],h=c?1:c,g=h;else
 var
-c=a;return c},m)?[0,[6,d,0],0]:w9,c=[0,[0,y(bX,y(k(w8),a)),g],f];else
+g=0;return[0,g,j]}return 2}return 2}function
+t(n){function
+l(l){function
+r(S){function
+l(U){var
+v=hm(e,a[1]),w=v[1],y=v[2];function
+z(a){return q?C7:a}function
+A(a){return y?a:[0,C8,a]}var
+V=[0,[0,ci,z(S)],0],X=h9(h8(n),0,n),Z=x(s(function(a){var
+b=z(a[2]);return[0,a[1],b]},X),V),_=x(h3(0,o),Z),B=dK(W,0),ac=0,ad=0,ae=B?[0,[8,B[1]]]:Dl,ag=x([0,[0,dG,[0,ae,ad]],ac],_),ah=x(s(function(a){var
+b=A(a[2]);return[0,a[1],b]},T),ag),ai=x(s(function(a){var
+b=A(a[2][1]);return[0,gt(a[1]),b]},D),ah),aj=c?[0,[0,k(C_),C9],0]:c,ak=x(aj,ai),al=x(gu([0,eq,0],b,0),ak),r=af(cj,b);if(r){var
+l=r[1],O=0;if(typeof
+l!=="number"&&4===l[0]){var
+i=l[1];O=1}if(!O)var
+i=0;var
+u=function(c,a){var
+d=Y(c,i);if(d){var
+g=0;if($(function(b){return mV(a,b)},o))var
+b=m(a),h=b?b[1][3]:b,e=[0,[7,a,0],h];else
 var
-c=b;return c},Q=e?F(function(a){return cf([0,bn,[0,bh,0]],a[1])},e)?0:[0,[0,bX,w_],0]:[0,[0,bX,w$],0],R=y(r(bh,0),Q),J=y(r(bn,1),R)}else
+e=y_;var
+f=[0,[0,x(cj,x(k(y9),c)),e],g]}else
 var
-J=n;var
-am=y(J,al),P=0;if(!X(e1,c)&&!go(a)){var
-K=[0,[0,k(zh),zg],0];P=1}if(!P)var
-K=0;var
-an=y(K,am),ao=y(V,y(fr(lR,c,y8),an));if(g)if(o)var
-ap=ew([0,D,C]),aq=[0,[7,I(g[1],ap)],0],p=[0,[0,k(y9),aq],0];else
+f=d;return f},Q=i?I(function(a){return cB([0,bg,[0,bh,0]],a[1])},i)?0:[0,[0,cj,y$],0]:[0,[0,cj,za],0],R=x(u(bh,0),Q),E=x(u(bg,1),R)}else
 var
-p=o;else
+E=r;var
+am=x(E,al),P=0;if(!Y(f1,d)&&!ho(a)){var
+G=[0,[0,k(Dk),Dj],0];P=1}if(!P)var
+G=0;var
+an=x(G,am),ao=x(U,x(gu(n6,d,C$),an));if(g)if(p)var
+ap=ea([0,h,H]),aq=[0,[11,K(g[1],ap)],0],t=[0,[0,k(Da),aq],0];else
 var
-p=g;var
-ar=y(p,ao),as=[0,[0,k(y_),[0,[7,w],0]],0],at=[0,[7,v[2]],0],au=[0,[0,k(y$),at],as],av=[0,[7,v[1]],0],aw=[0,[0,k(za),av],au],ax=[0,[0,k(zb),[0,[0,[0,_]],0]],aw],ay=[0,[7,I(Z,B)],0],az=y([0,[0,k(zc),ay],ax],ar),M=ab(function(a){var
+t=p;else
+var
+t=g;var
+ar=x(t,ao),as=[0,[0,k(Db),[0,[11,y],0]],0],at=[0,[11,w[2]],0],au=[0,[0,k(Dc),at],as],av=[0,[11,w[1]],0],aw=[0,[0,k(Dd),av],au],ax=[0,[0,k(De),[0,[0,[0,ab]],0]],aw],ay=[0,[11,K(aa,F)],0],az=x([0,[0,k(Df),ay],ax],ar),L=$(function(a){var
 b=a[4];if(b)var
 c=a[5],e=c?1:c,d=e;else
 var
-d=b;return d},m);if(M)var
-aA=X(e0,c),aB=aA||X(e4,c),N=H(aB);else
+d=b;return d},o);if(L)var
+aA=Y(f0,d),aB=aA||Y(f3,d),M=J(aB);else
 var
-N=M;var
-aC=q(0),aD=[0,[0,[0,[0,i,A],q(1),aC,az,N]]],aE=H(f_(i)),aF=aE||(j?d?0:1:j),aG=L(aF,zd,aD),aH=f[1]?H(X(bX,b)):1,aI=L(aH,ze,aG),aJ=d?H(X(bX,b)):1;return L(aJ,zf,aI)}return h(r(lQ,bm,c),e)}return h(kZ(t,e),n)}return h(r($,bW,b),e)}return h(r(function(a){function
+M=L;var
+aC=m(0),aD=[0,[0,[0,[0,f,C],m(1),aC,az,M]]],aE=J(ft(f)),aF=aE||(j?c?0:1:j),aG=N(aF,Dg,aD),aH=e[1]?J(Y(cj,b)):1,aI=N(aH,Dh,aG),aJ=c?J(Y(cj,b)):1;return N(aJ,Di,aI)}return i(u(n5,bE,d),l)}return i(m6(n,l),r)}return i(u(ai,ci,b),l)}return i(u(function(a){function
 b(a){var
-b=f_(i);return d0(function(a,c){return kY(Q,b,j,a,c)},a)}return h(be(a),b)},eX,b),e)}return h(r(function(b){function
-c(b){return d0(function(b,s){function
-c(b){var
-p=b[3];if(p){if(typeof
-p[1]==="number"){if(p[2])return[0,b];var
-u=q(lb(b));if(u){var
-D=u[1],E=function(c){if(c){var
-d=c[1],o=0;if(typeof
-d==="number"||!(6===d[0]))o=1;else{var
-e=b[5],m=d[1],q=bs(D[1][3],w5),r=y(bs(H(m),wY),q),s=0,t=a[5]?y(k(wZ),M):w1,f=y([0,wW,[0,w3,[0,t,s]]],r),u=y(f,bs(m,w7)),g=F(function(a){return cf(e,a)},f),p=0;if(g){var
-h=F(function(a){return cf(u,a)},e);if(h){var
-n=cx(e);p=1}else
+b=ft(f);return eP(function(a,c){return m4(V,r,b,j,a,c)},a)}return i(be(a),b)},fX,b),t)}return i(u(function(b){function
+d(b){return eP(function(b,t){function
+d(b){var
+s=b[3];if(s){if(typeof
+s[1]==="number"){if(s[2])return[0,b];var
+w=m(mU(b));if(w){var
+e=w[1],F=function(d){if(d){var
+f=d[1],t=0;if(typeof
+f==="number"||!(7===f[0]))t=1;else{var
+g=b[5],r=f[1],h=e[4];if(h)var
+i=h[1];else
 var
-i=h}else
+y=a[5]?x(k(yW),P):yY,i=y;var
+j=x([0,y0,[0,i,0]],bm(J(r),yV)),c=e[1],l=2===c[0]?[0,y6,x(j,bm(c[1][6],y8))]:[0,yT,x(j,bm(l$(c),y2))],v=2===e[1][0]?0:bm(r,y4),w=x(l,v),m=I(function(a){return cB(g,a)},l),u=0;if(m){var
+n=I(function(a){return cB(w,a)},g);if(n){var
+s=cA(g);u=1}else
 var
-i=g;if(!p)var
-n=i;var
-j=n?[0,b[1],b[2],c,0,b[5]]:b}if(o)var
-j=b;var
-l=j}else
+o=n}else
 var
-l=b;return[0,l]},i=b[1];if(i){var
-j=i[2];if(j){var
-l=j[2];if(l){var
-m=l[2];if(m&&!m[2]){var
-c=m[1],t=l[1],g=j[1],n=i[1],o=I(n,e$),e=0;if(I(t,wR)){var
-v=0;if(!o&&!I(n,fa)){e=1;v=1}if(!v){var
-w=0;if(!I(g,c$)&&!I(g,gN)){e=1;w=1}if(!w){var
-x=0;if(da(gU,c)||da(gV,c))x=1;else
-e=1;if(x)var
-A=function(a){function
+o=m;if(!u)var
+s=o;var
+p=s?[0,b[1],b[2],d,0,b[5]]:b}if(t)var
+p=b;var
+q=p}else
+var
+q=b;return[0,q]},l=b[1];if(l){var
+n=l[2];if(n){var
+o=n[2];if(o){var
+p=o[2];if(p&&!p[2]){var
+c=p[1],v=o[1],h=n[1],q=l[1],r=K(q,f9);switch(e[1][0]){case
+0:var
+j=yM;break;case
+1:var
+j=yN;break;default:var
+j=yO}var
+f=0;if(K(v,k(j))){var
+y=0;if(!r&&!K(q,ex)){f=1;y=1}if(!y){var
+z=0;if(!K(h,c7)&&!K(h,h0)){f=1;z=1}if(!z){var
+A=0;if(dL(c9,c)||dL(eA,c))A=1;else
+f=1;if(A)var
+C=function(a){function
 b(b){function
 d(a){var
-d=0,e=o?bn:bh,f=[0,[7,I(a,e)],d],h=I(g,c$)?[0,c,b]:[1,c,b];return[0,[0,[6,o,h],f]]}return h(r(function(a){function
-b(a){return r($,k_,a)}return h(S([0,k_,0],0,a),b)},dP,a),d)}return h(r(bv,ck,a),b)},d=h(a5(s),A)}}}else
-e=1;if(e){var
-f=0;if(I(t,kQ)){var
-B=[0,k(wT),0];if(cf([0,k(wU),B],n)&&I(g,gN)){var
-z=0;if(!da(gU,c)&&!da(gV,c)){f=1;z=1}if(!z)if(H(ab(function(a){return kW(a,c)},kX)))var
-C=function(a){function
+d=e[3],f=r?bg:bh,g=[0,[11,K(a,f)],d],i=K(h,c7)?[0,c,b]:[1,c,b];return[0,[0,[7,r,i],g]]}return i(u(function(a){function
+b(a){return u(ai,mP,a)}return i(U([0,mP,0],0,a),b)},et,a),d)}return i(u(bB,cG,a),b)},d=i(bd(t),C)}}}else
+f=1;if(f){var
+g=0;if(K(v,mE)){var
+D=[0,k(yQ),0];if(cB([0,k(yR),D],q)&&K(h,h0)){var
+B=0;if(!dL(c9,c)&&!dL(eA,c)){g=1;B=1}if(!B)if(J($(function(a){return mJ(a,c)},mK)))var
+E=function(a){function
 d(d){function
-e(a){return[0,[0,[6,lb(b),[2,c,d,a]],0]]}return h(r(function(a){function
-b(a){return r(kT,e8,a)}return h(S([0,e8,0],0,a),b)},dP,a),e)}return h(r(bv,ck,a),d)},d=h(a5(s),C);else
-f=1}else
-f=1}else
-f=1;if(f)var
+f(a){var
+f=e[3];return[0,[0,[7,mU(b),[2,c,d,a]],f]]}return i(u(function(a){function
+b(a){return u(mH,f7,a)}return i(U([0,f7,0],0,a),b)},et,a),f)}return i(u(bB,cG,a),d)},d=i(bd(t),E);else
+g=1}else
+g=1}else
+g=1;if(g)var
 d=[0,b[3]]}}else
 var
 d=[0,b[3]]}else
@@ -5269,203 +6434,203 @@ d=[0,b[3]]}else
 var
 d=[0,b[3]]}else
 var
-d=[0,b[3]];return h(d,E)}return[0,b]}return[0,b]}return[0,b]}return h(gP(B,ay(function(a){return a[1]},d),b,s),c)},b)}return h(be(b),c)},eW,b),aa)}function
-m(b){return kJ(f,a,e,b)}return h(r(function(a){return ah(m,a)},c7,b),l)}return h(a0(function(b){function
-j(a){return[0,[0,fq(b[1]),a]]}var
-c=aj(b[1],m);if(c){var
+d=[0,b[3]];return i(d,F)}return[0,b]}return[0,b]}return[0,b]}return i(h2(F,ak(function(a){return a[1]},c),b,t),d)},b)}return i(be(b),d)},fW,b),ad)}function
+n(b){return mx(e,a,l,b)}return i(u(function(a){return _(n,a)},dG,b),m)}return i(a7(function(b){function
+j(a){return[0,[0,gt(b[1]),a]]}var
+c=af(b[1],n);if(c){var
 d=c[1];if(typeof
 d==="number")var
-e=[0,[0,[7,H(o)],0]];else
+f=[0,[0,[11,J(p)],0]];else
 var
 k=function(a){var
-c=o?[0,[0,[2,b[2][1],b[2][2],a]],0]:zj;return[0,c]},i=b[2][2],l=ah(function(c){function
+c=p?[0,[0,[2,b[2][1],b[2][2],a]],0]:Dm;return[0,c]},h=b[2][2],l=_(function(c){function
 b(b){function
 c(c){function
 d(a){function
-d(b){return[0,[0,[0,c,a],b]]}return h(r(an,e7,b),d)}return h(r(function(b){return gL(f,a,b)},bg,b),d)}var
-d=r(function(b){return kF(f,a,b)},ad,b);return h(bI(H(i),a6,d),c)}return h(S(y(bs(H(i),ad),[0,bg,[0,e7,0]]),0,c),b)},d),e=h(aY(b[1],l),k);var
-g=e}else
+d(b){return[0,[0,[0,c,a],b]]}return i(u(ar,f6,b),d)}return i(u(function(b){return hY(e,a,b)},bC,b),d)}var
+d=u(function(b){return mt(e,a,b)},am,b);return i(bW(J(h),bf,d),c)}return i(U(x(bm(J(h),am),[0,bC,[0,f6,0]]),0,c),b)},d),f=i(a6(b[1],l),k);var
+g=f}else
 var
-g=zk;return h(g,j)},n),l)}return h(a0(function(b){function
+g=Dn;return i(g,j)},o),m)}return i(a7(function(b){function
 c(a){return[0,[0,b[1],a]]}var
-d=b[1],e=b[2];return h(r(function(b){return e9(f,a,e,b)},d,m),c)},l),p)}var
-w=s(bT,n),v=0,x=y(s(bT,l),w);return h(r(function(a){return S(x,v,a)},c6,b),u)}return h(r(a5,c6,b),w)}if(d){var
-e=d[1],t=e[1];if(t[11]){if(t[6]){var
-m=j,l=e[2];for(;;){if(m){var
-p=m[2];if(p&&l){var
-q=l[2];if(q){var
-u=x(m[1][1],p[1][1])?jP(l[1],q[1]):1;if(u){var
-m=p,l=q;continue}var
-n=u}else
+d=b[1],f=b[2];return i(u(function(b){return eu(e,a,f,b)},d,n),c)},m),q)}var
+y=s(bx,o),w=0,z=x(s(bx,m),y);return i(u(function(a){return U(z,w,a)},dF,b),v)}return i(u(bd,dF,b),y)}if(c){var
+l=c[1],t=l[1];if(t[11]){if(t[6]){var
+n=j,m=l[2];for(;;){if(n){var
+q=n[2];if(q&&m){var
+r=m[2];if(r){var
+v=y(n[1][1],q[1][1])?lb(m[1],r[1]):1;if(v){var
+n=q,m=r;continue}var
+o=v}else
 var
-n=1}else
+o=1}else
 var
-n=1}else
+o=1}else
 var
-n=1;var
-v=n;break}}else
+o=1;var
+w=o;break}}else
 var
-v=1;var
-G=L(v,sF,sE),J=e[2],w=bw(V(j),J);if(w)var
-K=e[2],M=V(a[2]),z=F(function(a){return bw(M,a)},K);else
+w=1;var
+G=N(w,uY,uX),L=l[2],z=bJ(Z(j),L);if(z)var
+O=l[2],P=Z(a[2]),B=I(function(a){return bJ(P,a)},O);else
 var
-z=w;var
-A=L(z,sG,G)}else
+B=z;var
+C=N(B,uZ,G)}else
 var
-A=sI;var
-N=t[10],E=aY(eZ,L(F(function(b){var
-c=b[1],f=e[1];return F(function(b){var
-d=V(a[2]),c=P(b[3],d);return c?ab(function(a){var
-c=x(a[1],b[1]);if(c){var
-d=f[6];if(!d)return x(a[2],b[2]);var
+C=u1;var
+Q=t[10],D=a6(fZ,N(I(function(b){var
+c=b[1],f=l[1];return I(function(b){var
+d=Z(a[2]),c=M(b[3],d);return c?$(function(a){var
+c=y(a[1],b[1]);if(c){var
+d=f[6];if(!d)return y(a[2],b[2]);var
 e=d}else
 var
-e=c;return e},j):c},c)},N),sH,A))}else
+e=c;return e},j):c},c)},Q),u0,C))}else
 var
-E=zl;return h(E,O)}var
-d=aj(eZ,c);if(d)var
-z=function(a){return[0,[0,a]]},E=d[1],v=function(b){function
-c(f){function
-c(c){function
-d(i){function
+D=Do;return i(D,R)}var
+l=af(fZ,d);if(l)var
+B=function(a){return[0,[0,a]]},C=l[1],w=function(b){function
+d(e){function
 d(d){function
+f(h){function
+f(f){function
 g(j){function
 g(l){function
 g(k){function
 g(g){function
 m(m){function
-e(n){function
-e(b){var
-o=b?b[1][2]:b,p=[0,[0,[0,l,c,i,d,k,f,j,g,m,n,ay(bT,b)],o]];if(g)var
-q=g[1],e=bw(V(a[3]),q);else
+c(n){function
+c(b){var
+o=b?b[1][2]:b,p=[0,[0,[0,l,d,h,f,k,e,j,g,m,n,ak(bx,b)],o]];if(g)var
+q=g[1],c=bJ(Z(a[3]),q);else
 var
-e=1;var
-r=L(e,sy,p),s=f?j?0:1:1,t=L(s,sz,r),u=d?K(d[1],c):1,v=L(u,sA,t),h=H(gp(c)),w=h?K(i,c):h;return L(w,sB,v)}return h(r(function(a){return bu(ss,a)},jG,b),e)}function
-n(b){function
+c=1;var
+r=N(c,uR,p),s=e?j?0:1:1,t=N(s,uS,r),u=f?D(f[1],d):1,v=N(u,uT,t),i=J(hp(d)),w=i?D(h,d):i;return N(w,uU,v)}return i(u(function(a){return a8(uL,a)},k4,b),c)}function
+o(b){function
 a(a){function
 b(b){function
-c(a){return[0,[0,b,a]]}return h(r(an,eM,a),c)}function
+c(a){return[0,[0,b,a]]}return i(u(ar,fH,a),c)}function
 c(b){function
 a(a){if(a){var
 b=a[2];if(b){var
-c=b[2],e=b[1];if(c){var
+c=b[2],f=b[1];if(c){var
 d=c[2],g=c[1];if(d){var
-i=d[1];if(d[2])return O(sm);var
+h=d[1];if(d[2])return R(uF);var
 j=function(a){function
 b(b){function
 c(c){function
-d(d){return[0,[0,a,b,c,d]]}return h(an(i),d)}return h(aG(g),c)}var
-c=f?typeof
-e==="number"?[0,aX(p)]:O(sn):aG(e);return h(c,b)};return h(aG(a[1]),j)}return O(so)}return O(sp)}return O(sq)}return O(sr)}return h(be(b),a)}return h(r(function(a){return ah(c,a)},jH,a),b)}return h(S([0,jH,[0,eM,0]],0,b),a)}return h(r(function(a){return ah(n,a)},bj,b),e)}var
-n=a[2];function
-o(b){function
+d(d){return[0,[0,a,b,c,d]]}return i(ar(h),d)}return i(aK(g),c)}var
+c=e?typeof
+f==="number"?[0,aI(n)]:R(uG):aK(f);return i(c,b)};return i(aK(a[1]),j)}return R(uH)}return R(uI)}return R(uJ)}return R(uK)}return i(be(b),a)}return i(u(function(a){return _(c,a)},k5,a),b)}return i(U([0,k5,[0,fH,0]],0,b),a)}return i(u(function(a){return _(o,a)},bj,b),c)}var
+o=a[2];function
+p(b){function
 a(f){var
-a=s(function(a){return A(dD(function(b){return I(a,b)}),n)},f);if(a){var
+a=s(function(a){return E(ed(function(b){return K(a,b)}),o)},f);if(a){var
 b=a[2],c=a[1];if(b){var
-d=b[1];if(b[2])return O(su);var
-e=G(t,c),g=[0,[0,c,d]],h=e?G(t,d):e;return L(h,sv,g)}return O(sw)}return O(sx)}return h(am(e(2,p),$,b),a)}return h(r(function(a){return ah(o,a)},jF,b),m)}return h(r(function(a){return bu(sk,a)},jE,b),g)}var
-m=[0,[0,k(sC),0],0],n=[0,[0,k(sD),1],m];return h(r(function(a){return bf(n,a)},jC,b),g)}var
-l=[0,[0,bn,1],[0,[0,bh,0],0]];return h(r(function(a){return bf(l,a)},bo,b),g)}return h(r(function(a){return bu(aC,a)},br,b),g)}return h(r(function(a){return bu(aC,a)},bq,b),d)}return h(r(aC,bp,b),d)}return h(r(aC,bi,b),c)}return h(r(f4,jD,b),c)},l=h(aY(eZ,h(S([0,bo,[0,bi,[0,bp,[0,bq,[0,jC,[0,jD,[0,br,[0,jE,[0,jF,[0,bj,[0,jG,0]]]]]]]]]]],0,E),v)),z);else
+d=b[1];if(b[2])return R(uN);var
+e=G(q,c),g=[0,[0,c,d]],h=e?G(q,d):e;return N(h,uO,g)}return R(uP)}return R(uQ)}return i(ax(c(2,n),ai,b),a)}return i(u(function(a){return _(p,a)},k3,b),m)}return i(u(function(a){return a8(uD,a)},k2,b),g)}var
+m=[0,[0,k(uV),0],0],o=[0,[0,k(uW),1],m];return i(u(function(a){return aO(o,a)},k0,b),g)}var
+l=[0,[0,bg,1],[0,[0,bh,0],0]];return i(u(function(a){return aO(l,a)},bF,b),g)}return i(u(function(a){return a8(al,a)},bL,b),g)}return i(u(function(a){return a8(al,a)},bt,b),f)}return i(u(al,bs,b),f)}return i(u(al,bi,b),d)}return i(u(eb,k1,b),d)},m=i(a6(fZ,i(U([0,bF,[0,bi,[0,bs,[0,bt,[0,k0,[0,k1,[0,bL,[0,k2,[0,k3,[0,bj,[0,k4,0]]]]]]]]]]],0,C),w)),B);else
 var
-l=zm;return h(l,w)}for(;;){if(d){var
-q=d[1],u=0;if(a[7]&&jB(q)){var
-l=[0,M(i,0),d];u=1}if(!u){var
-d=d[2],i=[0,q,i];continue}}else
+m=Dp;return i(m,z)}for(;;){if(f){var
+t=f[1],v=0;if(a[7]&&kZ(t)){var
+m=[0,T(j,0),f];v=1}if(!v){var
+f=f[2],j=[0,t,j];continue}}else
 var
-l=[0,M(i,0),0];var
-m=l[2],n=a[6],v=n?[0,cz,0]:n,w=a[5]?0:[0,bm,0],z=y(w,v),E=1===a[1][2]?[0,eL,0]:0,J=y([0,ad,[0,bg,[0,eK,0]]],y(E,z)),T=l[1],j=V(a[2]),N=V(a[4]),R=V(a[3]),U=a0(function(c){function
+m=[0,T(j,0),0];var
+o=m[2],r=a[6],w=r?[0,cY,0]:r,z=a[5]?0:[0,bE,0],B=x(z,w),C=1===a[1][2]?[0,fG,0]:0,L=x([0,am,[0,bC,[0,fF,0]]],x(C,B)),S=m[1],l=Z(a[2]),O=Z(a[4]),P=Z(a[3]),V=a7(function(c){function
 b(b){function
 c(e){function
 c(f){function
 c(g){function
-d(i){function
-c(k){function
-l(a){return[0,[0,e,f,g,i,k,a]]}var
+d(h){function
+c(j){function
+k(a){return[0,[0,e,f,g,h,j,a]]}var
 c=a[6];if(c)var
-m=function(a){return am(j,aC,a)},n=V(c[1]),d=r(function(a){return am(n,m,a)},cz,b);else
+m=function(a){return ax(l,al,a)},n=Z(c[1]),d=u(function(a){return ax(n,m,a)},cY,b);else
 var
-d=rR;return h(d,l)}var
-d=1===a[1][2]?r(aC,eL,b):[0,Q];return h(d,c)}if(a[5])var
-c=rS;else
+d=t_;return i(d,k)}var
+d=1===a[1][2]?u(al,fG,b):[0,Q];return i(d,c)}if(a[5])var
+c=t$;else
 var
-i=function(a){return bu(an,a)},c=r(function(a){return am(j,i,a)},bm,b);return h(c,d)}return h(r(function(a){return am(j,aC,a)},eK,b),c)}return h(r(function(a){return ex(R,a)},bg,b),c)}return h(r(function(a){return ex(N,a)},ad,b),c)}return h(S(J,0,c),b)},T),W=a[7]?m?1:m:1,Y=L(W,rT,U);return h(aY(bj,L(F(jB,m),rU,Y)),ac)}}var
-d=aj(gE,c);if(d)var
-m=d[1],j=function(b){function
+h=function(a){return a8(ar,a)},c=u(function(a){return ax(l,h,a)},bE,b);return i(c,d)}return i(u(function(a){return ax(l,al,a)},fF,b),c)}return i(u(function(a){return fn(P,a)},bC,b),c)}return i(u(function(a){return fn(O,a)},am,b),c)}return i(U(L,0,c),b)},S),W=a[7]?o?1:o:1,X=N(W,ua,V);return i(a6(bj,N(I(kZ,o),ub,X)),ad)}}var
+f=af(hR,d);if(f)var
+o=f[1],l=function(b){function
 c(f){function
 c(g){var
 c=a[6];if(c){var
 d=c[1],b=s(function(b){var
-c=a[2];return A(dD(function(a){return I(b,a)}),c)},f),e=a[1][3][3],h=e?1:e,i=V(d),j=[0,[0,[0,b,A(dD(function(a){return I(g,a)}),d),i,h]]],k=aA(b,bU(b));return L(F(function(a){return P(a[1],a[2])},k),rV,j)}return rW}return h(r($,cz,b),c)}return h(r(ey,c1,b),c)},i=aY(gE,h(S([0,c1,[0,cz,0]],0,m),j));else
+c=a[2];return E(ed(function(a){return K(b,a)}),c)},f),e=a[1][3][3],h=e?1:e,i=Z(d),j=[0,[0,[0,b,E(ed(function(a){return K(g,a)}),d),i,h]]],k=V(b,ca(b));return N(I(function(a){return M(a[1],a[2])},k),uc,j)}return ud}return i(u(ai,cY,b),c)}return i(u(fo,dy,b),c)},j=a6(hR,i(U([0,dy,[0,cY,0]],0,o),l));else
 var
-i=zn;return h(i,l)};return h(aY(c9,jA(D)),l)}return O(zo)}return zp}return h(lP(ap,a,g),d)}return h(r(aG,c8,a),d)}return h(r(eA,eY,a),d)}var
-d=[0,c9,[0,bj,0]],i=[0,eY,[0,c8,0]];return h(r(function(a){return S(i,d,a)},dN,c),a)}return h(h(gm(c),f),l)}return h(r(function(a){return S(o,u,a)},eV,b),w)}return h(r(a5,eV,b),a)}return h(r(yV,ko,b),a)}var
-c=[0,[0,k(zL),0],0];return h(r(function(a){return bf(c,a)},eI,b),a)}return h(S(yX,[0,bX,[0,dM,0]],b),a)}var
-q=h(lO(aK),aN);if(0===q[0]){var
-i=q[1];if(typeof
-i==="number")return 0;else{if(0===i[0]){var
-f=i[1],aH=gD(f),n=f[1];if(0===n[0])var
-o=1;else{var
-ai=n[2],a=n[1],N=jY(a[1]),u=0;if(N){var
-l=a[2],T=0===l[0]?jY(l[1]):H(dr(l[1],0));if(T){var
-W=fO(sV,bG(a));if(W){var
-Y=H(dr(a[4],0));if(Y){var
-as=a[5],at=jV(a),Z=gs(jW(a),at,as);if(Z){var
-au=a[5],av=a[4],aB=function(a){return eO(av,a)},_=F(function(a){return F(aB,a)},au);if(_){var
+j=Dq;return i(j,m)};return i(a6(dI,kY(h)),m)}return R(Dr)}return Ds}return i(n4(A,a,g),f)}return i(u(aK,dH,a),f)}return i(u(fq,fY,a),f)}var
+f=[0,dI,[0,bj,0]],h=[0,fY,[0,dH,0]];return i(u(function(a){return U(h,f,a)},er,d),a)}return i(i(hl(d),f),l)}return i(u(function(a){return U(p,v,a)},fV,b),w)}return i(u(bd,fV,b),a)}return i(u(CY,md,b),a)}var
+d=[0,[0,k(DO),0],0];return i(u(function(a){return aO(d,a)},fD,b),a)}return i(U(C0,[0,cj,[0,eq,0]],b),a)}var
+t=i(n3(aU),aV);if(0===t[0]){var
+h=t[1];if(typeof
+h==="number")return 0;else{if(0===h[0]){var
+d=h[1],aQ=hP(d),o=d[1];if(0===o[0])var
+p=1;else{var
+av=o[2],a=o[1],S=li(a[1]),v=0;if(S){var
+l=a[2],ab=0===l[0]?li(l[1]):J(a5(l[1],0));if(ab){var
+ae=gQ(vc,bk(a));if(ae){var
+aj=J(a5(a[4],0));if(aj){var
+aF=a[5],aG=dA(a),ap=fI(bG(a),aG,aF);if(ap){var
+aH=a[5],aJ=a[4],aL=function(a){return ej(aJ,a)},aq=I(function(a){return I(aL,a)},aH);if(aq){var
 j=a[7];if(0===j[0])var
-z=j[1],B=cA(a[4],z),c=B?F(a4,z):B;else{var
-D=j[1],aq=bG(a),E=gs(ci(a),aq,D);if(E)var
-ar=function(b){var
-c=cA(a[4],b);return c?F(a4,b):c},c=F(function(a){return F(ar,a)},D);else
+C=j[1],F=c1(a[4],C),e=F?I(aE,C):F;else{var
+H=j[1],aC=bk(a),L=fI(bl(a),aC,H);if(L)var
+aD=function(b){var
+c=c1(a[4],b);return c?I(aE,b):c},e=I(function(a){return I(aD,a)},H);else
 var
-c=E}if(c){var
-aa=a[6];if(aa){var
-m=aa[1],aD=bG(a),ae=gs(ci(a),aD,m);if(ae){var
-aE=bl(m),d=eO(aw(bl(m)),aE);u=1}else{var
-d=ae;u=1}}else
+e=L}if(e){var
+as=a[6];if(as){var
+m=as[1],aM=bk(a),at=fI(bl(a),aM,m);if(at){var
+aN=bc(m),f=ej(ac(bc(m)),aN);v=1}else{var
+f=at;v=1}}else
 var
 b=1}else
 var
-b=c}else
+b=e}else
 var
-b=_}else
+b=aq}else
 var
-b=Z}else
+b=ap}else
 var
-b=Y}else
+b=aj}else
 var
-b=W}else
+b=ae}else
 var
-b=T}else
+b=ab}else
 var
-b=N;if(!u)var
-d=b;var
-w=0;if(d)if(ai)var
-o=iZ(ai[1]);else{var
-al=1;w=1}else{var
-al=d;w=1}if(w)var
-o=al}if(o&&iZ(aH)){var
-cg=lS(f,0),cl=lS(f,1),af=f[1],aF=0===af[0]?0:af[2],bt=ay(jj,aF),co=jj(gD(f)),aI=f[4],ao=s(function(c){var
+b=S;if(!v)var
+f=b;var
+w=0;if(f)if(av)var
+p=g8(av[1]);else{var
+aA=1;w=1}else{var
+aA=f;w=1}if(w)var
+p=aA}if(p&&g8(aQ)){var
+X=n7(d,0),aa=n7(d,1),au=d[1],aP=0===au[0]?0:au[2],a0=ak(hc,aP),bK=hc(hP(d)),aS=d[4],aB=s(function(c){var
 a=c[2];if(a)var
-d=0,e=[0,a[1],a[2]],b=bk(function(cm,c){if(typeof
-c==="number")var
-d=2;else
-switch(c[0]){case
+e=0,f=[0,a[1],a[2]],b=aR(function(bW,b){if(typeof
+b==="number")var
+c=2;else
+switch(b[0]){case
 0:var
-d=jq(co,c[1]);break;case
+c=hf(bK,b[1]);break;case
 1:var
-aR=f[1],bu=0===aR[0]?aR[2]:0;if(bu){var
-bv=bu[1],bw=c[3],bx=c[2],e=bv[2],a=bv[1],aH=bB(c[1],a[1]),L=0;if(aH){var
-bZ=iH(a,e),aG=ab(function(a){if(a)var
+aN=d[1],a1=0===aN[0]?aN[2]:0;if(a1){var
+a2=a1[1],a3=b[3],a4=b[2],e=a2[2],a=a2[1],av=bz(b[1],a[1]),z=0;if(av){var
+bu=j5(a,e),au=$(function(a){if(a)var
 b=a[2],c=b?1:b;else
 var
-c=a;return c},bZ);if(aG)if(bx){var
-z=bx[1],bY=iH(a,e),aF=F(function(a){return F(function(b){return F(function(a){return K(b,R(z,a))},a)},a)},bY);if(aF){var
-bQ=iv(a),at=bQ||H(a[1]),au=at?iu(a,e,0):at;if(a[1])var
-bR=e[1],N=s(function(b){var
-g=e[4],f=az(function(a){return x(a[1],b)},g),h=iv(a)?au:iu(a,e,[0,b]),c=s(pw,f),d=a[6],i=d?F(function(i){return F(function(j){var
+c=a;return c},bu);if(au)if(a4){var
+p=a4[1],bt=j5(a,e),at=I(function(a){return I(function(b){return I(function(a){return D(b,O(p,a))},a)},a)},bt);if(at){var
+bm=jT(a),ai=bm||J(a[1]),aj=ai?jS(a,e,0):ai;if(a[1])var
+bn=e[1],A=s(function(b){var
+g=e[4],f=an(function(a){return y(a[1],b)},g),h=jT(a)?aj:jS(a,e,[0,b]),c=s(rP,f),d=a[6],i=d?I(function(i){return I(function(j){var
 b=i,a=j;for(;;){if(b){if(a){var
-c=a[1],d=b[1],e=x(d[1],c[1]);if(e){var
-f=cW(d[2],c[2]);if(f){var
+c=a[1],d=b[1],e=y(d[1],c[1]);if(e){var
+f=bS(d[2],c[2]);if(f){var
 b=b[2],a=a[2];continue}var
 g=f}else
 var
@@ -5473,287 +6638,238 @@ g=e;var
 h=g}else
 var
 h=a;return h}return a?0:1}},c)},c):d;return[0,b,s(function(b){var
-c=ip(a,b);return[0,b[2],c]},f),i,h]},bR);else
+c=jN(a,b);return[0,b[2],c]},f),i,h]},bn);else
 var
-bS=0,bT=0,bU=iF(e),N=[0,[0,aX(p),s(function(b){var
-c=fW(e,b),d=im(s(function(b){var
-c=ip(a,b);return cw(fV(e,b),c)},c));return[0,b,cw(aM(fX(e,b)),d)]},bU),bT,au],bS];var
-w=fY(a),av=F(px,e[4]),bH=0;if(av){var
-aw=a4(a[3]);if(aw){var
-aB=K(a[3],a[2]);if(aB){var
-aC=P(t,fY(a));if(aC){var
-bW=iB(a),bX=fY(a),O=F(function(a){return ix(bX,a)},bW);bH=1}else
+bo=0,bp=0,bq=j3(e),A=[0,[0,aI(n),s(function(b){var
+c=gX(e,b),d=jL(s(function(b){var
+c=jN(a,b);return cV(gW(e,b),c)},c));return[0,b,cV(az(gY(e,b)),d)]},bq),bp,aj],bo];var
+o=gZ(a),al=I(rQ,e[4]),bf=0;if(al){var
+am=aE(a[3]);if(am){var
+ap=D(a[3],a[2]);if(ap){var
+aq=M(q,gZ(a));if(aq){var
+br=jZ(a),bs=gZ(a),C=I(function(a){return jV(bs,a)},br);bf=1}else
 var
-u=aC}else
+m=aq}else
 var
-u=aB}else
+m=ap}else
 var
-u=aw}else
+m=am}else
 var
-u=av;if(!bH)var
-O=u;var
-bI=0;if(O){var
-aD=K(U,z);if(aD){var
-aE=F(function(b){var
-$=az(function(a){return x(a[1],b[1])},bw),c=b[2],d=ac(function(a){return ac(function(b){return x(a[1],b[1])?0:[0,[0,a,b],0]},c)},c);return F(function(L){var
-g=L[2],h=L[1],E=cU(function(a){var
-c=x(a[1],b[1]),d=c?x(a[2],h[1]):c;return d?x(a[3],g[1]):d},$);if(E){var
+m=al;if(!bf)var
+C=m;var
+bg=0;if(C){var
+ar=D(P,p);if(ar){var
+as=I(function(b){var
+$=an(function(a){return y(a[1],b[1])},a3),c=b[2],d=W(function(a){return W(function(b){return y(a[1],b[1])?0:[0,[0,a,b],0]},c)},c);return I(function(L){var
+g=L[2],h=L[1],H=cy(function(a){var
+c=y(a[1],b[1]),d=c?y(a[2],h[1]):c;return d?y(a[3],g[1]):d},$);if(H){var
 f=a[4],Y=b[4];if(f)var
-V=a[5]?[0,h,[0,g,0]]:b[2],W=f[1],H=s(function(b){var
-a=bV(W);return ce(b[2],a)},V);else
+V=a[5]?[0,h,[0,g,0]]:b[2],W=f[1],J=s(function(b){var
+a=cc(W);return cz(b[2],a)},V);else
 var
-H=f;var
-Z=y(H,Y),i=iC(t,E[1][4],Z);if(i){var
-j=i[1],_=cw(z,g[2]),k=ce(h[2],_),p=cX(k),q=ax(function(a,b){var
-c=cX(a[2]);return fS(v(a[1][2],c),b)},p,j),r=iz(k);if(r){var
-u=F(function(a){return iz(a[2])},j);if(u){var
+J=f;var
+Z=x(J,Y),i=j0(q,H[1][4],Z);if(i){var
+j=i[1],_=cV(p,g[2]),k=cz(h[2],_),u=du(k),v=ao(function(a,b){var
+c=du(a[2]);return gT(r(a[1][2],c),b)},u,j),w=jX(k);if(w){var
+z=I(function(a){return jX(a[2])},j);if(z){var
 A=s(function(a){var
-b=iA(a[2]),c=cX(a[2]),d=a$(q,v(a[1][2],c));return[0,v(a[1][1],d),b]},j),S=iA(k),B=a$(q,p),T=function(c){var
-b=a[11],d=b?ep(Q,b[1][2],c[1][1]):a[2];return es(w,d)},l=P(t,w),U=function(c){var
-b=a[11],d=b?ep(Q,b[1][1],c[1][1]):a[3];return es(w,d)};if(l){var
-m=P(t,B);if(m){var
+b=jY(a[2]),c=du(a[2]),d=aw(v,r(a[1][2],c));return[0,r(a[1][1],d),b]},j),S=jY(k),C=aw(v,u),T=function(c){var
+b=a[11],d=b?fg(Q,b[1][2],c[1][1]):a[2];return fj(o,d)},l=M(q,o),U=function(c){var
+b=a[11],d=b?fg(Q,b[1][1],c[1][1]):a[3];return fj(o,d)};if(l){var
+m=M(q,C);if(m){var
 c=A;for(;;){if(c){var
-n=G(t,c[1][1]);if(n){var
+n=G(q,c[1][1]);if(n){var
 c=c[2];continue}var
 d=n}else
 var
 d=1;if(d){var
-o=[0,[0,B,S],A],M=ik(o),N=ij(o),O=v(w,M);return G(J(il(U,T,ii(pt,ie(function(n,o){var
-b=o[1],c=n[1],d=b[1],e=d[2],f=d[1],g=c[1],h=g[2],i=g[1],j=P(i,f);if(j)var
+t=[0,[0,C,S],A],N=jJ(t),P=jI(t),R=r(o,N);return G(B(jK(U,T,jH(rM,fd(function(n,o){var
+b=o[1],c=n[1],d=b[1],e=d[2],f=d[1],g=c[1],h=g[2],i=g[1],j=M(i,f);if(j)var
 a=j;else{var
-k=x(i,f);if(k){var
-l=P(h,e);if(l)var
+k=y(i,f);if(k){var
+l=M(h,e);if(l)var
 a=l;else{var
-m=x(h,e);if(m)return G(c[2],b[2]);var
+m=y(h,e);if(m)return G(c[2],b[2]);var
 a=m}}else
 var
-a=k}return a},N))),O),t)}var
+a=k}return a},P))),R),q)}var
 e=d;break}}else
 var
 e=m}else
 var
 e=l;return e}var
-C=u}else
+E=z}else
 var
-C=r;return C}return i}var
-I=b[3];if(I)return I;var
-D=ag(iD(a));if(D){var
-X=R(z,iD(a));return K(a[2],X)}return D},d)},N);if(aE){var
-E=F(function(a){return ab(function(b){var
-d=x(b[1],a[1]),e=d?H(x(a[2],a[3])):d;if(e)var
-f=b[2],c=ab(function(b){return x(b[1],a[2])},f);else
+E=w;return E}return i}var
+K=b[3];if(K)return K;var
+F=ad(j1(a));if(F){var
+X=O(p,j1(a));return D(a[2],X)}return F},d)},A);if(as){var
+w=I(function(a){return $(function(b){var
+d=y(b[1],a[1]),e=d?J(y(a[2],a[3])):d;if(e)var
+f=b[2],c=$(function(b){return y(b[1],a[2])},f);else
 var
 c=e;if(c){var
-g=b[2];return ab(function(b){return x(b[1],a[3])},g)}return c},N)},bw);bI=1}else
+g=b[2];return $(function(b){return y(b[1],a[3])},g)}return c},A)},a3);bg=1}else
 var
-S=aE}else
+E=as}else
 var
-S=aD}else
+E=ar}else
 var
-S=O;if(!bI)var
-E=S}else
+E=C;if(!bg)var
+w=E}else
 var
-E=aF}else{var
-T=1;L=1}else{var
-T=aG;L=1}}else{var
-T=aH;L=1}if(L)var
-E=T;var
-d=dc([0,E])}else
+w=at}else{var
+F=1;z=1}else{var
+F=au;z=1}}else{var
+F=av;z=1}if(z)var
+w=F;var
+c=b1([0,w])}else
 var
-d=1;break;case
+c=1;break;case
 2:var
-ao=c[3],ap=c[2],by=c[1];if(by){var
-m=by[1];if(x(m[1],m[2]))var
-aN=eG(ap,jv),b2=aN?eG(ao,jv):aN,i=[0,b2];else{var
-aO=ju(ap);if(aO){var
-A=aO[1],aP=ju(ao);if(aP)if(x(aP[1],J(A,p))){var
-aI=dG(m,[0,A,gg]);if(aI)if(1===aI[1])var
-i=q4;else{var
-V=dG(m,[0,J(A,p),gg]),aq=0;if(V)if(1===V[1]){var
-aJ=q5;aq=1}else
+V=b[3],Y=b[2],a5=b[1];if(a5){var
+k=a5[1];if(y(k[1],k[2]))var
+aD=fB(Y,kU),bv=aD?fB(V,kU):aD,f=[0,bv];else{var
+aF=kT(Y);if(aF){var
+t=aF[1],aG=kT(V);if(aG)if(y(aG[1],B(t,n))){var
+ax=eh(k,[0,t,hg]);if(ax)if(1===ax[1])var
+f=tl;else{var
+H=eh(k,[0,B(t,n),hg]),ae=0;if(H)if(1===H[1]){var
+aA=tm;ae=1}else
 var
-i=q6;else{var
-aJ=V;aq=1}if(aq)var
-i=aJ}else{var
-W=dG(m,[0,J(A,p),gg]);if(W)var
-aK=1!==W[1]?1:0,aL=aK?q7:aK;else
+f=tn;else{var
+aA=H;ae=1}if(ae)var
+f=aA}else{var
+L=eh(k,[0,B(t,n),hg]);if(L)var
+aB=1!==L[1]?1:0,aC=aB?to:aB;else
 var
-aL=W;var
-i=aL}}else
+aC=L;var
+f=aC}}else
 var
-i=ra;else
+f=tt;else
 var
-i=rb}else
+f=tu}else
 var
-i=rc}}else
+f=tv}}else
 var
-aQ=eG(ap,jw),b3=aQ?eG(ao,jw):aQ,i=[0,b3];var
-d=dc(i);break;case
+aH=fB(Y,kV),bw=aH?fB(V,kV):aH,f=[0,bw];var
+c=b1(f);break;case
 3:var
-bz=c[1],ch=c[2];if(bz)var
-b1=dG(bz[1],ch),bA=ay(function(a){return 2<=a?0:1},b1);else
-var
-bA=q3;var
-cj=c[3],d=dc(ay(function(a){return bB(cj,a)},bA));break;case
+bJ=kR(b[1],b[2]),bL=b[3],c=b1(ak(function(a){return bz(bL,a)},bJ));break;case
 4:var
-aS=f[1],bD=0===aS[0]?0:[0,aS[1]];if(bD){var
-q=c[2],g=c[1],b=bD[1],ar=0;if(typeof
-q==="number")ar=1;else
-switch(q[0]){case
+a6=mc(d),c=a6?b1(CP(a6[1],b[1],b[2])):1;break;case
 5:var
-bs=q[1];if(1===g[4]){var
-ae=g[3];if(ae){var
-bk=g[2];if(bk)var
-bl=H(g[1]),af=bl?b0(b):bl;else
+a7=mc(d);if(a7){var
+Z=b[1],i=a7[1];if(0===Z[0]){var
+l=Z[1],U=aW(l[1]),aU=bc(nK(i,U)),aV=G(q,l[1]),bh=0;if(aV){var
+aX=e6(U,bl(i));if(aX){var
+bC=dD(aU),bD=function(a){return D(bC,a)},aY=iv(l[2],bD);if(aY){var
+bE=function(a){return D(a,cE(aU))},aZ=iv(l[3],bE);if(aZ){var
+bF=function(a){return D(a,cE(ay(U,eG(i),0)))},_=iv(l[4],bF);bh=1}else
 var
-af=bk;if(af){var
-o=ae[1],B=o[1],C=o[2],b$=hb(b),ca=g5(b[1]),a_=b0(b),M=0;if(a_){var
-ba=K(U,o);if(ba){var
-cb=cd(0,ci(b)),bb=F(function(f){var
-a=ha(b,f);if(a){var
-c=a[1],d=a[2];if(F(function(f){var
-b=c,a=f;for(;;){if(b){if(a){var
-d=x(b[1],a[1]);if(d){var
-b=b[2],a=a[2];continue}var
-e=d}else
+v=aZ}else
 var
-e=a;return e}return a?0:1}},d))return F(function(a){return G(fp(fo,B,C,c,c,a),t)},ca);var
-e=g3(0,aA(b$,a));return F(function(a){var
-b=g4(a[1][1],a[2][1]);return G(fp(fo,B,C,a[1][2],a[2][2],b),t)},e)}return a},cb);if(bb)if(bs){var
-h=bs[1],Y=h[1],bK=0;if(Y){var
-Z=Y[1],b4=ha(b,Z),a0=bC(h[2],b4,0),b5=ha(b,Z),a1=bC(h[3],b5,0),b6=hb(b),b7=bC(h[3],b6,0),b8=hb(b),a2=g4(bC(h[2],b8,0),b7),a3=fP(Z,ci(b)),bL=0;if(a3){var
-b9=bG(b),a5=fP(h[2],b9);if(a5){var
-b_=bG(b),a6=fP(h[3],b_);if(a6){var
-a7=H(dr(h[2],h[3]));if(a7){var
-a8=x(fp(fo,B,C,a0,a1,a2),t);if(a8){var
-_=P(t,fp(yM,B,C,a0,a1,a2));bK=1;bL=1}else
+v=aY}else
 var
-n=a8}else
+v=aX}else
 var
-n=a7}else
+v=aV;if(!bh)var
+_=v}else
 var
-n=a6}else
+bG=Z[1],bH=eG(i),bI=da(i),_=I(function(a){return D(bG,gr(i,bH,0,a))},bI);var
+c=b1([0,_])}else
 var
-n=a5}else
-var
-n=a3;if(!bL)var
-a9=n}else
-var
-a9=Y;if(!bK)var
-_=a9;var
-ah=_?H(K(o,U)):_}else
-var
-ah=K(o,U);else{var
-$=bb;M=1}}else{var
-$=ba;M=1}}else{var
-$=a_;M=1}if(M)var
-ah=$;var
-ai=[0,ah]}else
-var
-ai=af}else
-var
-ai=ae;var
-k=ai}else
-var
-k=0;break;case
+c=1;break;case
 6:var
-k=0;break;case
+c=a0?hf(a0[1],b[1]):1;break;case
 7:var
-cf=q[1];if(5===g[4]){var
-aj=g[3],bM=0;if(aj)if(cf){var
-k=0;bM=1}else{var
-bm=H(g[2]);if(bm)var
-bn=H(g[1]),al=bn?b0(b):bn;else
-var
-al=bm;if(al){var
-am=aj[1],aa=b[8][1],bN=0;if(aa){var
-bc=aa[1],ad=b[8][2],bO=0;if(ad){var
-bd=ad[1],be=lq(b),bP=0;if(be){var
-bf=b0(b);if(bf){var
-bg=K(U,am);if(bg){var
-bh=K(bd,bc);if(bh){var
-cc=cd(0,ci(b)),bo=F(function(f){var
-c=lN(b,function(a){return a[2]},f,bc),a=lN(b,function(a){return a[3]},f,bd),g=bJ(c,a),d=j5(cq(b),g),e=K(a,c);if(e){var
-h=cr(b)[2];return F(function(e){var
-f=R(a,bJ(am,U)),g=lo(cr(b)[1],am,e);return K(ak(d,R(bJ(bJ(c,d),a),g)),f)},h)}return e},cc);bN=1;bO=1;bP=1}else
-var
-D=bh}else
-var
-D=bg}else
-var
-D=bf}else
-var
-D=be;if(!bP)var
-bi=D}else
-var
-bi=ad;if(!bO)var
-bj=bi}else
-var
-bj=aa;if(!bN)var
-bo=bj;var
-an=[0,bo]}else
-var
-an=al}else
-var
-an=aj;if(!bM)var
-k=an}else
-var
-k=0;break;default:ar=1}if(ar){var
-bp=lq(b);if(bp)var
-bq=H(g[2]),br=bq?xL(b,g,q):bq;else
-var
-br=bp;var
-k=[0,br]}var
-d=dc(k)}else
-var
-d=1;break;case
-5:var
-d=bt?jq(bt[1],c[1]):1;break;case
-6:var
-bE=c[1],bF=kn(f,bE);if(bF){var
-j=c[2],l=bF[1],X=function(b,a){return b?a?K(b[1],a[1]):1:a?0:1};if(typeof
-j==="number")var
-r=1;else
-switch(j[0]){case
+a8=b[1],a9=hQ(d,a8);if(a9){var
+g=b[2],j=a9[1],T=function(b,a){return b?a?D(b[1],a[1]):1:a?0:1};if(typeof
+g==="number")var
+h=1;else
+switch(g[0]){case
 0:var
-aT=I(j[1],l[2]),r=aT?X(l[1][10],j[2]):aT;break;case
+aO=K(g[1],j[2]);if(aO)var
+by=g[2],h=T(l_(j[1]),by);else
+var
+h=aO;break;case
 1:var
-aU=j[2],aV=I(j[1],l[2]),as=0;if(aV){var
-aW=X([0,U],aU);if(aW)var
-r=X(aU,l[1][9]);else{var
-aY=aW;as=1}}else{var
-aY=aV;as=1}if(as)var
-r=aY;break;default:var
-aZ=I(j[1],l[2]),r=aZ?jg(l[1][9],j[2],j[3]):aZ}if(r)var
-ck=bE?cl:cg,d=dc(ck);else
+aP=g[2],aQ=K(g[1],j[2]),af=0;if(aQ){var
+aR=T([0,P],aP);if(aR)var
+h=T(aP,hM(j[1]));else{var
+aS=aR;af=1}}else{var
+aS=aQ;af=1}if(af)var
+h=aS;break;default:var
+aT=K(g[1],j[2]);if(aT)var
+bA=g[3],bB=g[2],h=kE(hM(j[1]),bB,bA);else
 var
-d=1}else
+h=aT}if(h)var
+bM=a8?aa:X,c=b1(bM);else
 var
-d=2;break;default:var
-d=dc([0,c[1]])}switch(cm){case
-0:return d;case
-1:return 1;default:return d?d:2}},e,d);else
+c=1}else
 var
-b=2;return[0,c[1],b]},aI);if(f[5]&&H(ab(function(a){return 1===a[2]?1:0},ao)))return[1,k(zM)];return[0,ao]}return[1,k(zN)]}var
-aJ=i[1];return[0,s(function(a){return[0,a[1],2]},aJ)]}}return[1,q[1]]}function
-lT(c){var
-a=ap(c)-1|0,b=0;for(;;){if(0<=a){var
-d=[0,bb(c,a),b],a=a-1|0,b=d;continue}return b}}function
-lU(a){return fI(zQ,fH(hR(function(a){if(32<=a&&!(mB<a))return hU(1,a);return A(h0(zP),a)},a)))}function
-zU(g,f){try{var
-h=nh(lT,f),a=zO(pm,lT(g),h)}catch(a){a=m9(a);if(a!==hO&&a!==hN)throw a;return zV}if(typeof
-a==="number")return zW;else{if(0===a[0]){var
+c=2;break;case
+8:var
+a_=b[1],a$=hQ(d,a_);if(a$){var
+bN=a_?aa:X,ba=b1(bN);if(ba)var
+c=ba;else{var
+ab=b[2],bb=a$[1][1],bO=b[3],aM=l_(bb),N=hN(ab,hM(bb)),ag=0;if(N)if(N[1]){var
+R=hN(ab,aM),bi=0;if(R)if(R[1]){var
+u=vl;bi=1}else
+var
+aJ=vm;else
+var
+aJ=R;if(!bi)var
+u=aJ}else{var
+S=hN(ab,aM),bj=0;if(S)if(S[1]){var
+u=vn;bj=1}else
+var
+aK=vo;else
+var
+aK=S;if(!bj){var
+aL=aK;ag=1}}else{var
+aL=N;ag=1}if(ag)var
+u=aL;var
+c=b1(ak(function(a){switch(bO){case
+0:return a?0:1;case
+1:return 1===a?1:0;case
+2:return 2===a?1:0;default:return 0}},u))}}else
+var
+c=2;break;case
+9:var
+ac=b[1],bd=function(b,a){return a?1:hO(b,ac)?0:1},bk=0;if(bd(1,aa)&&bd(0,X))var
+bP=b[2],bQ=d[3],bR=ak(function(a){return a[1]},bQ),bT=d[2],bU=ak(function(a){return a[1]},bT),bx=mb(bR,hO(0,ac)),c=b1([0,D(ah(ah(mb(bU,hO(1,ac)),bx),bP),P)]);else
+bk=1;if(bk)var
+c=2;break;case
+10:var
+be=b[1];if(g8(be))var
+bV=b[2],c=hf(hc(be),bV);else
+var
+c=1;break;default:var
+c=b1([0,b[1]])}switch(bW){case
+0:return c;case
+1:return 1;default:return c?c:2}},f,e);else
+var
+b=2;return[0,c[1],b]},aS);if(d[5]&&J($(function(a){return 1===a[2]?1:0},aB)))return[1,k(DP)];return[0,aB]}return[1,k(DQ)]}var
+aT=h[1];return[0,s(function(a){return[0,a[1],2]},aT)]}}return[1,t[1]]}function
+n8(c){var
+a=aC(c)-1|0,b=0;for(;;){if(0<=a){var
+d=[0,bv(c,a),b],a=a-1|0,b=d;continue}return b}}function
+n9(a){return gK(DT,gJ(jc(function(a){if(32<=a&&!(oS<a))return jf(1,a);return E(jl(DS),a)},a)))}function
+DX(g,f){try{var
+h=py(n8,f),a=DR(rD,n8(g),h)}catch(a){a=po(a);if(a!==i$&&a!==i_)throw a;return DY}if(typeof
+a==="number")return DZ;else{if(0===a[0]){var
 b=a[1],c=function(e){var
 a=b;for(;;){if(a){var
 c=a[1][2]===e?1:0,d=a[2];if(c)return c;var
 a=d;continue}return 0}};if(c(1))var
 d=1;else
 var
-e=c(2),d=e?3:e;return[0,fH(hR(function(b){var
-c=dl(zX,lU(b[1]));switch(b[2]){case
+e=c(2),d=e?3:e;return[0,gJ(jc(function(b){var
+c=d1(D0,n9(b[1]));switch(b[2]){case
 0:var
-a=zR;break;case
+a=DU;break;case
 1:var
-a=zS;break;default:var
-a=zT}return dl(a,c)},b)),d]}return[0,[0,dl(zY,lU(a[1])),0],2]}}A7(function(b){var
-a=zU(b,0);return fI(zZ,[0,u(W+a[2]),a[1]])});hQ(0);return}(globalThis));
+a=DV;break;default:var
+a=DW}return d1(a,c)},b)),d]}return[0,[0,d1(D1,n9(a[1])),0],2]}}E9(function(b){var
+a=DX(b,0);return gK(D2,[0,w(ab+a[2]),a[1]])});jb(0);return}(globalThis));
