@@ -172,16 +172,53 @@ move=> mem; elim=> {t ms} [t l w meml|t ms u l w _ IH meml]; first by apply: (@m
 by rewrite app_comm_cons app_assoc app_comm_cons; apply: members_more.
 Qed.
 
-Definition written_out (v : json) : Prop := exists2 e, value e (by_keys v) & forall done, canonical_onto done v = rev e ++ done.
+(* No line ends in a canonical text. *)
+Definition in_line (s : text) : bool := forallb (fun c => ~~ (c =? "010")) s.
+
+Lemma in_line_app s t : in_line (s ++ t) = in_line s && in_line t.
+Proof. exact: forallb_app. Qed.
+
+Lemma spelt_in_line s t : spells s t -> in_line s.
+Proof.
+have beyond c : beyond_ascii c -> ~~ (c =? "010") by bits c.
+have hex c n : looked_up c hexadecimal = Some n -> ~~ (c =? "010") by bits c.
+have four a b c d u : hex4 a b c d = Some u -> in_line [a; b; c; d].
+  rewrite /hex4; case ea: (looked_up a _) => [?|] //; case eb: (looked_up b _) => [?|] //.
+  case ec: (looked_up c _) => [?|] //; case ed: (looked_up d _) => [?|] // _.
+  by rewrite /in_line /= (hex _ _ ea) (hex _ _ eb) (hex _ _ ec) (hex _ _ ed).
+elim=> {s t} [//|c s t pl _ IH|a b s t two _ IH|a b c s t three _ IH|a b c d s t fourth _ IH|e c s t short _ IH
+             |a b c d u s t h _ _ IH|a b c d high a' b' c' d' low s t h _ h' _ _ IH].
+- by apply/andP; split=> //; move: pl; bits c.
+- by have [a1 b1] := two_beyond two; rewrite /in_line /= !beyond.
+- by have [a1 [b1 c1]] := three_beyond three; rewrite /in_line /= !beyond.
+- by have [a1 [b1 [c1 d1]]] := four_beyond fourth; rewrite /in_line /= !beyond.
+- by apply/andP; split=> //; apply/andP; split=> //; move: short; bits e.
+- by rewrite -[_ :: _]/(["\"; "u"] ++ [a; b; c; d] ++ s) !in_line_app (four _ _ _ _ _ h) IH.
+- by rewrite -[_ :: _]/(["\"; "u"] ++ [a; b; c; d] ++ ["\"; "u"] ++ [a'; b'; c'; d'] ++ s) !in_line_app (four _ _ _ _ _ h) (four _ _ _ _ _ h') IH.
+Qed.
+
+Lemma integer_in_line s n : integer s = Some n -> in_line s.
+Proof.
+move=> /integer_digits[_]; rewrite /in_line; elim: s => //= c s IH /andP[dc /IH ->].
+by rewrite andbT; move: dc; bits c.
+Qed.
+
+Lemma quoted_in_line s t : spells s t -> in_line (quoted s).
+Proof. by move=> /spelt_in_line inl; rewrite /quoted -[_ :: _]/([quote] ++ s ++ [quote]) !in_line_app inl. Qed.
+
+Definition written_out (v : json) : Prop :=
+  exists e, [/\ value e (by_keys v), in_line e & forall done, canonical_onto done v = rev e ++ done].
 
 Lemma items_written vs : vs <> [] -> (forall v, In v vs -> written_out v) ->
-  exists2 s, items s (map by_keys vs) & forall done between, items_onto done between vs = "]" :: rev s ++ between :: done.
+  exists s, [/\ items s (map by_keys vs), in_line s & forall done between, items_onto done between vs = "]" :: rev s ++ between :: done].
 Proof.
 elim: vs => //= v [|u vs] IH _ all_.
-  by have [e val text_] := all_ v (or_introl erefl); exists e => [|done between]; [exact/items_one/element_alone | rewrite /= text_].
-have [e val text_] := all_ v (or_introl erefl).
-have [//|s its more] := IH _ (fun w win => all_ w (or_intror win)).
-exists (e ++ "," :: s) => [|done between]; first exact: items_first (element_alone val) its.
+  have [e [val inl text_]] := all_ v (or_introl erefl).
+  by exists e; split=> // [|done between]; [exact/items_one/element_alone | rewrite /= text_].
+have [e [val inl text_]] := all_ v (or_introl erefl).
+have [//|s [its inls more]] := IH _ (fun w win => all_ w (or_intror win)).
+exists (e ++ "," :: s); split=> [||done between]; first exact: items_first (element_alone val) its.
+  by rewrite in_line_app inl.
 rewrite -[LHS]/(items_onto (canonical_onto (between :: done) v) "," (u :: vs)) more text_; congr cons.
 by rewrite rev_app_distr /= -!app_assoc.
 Qed.
@@ -189,63 +226,74 @@ Qed.
 Definition keyed (m : text * json) : text * json := (fst m, by_keys (snd m)).
 
 Lemma member_written m : whole (fst m) -> written_out (snd m) ->
-  exists2 e, member e (fst m) (by_keys (snd m)) & text_of m = (fst m, Text (rev e)).
+  exists e, [/\ member e (fst m) (by_keys (snd m)), in_line e & text_of m = (fst m, Text (rev e))].
 Proof.
-case: m => k v /canonical_string[e sp text_] [e' val text'] /=.
-exists (quoted e ++ ":" :: e'); first exact: (@member_of [] e [] k e' _ blanks_nil blanks_nil sp (element_alone val)).
+case: m => k v /canonical_string[e sp text_] [e' [val inl text']].
+exists (quoted e ++ ":" :: e'); split; first exact: (@member_of [] e [] k e' _ blanks_nil blanks_nil sp (element_alone val)).
+  by rewrite in_line_app (quoted_in_line sp).
 by rewrite /text_of [fst _]/= [snd _]/= text_ text' app_nil_r (rev_app_distr (quoted e)) [rev (":" :: e')]/= -app_assoc.
 Qed.
 
 Lemma members_written ms : ms <> [] -> (forall m, In m ms -> whole (fst m) /\ written_out (snd m)) ->
-  exists2 s, members s (map keyed ms) & forall done between, joined done between (map text_of ms) = "}" :: rev s ++ between :: done.
+  exists s, [/\ members s (map keyed ms), in_line s
+    & forall done between, joined done between (map text_of ms) = "}" :: rev s ++ between :: done].
 Proof.
 have step done between k t rest : joined done between ((k, Text t) :: rest) = joined (t ++ between :: done) "," rest.
   by rewrite [LHS]/= !rev_append_rev app_nil_r rev_involutive.
 elim: ms => // m [|n ms] IH _ all_.
-  have [wh wr] := all_ m (or_introl erefl); have [e mem text_] := member_written wh wr.
-  by exists e => [|done between]; [exact: members_one | rewrite map_cons text_ step].
-have [wh wr] := all_ m (or_introl erefl); have [e mem text_] := member_written wh wr.
-have [//|s mems more] := IH _ (fun w win => all_ w (or_intror win)).
-exists (e ++ "," :: s) => [|done between]; first exact: members_first mem mems.
+  have [wh wr] := all_ m (or_introl erefl); have [e [mem inl text_]] := member_written wh wr.
+  by exists e; split=> // [|done between]; [exact: members_one | rewrite map_cons text_ step].
+have [wh wr] := all_ m (or_introl erefl); have [e [mem inl text_]] := member_written wh wr.
+have [//|s [mems inls more]] := IH _ (fun w win => all_ w (or_intror win)).
+exists (e ++ "," :: s); split=> [||done between]; first exact: members_first mem mems.
+  by rewrite in_line_app inl.
 rewrite map_cons text_ step more; congr cons.
 by rewrite rev_app_distr /= -!app_assoc.
 Qed.
 
 Lemma canonical_written v : proper v -> written_out v.
 Proof.
+have closed c s d : in_line [c] -> in_line [d] -> in_line s -> in_line (c :: s ++ [d]).
+  by move=> c1 d1 inl; rewrite -[_ :: _]/([c] ++ s ++ [d]) !in_line_app c1 inl.
 elim/json_induction: v => [|[]|n|t|vs IH|ms IH].
-- by exists (of_string "null") => //; exact: value_null.
-- by exists (of_string "true") => //; exact: value_true.
-- by exists (of_string "false") => //; exact: value_false.
-- by move=> range; exists (decimal n) => [|done]; [exact/value_int/decimal_integer | rewrite /= rev_append_rev].
-- by move=> /canonical_string[e sp text_]; exists (quoted e) => //; exact: value_text.
-- move=> all_; case: vs IH all_ => [|v vs] IH all_; first by exists ["["; "]"] => //; exact: (@value_no_items [] blanks_nil).
-  have [//|w win|s its text_] := @items_written (v :: vs); first by apply: IH => //; exact: folded all_ _ win.
-  exists ("[" :: s ++ ["]"]) => [|done]; first exact: value_items.
+- by exists (of_string "null"); split=> //; exact: value_null.
+- by exists (of_string "true"); split=> //; exact: value_true.
+- by exists (of_string "false"); split=> //; exact: value_false.
+- move=> range; have int := decimal_integer range; exists (decimal n); split=> [||done]; first exact: value_int.
+    exact: integer_in_line int.
+  by rewrite /= rev_append_rev.
+- by move=> /canonical_string[e sp text_]; exists (quoted e); split=> //; [exact: value_text | exact: quoted_in_line sp].
+- move=> all_; case: vs IH all_ => [|v vs] IH all_; first by exists ["["; "]"]; split=> //; exact: (@value_no_items [] blanks_nil).
+  have [//|w win|s [its inl text_]] := @items_written (v :: vs); first by apply: IH => //; exact: folded all_ _ win.
+  exists ("[" :: s ++ ["]"]); split=> [||done]; [exact: value_items | exact: closed |].
   by rewrite canonical_items text_ /= rev_app_distr /= -app_assoc.
 move=> [differ all_].
 have sorted_texts : SortingMembers.sort (texts ms) = map text_of (SortingMembers.sort ms) by rewrite textsE sort_map.
 have sorted_values : by_keys (Members ms) = Members (map keyed (SortingMembers.sort ms)) by rewrite -sort_map.
 have perm := SortingMembers.Permuted_sort ms.
 rewrite /written_out sorted_values; case e0: (SortingMembers.sort ms) perm sorted_texts => [|m ns] perm sorted_texts.
-  exists ["{"; "}"] => [|done]; first exact: (@value_no_members [] blanks_nil).
+  exists ["{"; "}"]; split=> // [|done]; first exact: (@value_no_members [] blanks_nil).
   by rewrite canonical_members sorted_texts.
-have [//|w win|s mems text_] := @members_written (m :: ns).
+have [//|w win|s [mems inl text_]] := @members_written (m :: ns).
   have win' : In w ms by apply: Permutation_in win; exact: Permutation_sym.
   by have [wh pr] := folded all_ win'; split=> //; apply: IH.
-exists ("{" :: s ++ ["}"]) => [|done].
-  apply: value_members => //; have -> : map fst (map keyed (m :: ns)) = map fst (m :: ns) by rewrite map_map.
-  exact: (Permutation_NoDup (Permutation_map fst perm) differ).
-rewrite canonical_members sorted_texts -[LHS]/(joined done "{" (map text_of (m :: ns))) text_.
-by rewrite /= rev_app_distr /= -app_assoc.
+exists ("{" :: s ++ ["}"]); split=> [||done]; last first.
+- rewrite canonical_members sorted_texts -[LHS]/(joined done "{" (map text_of (m :: ns))) text_.
+  by rewrite /= rev_app_distr /= -app_assoc.
+- exact: closed.
+apply: value_members => //; have -> : map fst (map keyed (m :: ns)) = map fst (m :: ns) by rewrite map_map.
+exact: (Permutation_NoDup (Permutation_map fst perm) differ).
+Qed.
+
+Lemma canonical_is v : proper v -> [/\ value (canonical v) (by_keys v), in_line (canonical v) & forall done, canonical_onto done v = rev (canonical v) ++ done].
+Proof.
+move=> /canonical_written[e [val inl text_]].
+by have -> : canonical v = e by rewrite /canonical text_ app_nil_r rev_append_rev rev_involutive app_nil_r.
 Qed.
 
 (* The canonical text of a value is read as that value, with its members in order. *)
 Theorem canonical_denotes v : proper v -> denotes (canonical v) (by_keys v).
-Proof.
-move=> /canonical_written[e val text_]; rewrite /canonical text_ app_nil_r rev_append_rev rev_involutive app_nil_r.
-exact: element_alone.
-Qed.
+Proof. by case/canonical_is => val _ _; exact: element_alone. Qed.
 
 Corollary canonical_parsed v : proper v -> parse (canonical v) = Some (by_keys v).
 Proof. by move=> /canonical_denotes/parse_complete. Qed.
@@ -259,11 +307,29 @@ Theorem table_text_lines vs : (forall v, In v vs -> proper v) -> table_text vs =
 Proof.
 move=> all_; suff onto done : lines_onto done vs = rev (flat_map (fun v => canonical v ++ ["010"]) vs) ++ done.
   by rewrite /table_text onto app_nil_r rev_append_rev rev_involutive app_nil_r.
-elim: vs all_ done => [//|v vs IH] all_ done.
-have [e _ text_] := canonical_written (all_ v (or_introl erefl)).
-have canonicalE : canonical v = e by rewrite /canonical text_ app_nil_r rev_append_rev rev_involutive app_nil_r.
+elim: vs all_ done => [//|v vs IH] all_ done; have [_ _ text_] := canonical_is (all_ v (or_introl erefl)).
 rewrite [LHS]/= IH => [|w win]; last by apply: all_; right.
-by rewrite text_ [flat_map _ (v :: vs)]/= canonicalE !rev_app_distr -!app_assoc.
+by rewrite text_ [flat_map _ (v :: vs)]/= !rev_app_distr -!app_assoc.
+Qed.
+
+Lemma first_line s t s' t' : in_line s -> in_line s' -> s ++ "010" :: t = s' ++ "010" :: t' -> s = s' /\ t = t'.
+Proof.
+elim: s s' => [|c s IH] [|d s'] //= inl inl'; first by case.
+- by case=> e _; move: inl'; rewrite -e.
+- by case=> e _; move: inl; rewrite e.
+move: inl inl' => /andP[_ inl] /andP[_ inl'] [-> /(IH _ inl inl')[-> ->]] //.
+Qed.
+
+(* What has the same text is the same table, but for the order of members. *)
+Theorem table_text_one vs ws : (forall v, In v vs -> proper v) -> (forall w, In w ws -> proper w) ->
+  table_text vs = table_text ws -> map by_keys vs = map by_keys ws.
+Proof.
+move=> allv allw; rewrite !table_text_lines //.
+elim: vs ws allv allw => [|v vs IH] [|w ws] allv allw //=; rewrite -?app_assoc; try by case: (canonical _).
+have [pv pw] := (allv v (or_introl erefl), allw w (or_introl erefl)).
+have [_ inlv _] := canonical_is pv; have [_ inlw _] := canonical_is pw.
+move=> /(first_line inlv inlw)[same_text rest]; rewrite (canonical_one pv pw same_text); congr cons.
+by apply: IH rest => [u uin|u uin]; [apply: allv; right | apply: allw; right].
 Qed.
 
 (* A value whose members are not in order meets what the theorems ask for. *)
@@ -278,6 +344,12 @@ split; first by constructor; [case | constructor; [case | constructor]].
 by split; [split; [exact: whole_ascii | split] | split; [split; [exact: whole_ascii | split; [|split; [exact: whole_ascii|]]]|]].
 Qed.
 
+Lemma proper_in_order : proper (by_keys out_of_order).
+Proof.
+rewrite /=; split; first by constructor; [case | constructor; [case | constructor]].
+by split; [split; [exact: whole_ascii | split; [|split; [exact: whole_ascii|]]] | split; [split; [exact: whole_ascii | split]|]].
+Qed.
+
 Example canonical_denotes_applies : denotes (of_string "{""a"":[null,""x""],""b"":12}") (by_keys out_of_order).
 Proof. exact: (canonical_denotes proper_out_of_order). Qed.
 
@@ -287,9 +359,8 @@ Proof. exact: (canonical_parsed proper_out_of_order). Qed.
 Example table_text_lines_applies : table_text [out_of_order] = of_string "{""a"":[null,""x""],""b"":12}" ++ ["010"].
 Proof. by rewrite table_text_lines => [|v [<-|[]]] //; exact: proper_out_of_order. Qed.
 
+Example table_text_one_applies : map by_keys [out_of_order] = map by_keys [by_keys out_of_order].
+Proof. by apply: table_text_one => [v [<-|[]]|v [<-|[]]|] //; [exact: proper_out_of_order | exact: proper_in_order]. Qed.
+
 Example canonical_one_applies : by_keys out_of_order = by_keys (by_keys out_of_order).
-Proof.
-apply: canonical_one => //; first exact: proper_out_of_order.
-rewrite /=; split; first by constructor; [case | constructor; [case | constructor]].
-by split; [split; [exact: whole_ascii | split; [|split; [exact: whole_ascii|]]] | split; [split; [exact: whole_ascii | split]|]].
-Qed.
+Proof. by apply: canonical_one; [exact: proper_out_of_order | exact: proper_in_order |]. Qed.
