@@ -1,4 +1,4 @@
-(* The canonical text of a string spells that string.  Of values besides strings the canonical text is not proved here. *)
+(* The canonical text of a string spells that string.  Of values besides strings CanonicalValues.v proves it. *)
 
 From Coq Require Import List Ascii Bool.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
