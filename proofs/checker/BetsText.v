@@ -67,8 +67,8 @@ Definition measured_parts (a : about) (H : header) (T : table) (i : Bets.units) 
   let* _ := demand (match v with Null => false | _ => true end) "must not be null" (Good tt) in
   let* m := metric_of a H Local v in
   let means := match pools_of T true with Some ps => draws_in i ps | None => None end in
-  let '(_, _, same_columns) := same_about a (about_of H) in
-  Good ((if same_columns then [] else [Fact false]) (* what names columns is of the columns of the table *)
+  let (own, theirs) := (columns_of a, columns_of (about_of H)) in
+  Good ((if same_labels (of_group own) (of_group theirs) && same_labels (of_context own) (of_context theirs) then [] else [Fact false]) (* what names columns is of the columns of the table *)
         ++ map (fun p => match p with
              | About s => match means with Some ds => Of_means (means_table T ds) s | None => Fact false end
              | _ => p end) m.1).

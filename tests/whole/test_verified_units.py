@@ -56,6 +56,7 @@ def covered() -> list[dict[str, Any]]:
     found = [units(plain, {"yes": 1}), units(plain, {"yes": 1}, confidence="99/100", independent=False), units(twice, {"yes": "7/3"})]
     found += [units(scores, worth), units(scores, worth, declared={"gamma": 100, "m": 0}), units(some, {"yes": 1})]
     found += [units(some, {"yes": 1}, missing_units="drop"), units(twice, {"yes": 1}, confidence="1/2")]
+    found += [units(rows, {"yes": 1}, max_local_ratio="5/4", max_local_log="2") for rows in (plain, twice)]
     for seed in range(6):
         missing = random.Random(seed).choice(["worst", "drop"])
         rows = logs(random.Random(seed), units=20 + seed, lost=0.0)
