@@ -50,19 +50,29 @@ Definition together_at (R : realFieldType) (of_local of_global : option proof) (
 (* ---- How often one of several verdicts is wrong: TogetherSound.v proves that it is at most the risk ---- *)
 
 Section Wrong.
-Variables (R : realFieldType) (ps : list pool) (d : nat) (Q : 'I_(size ps) -> 'I_d -> R).
+Variables (R : realFieldType) (ps : list pool) (d : nat) (Q : 'I_(size ps) -> 'I_d -> R). (* the laws of the decisions in the pools *)
 
 (* No two means that are compared have a quotient of more than t. *)
 Definition ratio_keeps (t : R) : bool := [forall i, forall j, are_compared i j ==> (mean Q i <= t * mean Q j)].
 
 (* The ends say "within" of the limit t, or "exceeds", which is false of the population. *)
-Definition verdict_wrong (t : R) (j : interval) : bool :=
-  if ratio_keeps t then if least j is Some r then t < ratio r else true
-  else if most j is Some r then ratio r <= t else false.
+Definition verdict_wrong (t : R) (least most : option QArith_base.Q) : bool :=
+  if ratio_keeps t then if least is Some r then t < ratio r else true
+  else if most is Some r then ratio r <= t else false.
 
-(* About the data w somebody can write an interval that is accepted, but whose verdict on the limit t is wrong. *)
-Definition can_err (D : finType) (pool_of : D -> 'I_(size ps)) (i : interval) (t : R) (w : {ffun D -> 'I_d}) : Prop :=
-  can_mislead pool_of i (verdict_wrong t) w.
+(* About the data w somebody can write an interval that is accepted, but whose verdict on the limit t is wrong.  What bets on contrasts within
+   units prove is about other data, and is left out here. *)
+Definition can_err (D : finType) (pool_of : D -> 'I_(size ps)) (e : proof) (t : R) (w : {ffun D -> 'I_d}) : Prop :=
+  match e with
+  | By_box i => can_mislead pool_of i (fun j => verdict_wrong t (least j) (most j)) w
+  | By_pairs i =>
+      exists j, [/\ alike_pairs i j, proved_by_ladders j (counted_again pool_of w) & verdict_wrong t (Some (Pairs.lowest j)) (Pairs.highest j)]
+  | By_bets _ => False
+  end.
+
+(* The draws of the pools are as the interval says that they are. *)
+Definition drawn_as (D : finType) (pool_of : D -> 'I_(size ps)) (e : proof) (P : {ffun D -> 'I_d} -> R) : Prop :=
+  match e with By_box i => drawn_from pool_of Q (independent i) P | By_pairs _ => drawn_from pool_of Q true P | By_bets _ => False end.
 End Wrong.
 
 (* The law of what is made of o, which has the law P *)

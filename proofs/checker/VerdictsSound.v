@@ -49,7 +49,7 @@ Qed.
 Lemma false_verdict ps d (Q : 'I_(size ps) -> 'I_d -> R) l j v qs : proved_by_pools j qs ->
   verdict_follows R l (least j) (most j) v ->
   match v with Within => ~~ ratio_keeps Q (number_of R l) | Exceeds => ratio_keeps Q (number_of R l) | _ => false end ->
-  verdict_wrong Q (number_of R l) j.
+  verdict_wrong Q (number_of R l) (least j) (most j).
 Proof.
 case/ends_positive => high low; rewrite /verdict_follows /verdict_wrong; case: v => //.
 - case/andP => keep _ /negPf ->; case: (most j) high keep => [r|] /= r0; last by rewrite /keeps; case: (in_nats l).

@@ -50,7 +50,7 @@ Qed.
 
 Example verdicts_hold_together_applies : prob certainly set0 <= 1 - ratio (Qmake 1 2).
 Proof.
-apply: (@verdicts_hold_together _ two_groups its_pools (fun=> unbounded) _ certainly always_well (fun=> void_finType) from_nowhere no_draws certain
+apply: (@verdicts_hold_together _ two_groups its_pools (fun=> By_box unbounded) _ certainly always_well (fun=> void_finType) from_nowhere no_draws certain
   [:: true; false] (fun=> 2%:R) _ _ (Some (By_box unbounded)) (Some (By_box unbounded))) => // [local _|local _|o].
 - by split; [exact: its_poolsE|exact: it_is_accepted|exact: laws_of_decisions|exact: drawn_so].
 - by case: local.
