@@ -98,7 +98,8 @@ Definition any_context_filter := of_string "this policy and group filter, any co
 
 Definition scopes : list (text * Policy.scope) :=
   [(this_law, Policy.ThisLaw); (any_policy, Policy.AnyPolicy); (floored, Policy.KeepingFloor);
-   (any_range, Policy.AnyUtility); (any_group_filter, Policy.AnyGroupFilter); (any_context_filter, Policy.AnyContextFilter)].
+   (any_range, Policy.AnyUtility); (floored_range, Policy.AnyUtilityKeepingFloors);
+   (any_group_filter, Policy.AnyGroupFilter); (any_context_filter, Policy.AnyContextFilter)].
 
 Definition alone (r : Policy.reason) (e : json) : read Policy.reason := let* _ := fields [] [] e in Good r.
 Definition with_ratio (k : text) (r : option Q -> Policy.reason) (e : json) : read Policy.reason :=
@@ -122,7 +123,8 @@ Definition reasons_in (s : Policy.scope) (means : bool) : list (text * (json -> 
   | Policy.AnyGroupFilter, false =>
       [(of_string "T3", with_multipliers Policy.ByT3); (of_string "T12", with_ratio k_raw_ratio Policy.ByT12)]
   | Policy.AnyContextFilter, false => [(of_string "T8", alone Policy.ByT8)]
-  | Policy.AnyUtility, false => [(t13, alone (Policy.ByT13range []))]
+  | Policy.AnyUtility, _ => [(t13, alone (Policy.ByT13range []))]
+  | Policy.AnyUtilityKeepingFloors, _ => [(t13, with_multipliers Policy.ByT13range)]
   | _, _ => []
   end.
 
