@@ -164,7 +164,7 @@ Definition attained_of (e : json) : read (option (option Policy.pair)) :=
 
 (* A floor, of a context or of a mean, with its multiplier; numbers that are too great are of nothing. *)
 Definition at_the_most (n : Z) (v : json) : read nat :=
-  let* i := integer_of v in demand (0 <=? i)%Z "is out of range" (Good (Z.to_nat (Z.min i n))).
+  let* i := integer_of v in demand (0 <=? i)%Z "is out of range" (Good (Z.to_nat (if (i <? n)%Z then i else n))).
 Definition floor_in_list (v : json) : read (option nat * nat * Q) :=
   let* vs := list_of v in
   match vs with
