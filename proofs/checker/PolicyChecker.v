@@ -1,8 +1,7 @@
 (* The checker of claims about a policy behind filters: true, false, or not covered.
 
    This file only computes; PolicyCheckerSound.v proves: of a policy that is well formed ([valid] of Policy.v), what is said to be
-   true holds.  By T13 the greatest ratio over all policies is covered, that over those that keep the declared
-   floors and over those near the one of the certificate, and the bound on the local ratio for all utilities of a range, where the group is released once; no other claim by T13 is. *)
+   true holds.  By T13 all is covered that the page has, but for several releases that take much work. *)
 
 From Coq Require Import ZArith QArith List.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
@@ -26,8 +25,10 @@ Definition floored_claim (S : behind) (s : statement) (ks : list Q) (pairs : lis
   end.
 
 Definition range_claim (S : behind) (s : statement) (multipliers : list Q) : option bool :=
-  match about s, value s, multipliers with
-  | AnyUtility, Some V, nil => if [&& ~~ exactly s, ~~ of_means s & one_release S] then Some (range_accepted S V) else None
+  match about s, exactly s, value s with
+  | AnyUtility, false, Some V => match multipliers with nil => range_accepted S (of_means s) V None | _ => None end
+  | AnyUtilityKeepingFloors, false, Some V => range_accepted S (of_means s) V (Some multipliers)
+  | AnyUtility, false, None | AnyUtilityKeepingFloors, false, None => Some false
   | _, _, _ => None
   end.
 

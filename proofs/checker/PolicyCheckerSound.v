@@ -23,6 +23,6 @@ case: r sound => [ks||  |ks|ks|  |c|  |raw|  |p|ks ps w|ks] sound //; try by mov
   case: sc => // /(@floored_sound R S ok means exact V ks ps w).
   by case: exact.
 rewrite /policy_claim /range_claim /policy_holds {sound}; case: s => means exact V sc; cbn [about Policy.value exactly of_means].
-case: sc => //; case: V => [V|] //; case: ks => //; case: ifP => // /and3P[/negbTE-> /negbTE-> _] /some accepted.
-by apply: (@range_sound R S ok _ V accepted); move: accepted; rewrite /range_accepted; do 2 case: (_ (stated S)) => // ?; case/and5P.
+case: sc => //; case: exact => //; case: V => [V|] //; last exact: (@floored_range_sound R S ok means V ks).
+case: ks => //; exact: (@range_sound R S ok means V).
 Qed.

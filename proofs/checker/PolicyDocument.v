@@ -98,7 +98,8 @@ Definition any_context_filter := of_string "this policy and group filter, any co
 
 Definition scopes : list (text * Policy.scope) :=
   [(this_law, Policy.ThisLaw); (any_policy, Policy.AnyPolicy); (floored, Policy.KeepingFloor);
-   (any_range, Policy.AnyUtility); (any_group_filter, Policy.AnyGroupFilter); (any_context_filter, Policy.AnyContextFilter)].
+   (any_range, Policy.AnyUtility); (floored_range, Policy.AnyUtilityKeepingFloors);
+   (any_group_filter, Policy.AnyGroupFilter); (any_context_filter, Policy.AnyContextFilter)].
 
 Definition alone (r : Policy.reason) (e : json) : read Policy.reason := let* _ := fields [] [] e in Good r.
 Definition with_ratio (k : text) (r : option Q -> Policy.reason) (e : json) : read Policy.reason :=
@@ -122,7 +123,8 @@ Definition reasons_in (s : Policy.scope) (means : bool) : list (text * (json -> 
   | Policy.AnyGroupFilter, false =>
       [(of_string "T3", with_multipliers Policy.ByT3); (of_string "T12", with_ratio k_raw_ratio Policy.ByT12)]
   | Policy.AnyContextFilter, false => [(of_string "T8", alone Policy.ByT8)]
-  | Policy.AnyUtility, false => [(t13, alone (Policy.ByT13range []))]
+  | Policy.AnyUtility, _ => [(t13, alone (Policy.ByT13range []))]
+  | Policy.AnyUtilityKeepingFloors, _ => [(t13, with_multipliers Policy.ByT13range)]
   | _, _ => []
   end.
 
@@ -162,7 +164,7 @@ Definition attained_of (e : json) : read (option (option Policy.pair)) :=
 
 (* A floor, of a context or of a mean, with its multiplier; numbers that are too great are of nothing. *)
 Definition at_the_most (n : Z) (v : json) : read nat :=
-  let* i := integer_of v in demand (0 <=? i)%Z "is out of range" (Good (Z.to_nat (Z.min i n))).
+  let* i := integer_of v in demand (0 <=? i)%Z "is out of range" (Good (Z.to_nat (if (i <? n)%Z then i else n))).
 Definition floor_in_list (v : json) : read (option nat * nat * Q) :=
   let* vs := list_of v in
   match vs with
@@ -198,13 +200,19 @@ Definition floored_of (e : json) : read (option Policy.reason) :=
     | _, _ => None
     end).
 
+(* Theorems of which every claim is covered: what is none of the above is no claim of the format. *)
+Definition of_policies : list text :=
+  [t13; t5; t5_decision; of_string "T1"; of_string "T1-paper"; of_string "T2"; of_string "T3"; of_string "T4"; of_string "T8"; of_string "T12";
+   of_string "floor"].
+Definition no_such_claim (b : text) : list part := [if among of_policies b then Fact false else Uncovered].
+
 Definition policy_parts (q r b s : text) (x : option Q) (e : json) : read (list part) :=
   let of_means := if same q q_global_ratio then Some true else if same q q_local_ratio then Some false else None in
   match of_means, in_table scopes s with
   | Some means, Some sc =>
       match same r upper_bound, in_table (reasons_in sc means) b with
       | true, Some f => let* why := f e in Good (and_no_metric_exceeds (~~ means) x (Of_policy (Policy.Statement means false x sc) why))
-      | _, _ => Good [Uncovered]
+      | _, _ => Good (no_such_claim b)
       end
   | None, _ =>
       let exact := same r equality in
@@ -216,11 +224,11 @@ Definition policy_parts (q r b s : text) (x : option Q) (e : json) : read (list 
           match sc, exact with
           | Policy.AnyPolicy, true | Policy.NearThis, true => let* place := attained_of e in Good (claimed (option_map Policy.ByT13 place))
           | Policy.KeepingFloors, _ => let* why := floored_of e in Good (claimed why)
-          | _, _ => Good [Uncovered]
+          | _, _ => Good (no_such_claim b)
           end
-      | _, _, _ => Good [Uncovered]
+      | _, _, _ => Good (no_such_claim b)
       end
-  | _, _ => Good [Uncovered]
+  | _, _ => Good (no_such_claim b)
   end.
 
 Definition is_uncovered (ps : list part) : bool := match ps with [Uncovered] => true | _ => false end.

@@ -16,7 +16,7 @@ Unset Printing Implicit Defensive.
 
 Local Open Scope Z_scope.
 
-Definition least_z (xs : list Z) : Z := match xs with x :: rest => fold_right Z.min x rest | [] => 0 end.
+Definition least_z (xs : list Z) : Z := match xs with x :: rest => fold_right lesser_z x rest | [] => 0 end.
 Definition sum_z (xs : list Z) : Z := fold_right Z.add 0 xs.
 
 (* The greatest sum of masses t times values c when mass eta = moved/den may move, times den; t/unit is a law *)

@@ -26,7 +26,8 @@ Proof. by elim: s => [|x s IH]; rewrite ?big_ord0 ?embed0 // big_ord_recl -IH -e
 Lemma least_z_in xs : xs <> [::] -> In (least_z xs) xs.
 Proof.
 case: xs => // y xs _ /=; elim: xs y => [|z xs IH] y /=; first by left.
-by case: (Z.min_spec z (fold_right Z.min y xs)) => -[_ ->]; [right; left | case: (IH y); [left | right; right]].
+rewrite [lesser_z z _]/lesser_z; case: ifP => _; first by right; left.
+by case: (IH y) => h; [left | right; right].
 Qed.
 
 Variables (n : nat) (u0 : 'I_n) (cs ts : seq Z) (moved den unit : Z) (s : R) (c T : 'I_n -> R).

@@ -6,7 +6,7 @@
 From Coq Require Import ZArith QArith List.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
 From FairauditKernel Require Import Fractions.
-From FairauditChecker Require Import Policy PolicyClaims PolicySites PolicyRange.
+From FairauditChecker Require Import Policy PolicyClaims PolicySites.
 Import ListNotations.
 
 Set Implicit Arguments.
@@ -41,8 +41,15 @@ Definition has_ratio (es : list (list Q)) (V : option Q) (p : pair) : bool :=
 
 (* ---- Floors ---- *)
 
+(* What is declared of a context, else of all *)
+Definition own_declared (field : declared_in -> option Q) (x : nat) (otherwise : Q) : Q :=
+  match find (fun d => Z.eqb (in_context d) (Z.of_nat x)) (by_context (stated S)) with
+  | Some d => match field d with Some q => q | None => otherwise end
+  | None => otherwise
+  end.
+
 Definition or_zero (q : option Q) : Q := match q with Some q => q | None => zero end.
-Definition floor_at (x : nat) : Q := greater (or_zero (tau (stated S))) (own_declared S tau_in x zero).
+Definition floor_at (x : nat) : Q := greater (or_zero (tau (stated S))) (own_declared tau_in x zero).
 Definition floor_of_means : Q := or_zero (global_tau (stated S)).
 
 (* What the floors leave for what is compared *)

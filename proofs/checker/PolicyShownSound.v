@@ -5,7 +5,7 @@ From mathcomp Require Import all_ssreflect all_algebra.
 From mathcomp.algebra_tactics Require Import ring.
 From Fairaudit Require Import Definitions T13 T17.
 From FairauditKernel Require Import Fractions FractionsSound.
-From FairauditChecker Require Import Policy PolicyMeaning PolicySound PolicyLaw PolicyTable PolicyClaims PolicyFacts PolicyMeans PolicyRange PolicyRangeSound.
+From FairauditChecker Require Import Policy PolicyMeaning PolicySound PolicyLaw PolicyTable PolicyClaims PolicyFacts PolicyMeans.
 From FairauditChecker Require Import PolicySites PolicyWorthSound PolicyShown.
 
 Set Implicit Arguments.

@@ -18,6 +18,7 @@ Local Open Scope Z_scope.
 
 (* ---- The greatest excess ---- *)
 
+Definition lesser_z (x y : Z) : Z := if x <=? y then x else y.
 Definition greatest_z (xs : list Z) : Z := match xs with x :: rest => fold_right Z.max x rest | [] => 0 end.
 
 (* p - V q of each decision, where something of the likelihood t is released, times the denominator d of V = n/d; and q *)
@@ -64,7 +65,7 @@ Definition times_released : nat := Pos.to_nat (releases S).
 Definition manageable (kinds_of_pairs : list likelihoods) : bool :=
   let groups := Z.of_nat (true_groups S) in
   one_release S
-  || ((Zpos (releases S) <=? 200) && forallb (few_ratios (Z.min 3000 (200000 / (groups * groups))) (releases S)) kinds_of_pairs).
+  || ((Zpos (releases S) <=? 200) && forallb (few_ratios (lesser_z 3000 (200000 / (groups * groups))) (releases S)) kinds_of_pairs).
 
 (* ---- What decisions are worth ---- *)
 
