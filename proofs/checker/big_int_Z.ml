@@ -20,7 +20,6 @@ let unit_big_int = big_int_of_int 1
 let sign_big_int x = compare_big_int x zero_big_int
 let abs_big_int x = if lt_big_int x zero_big_int then minus_big_int x else x
 let max_big_int x y = if lt_big_int x y then y else x
-let min_big_int x y = if le_big_int x y then x else y
 let add_int_big_int n x = add_big_int (big_int_of_int n) x
 let mult_int_big_int n x = mult_big_int (big_int_of_int n) x
 let succ_big_int x = add_big_int x unit_big_int
