@@ -16,6 +16,7 @@ from pathlib import Path
 from random import Random as Pick
 from typing import Any
 
+import over_policies
 import pytest
 from assumptions import complete
 from built_proofs import PROOFS, build
@@ -23,6 +24,7 @@ from certificate_changes import put
 from certificate_kinds import as_bytes
 from forged_certificates import FAMILIES, Forged
 from plain_certificates import make
+from policy_certificates import FLOORED, POLICIES
 from verified_roads import FALSE, MALFORMED, OPEN, TRUE, Tally, documents, driver, natively
 
 import fairaudit as fa
@@ -167,5 +169,26 @@ def test_frontiers_of_hidden_factors(program: Path) -> None:
     altered = [as_bytes(changed) for document in documents_ for changed in changed_frontiers(document)]
     tally.judge(program, [*map(as_bytes, documents_), *(altered if FULL else altered[::3])])
     print(len(altered), dict(tally.codes))
+    assert tally.different[:3] == []
+    assert {python for python, _ in tally.codes} >= {TRUE, FALSE, MALFORMED}
+
+
+def test_what_is_claimed_of_other_policies(program: Path) -> None:
+    """T13 in all its scopes: every true certificate is found true, and every alteration gets the same verdict on all roads."""
+    documents_, tally = [over_policies.certificate(seed) for seed in range(400 if FULL else 40)], Tally()
+    said = Counter[tuple[str, ...]]()
+    for document, judged in zip(documents_, natively(program, [as_bytes(document) for document in documents_]), strict=True):
+        assert judged.code == TRUE and all(true for _, true in judged.statements), judged
+        said.update((c["quantity"], c["relation"], c["scope"]) for c in document["claims"] if c["by"] == "T13")
+    scopes = POLICIES, over_policies.NEAR, FLOORED, over_policies.RANGE, over_policies.FLOORED_RANGE
+    expected = [("_supremum", scope, "=") for scope in scopes[:3]] + [
+        ("_supremum", scopes[2], "<="),
+        ("", scopes[3], "<="),
+        ("", scopes[4], "<="),
+    ]
+    assert {*said} == {(f"{name}_ratio{of}", sign, scope) for name in ("local", "global") for of, scope, sign in expected}
+    altered = [as_bytes(changed) for i, document in enumerate(documents_) for changed in over_policies.altered(document, Pick(i))]
+    tally.judge(program, altered if FULL else altered[::12])
+    print(len(altered), dict(tally.codes), dict(tally.open.most_common(5)))
     assert tally.different[:3] == []
     assert {python for python, _ in tally.codes} >= {TRUE, FALSE, MALFORMED}
