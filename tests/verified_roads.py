@@ -17,6 +17,7 @@ from pathlib import Path
 from random import Random as Pick
 from typing import Any
 
+import over_policies
 from assumptions import complete
 from certificate_changes import other_values, places, put, redigested
 from certificate_kinds import FOUR, KINDS, as_bytes
@@ -144,7 +145,9 @@ def in_python(document: bytes) -> Judged:
 def place(statement: str) -> str:
     """Where a statement stands in the document: claims[3], metrics.local, verdict; a sentence is a place of its own."""
     found = re.match(
-        r"(subject|metrics|intervals|changed)[.\w]*|not_compared|verdict|(claims|targets)\[\d+\]|the utility is in subject.class", statement
+        r"subject\.declared\.by_context\[\d+\]|(subject|metrics|intervals|changed)[.\w]*|not_compared|verdict"
+        r"|(claims|targets)\[\d+\]|the utility is in subject.class",
+        statement,
     )
     return found[0] if found else statement
 
@@ -279,6 +282,10 @@ def of_policy(seed: int) -> bytes:
     return as_bytes(write(Policy(seed)))
 
 
+def of_other_policies(seed: int) -> bytes:
+    return as_bytes(over_policies.certificate(seed))
+
+
 def of_writer(seed: int) -> bytes:
     return random_certificate(seed).text.encode()
 
@@ -353,6 +360,7 @@ SOURCES: tuple[tuple[Callable[[int], bytes], int], ...] = (
     (of_kind, 4),
     (of_writer, 4),
     (of_policy, 3),
+    (of_other_policies, 2),
     (of_class, 2),
     (of_evaluation, 1),
     (of_draws, 4),

@@ -107,7 +107,9 @@ def changed_ladders(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
         for other in ("binomial", "hoeffding-kl", "symmetric-betting", "T14"):
             yield put(text, ("claims", i, "by"), other)
         yield put(text, ("claims", i, "scope"), "this law")
-        yield put(text, ("claims", i, "value"), str(Fraction(2) if claim["value"] == "inf" else Fraction(claim["value"]) + Fraction(1, 10**6)))
+        yield put(
+            text, ("claims", i, "value"), str(Fraction(2) if claim["value"] == "inf" else Fraction(claim["value"]) + Fraction(1, 10**6))
+        )
         yield put(text, ("claims", i, "value"), "1")
         yield put(text, ("claims", i, "evidence", "interval"), "local")
         for n in range(len(claim["assumptions"])):

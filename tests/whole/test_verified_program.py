@@ -17,6 +17,7 @@ from pathlib import Path
 from random import Random as Pick
 from typing import Any
 
+import over_policies
 import pytest
 from assumptions import complete
 from built_proofs import PROOFS, build
@@ -24,6 +25,7 @@ from certificate_changes import other_values, places, put
 from certificate_kinds import as_bytes
 from forged_certificates import FAMILIES, Forged
 from plain_certificates import make
+from policy_certificates import FLOORED, POLICIES
 from truth_certificates import truth_certificate
 from verified_roads import FALSE, MALFORMED, OPEN, TRUE, Tally, documents, driver, natively, of_true_labels
 
@@ -234,3 +236,24 @@ def test_tables_with_true_labels_at_the_edge(program: Path) -> None:
     tally.judge(program, given)
     assert tally.different == []
     assert tally.codes == {(TRUE, TRUE): len(given)}
+
+
+def test_what_is_claimed_of_other_policies(program: Path) -> None:
+    """T13 in all its scopes: every true certificate is found true, and every alteration gets the same verdict on all roads."""
+    documents_, tally = [over_policies.certificate(seed) for seed in range(400 if FULL else 40)], Tally()
+    said = Counter[tuple[str, ...]]()
+    for document, judged in zip(documents_, natively(program, [as_bytes(document) for document in documents_]), strict=True):
+        assert judged.code == TRUE and all(true for _, true in judged.statements), judged
+        said.update((c["quantity"], c["relation"], c["scope"]) for c in document["claims"] if c["by"] == "T13")
+    scopes = POLICIES, over_policies.NEAR, FLOORED, over_policies.RANGE, over_policies.FLOORED_RANGE
+    expected = [("_supremum", scope, "=") for scope in scopes[:3]] + [
+        ("_supremum", scopes[2], "<="),
+        ("", scopes[3], "<="),
+        ("", scopes[4], "<="),
+    ]
+    assert {*said} == {(f"{name}_ratio{of}", sign, scope) for name in ("local", "global") for of, scope, sign in expected}
+    altered = [as_bytes(changed) for i, document in enumerate(documents_) for changed in over_policies.altered(document, Pick(i))]
+    tally.judge(program, altered if FULL else altered[::12])
+    print(len(altered), dict(tally.codes), dict(tally.open.most_common(5)))
+    assert tally.different[:3] == []
+    assert {python for python, _ in tally.codes} >= {TRUE, FALSE, MALFORMED}
