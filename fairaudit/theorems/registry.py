@@ -69,9 +69,9 @@ _BOXES = (
     f"{_COVERAGE})."
 )
 _PAIRS = (
-    "Machine-checked, under `draws` below: for every law of the draws, ladders of knots prove what is wrong at most with the probability "
-    "that is said, for a pair and for the interval. Not machine-checked: that this checker computes such ladders and the order of the "
-    f"outcomes, splits and differences (written proofs in docs/certificate-samples.md, {_COVERAGE})."
+    "Machine-checked, under `draws` below: for every law of the draws, what a program accepts of ladders of knots is wrong at most with the "
+    "probability that is said, for a pair and for the interval. Not machine-checked: that this checker computes the same, splits and "
+    f"differences (written proofs in docs/certificate-samples.md, {_COVERAGE})."
 )
 _UNITS = (
     "Machine-checked, under `bets` below: whatever the laws of the units are, an end that a program accepts of the profiles of units is "
