@@ -7,7 +7,7 @@ From Coq Require Import ZArith QArith List.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
 From FairauditKernel Require Import Fractions.
 From FairauditChecker Require Import Table Statements Figures Distances LeftOut.
-From FairauditChecker Require Hidden.
+From FairauditChecker Require Hidden Drift.
 Import ListNotations.
 
 Set Implicit Arguments.
@@ -186,6 +186,19 @@ Definition by_supremum (D : facts) (q : quantity) (v : option Q) : bool :=
 
 (* ---- Statements ---- *)
 
+(* What is stated of cells that move; none: not decided *)
+Definition under_drift (D : facts) (s : statement) : option bool :=
+  match s with
+  | Stands st limit =>
+      Drift.stands_for_ratio (subject D) (of_contexts D) (of_groups D) (figure_in D (if is_local st then Local else Global)) st limit
+  | Ratio_under_drift local worst eta v p fs =>
+      Drift.ratio_holds (subject D) (of_contexts D) (of_groups D) (figure_in D (if local then Local else Global)) local worst eta v p fs
+  | _ => Some false
+  end.
+
+Definition stands_in_nats (D : facts) (st : stand) (limit : Q) : option bool :=
+  Drift.stands_for_log (subject D) (of_contexts D) (of_groups D) (figure_in D (if is_local st then Local else Global)) st limit.
+
 Definition is_true_of (D : facts) (s : statement) : bool :=
   match s with
   | Entries_are n => n =? Z.of_nat (length (cells (subject D))) * decisions (subject D)
@@ -200,6 +213,7 @@ Definition is_true_of (D : facts) (s : statement) : bool :=
   | Quantity_at_most By_T5 q v => [&& same_quantity q Global, independent D, equals (figure_in D Local) v & bounds (figure_in D Global) v]
   | Quantity_at_most By_T7 q v => by_supremum D q v && bounds (figure_in D q) v
   | Hidden_needs local v ls => match figure_in D (if local then Local else Global) with Some f => Hidden.frontier_fits (value f) v ls | None => false end
+  | Stands _ _ | Ratio_under_drift _ _ _ _ _ _ => match under_drift D s with Some b => b | None => false end
   | Target_is by_ local limit j => same_judgement j (judged (figure_in D (limited by_ local)) limit)
   | Verdict_is targets v => same_option same_judgement v (overall targets)
   | Not_compared_is entries => left_out_as_stated (subject D) (of_contexts D) (of_groups D) entries
@@ -217,13 +231,15 @@ Definition covered (T : table) (s : statement) : bool :=
   | Entries_are _ | Target_is _ _ _ _ | Verdict_is _ _ => true
   | Gamma_is _ | Least_is _ | Tau_is _ | Lipschitz_is _ | Depends_on_group_is _ => true
   | Figure_is q _ | Quantity_is q _ => covered_quantity q
-  | Supremum_is _ _ | Quantity_at_most _ _ _ | Hidden_needs _ _ _ => true
+  | Supremum_is _ _ | Quantity_at_most _ _ _ | Hidden_needs _ _ _ | Stands _ _ | Ratio_under_drift _ _ _ _ _ _ => true
   | Not_compared_is _ => match known T with Some _ => false | None => true end
   | _ => false
   end.
 
 Definition outcome_of (D : facts) (s : statement) : outcome :=
-  if covered (subject D) s then if is_true_of D s then True_ else False_ else Not_covered.
+  if covered (subject D) s then
+    if is_true_of D s then True_ else match under_drift D s with Some _ => False_ | None => Not_covered end
+  else Not_covered.
 
 (* The outcome of each statement; nothing where the table is malformed *)
 Definition check (T : table) (ss : list statement) : option (list outcome) :=

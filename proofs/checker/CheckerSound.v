@@ -5,7 +5,7 @@ From mathcomp Require Import all_ssreflect all_algebra.
 From mathcomp.zify Require Import ssrZ.
 From FairauditKernel Require Import Fractions FractionsSound.
 From FairauditChecker Require Import Table Statements Meaning Figures Distances Checker.
-From FairauditChecker Require Import ListsSound TableSound WidestSound BlocksSound FiguresSound FarthestSound ConstantsSound ClaimsSound LeftOutSound HiddenSound.
+From FairauditChecker Require Import ListsSound TableSound WidestSound BlocksSound FiguresSound FarthestSound ConstantsSound ClaimsSound LeftOutSound HiddenSound DriftClaimsSound.
 
 Set Implicit Arguments.
 Unset Strict Implicit.
@@ -116,13 +116,29 @@ rewrite /=; have := figure_in_holds cq; case: (figure_in D _) => [f|//] fits; ap
 by case: (local).
 Qed.
 
+Lemma of_all_covered local : covered_quantity (ratio_of_all local).
+Proof. by case: local. Qed.
+
+Lemma stands_ s limit : is_true_of D (Stands s limit) -> holds R T (Stands s limit).
+Proof.
+rewrite /is_true_of /under_drift /=; case e: (Drift.stands_for_ratio _ _ _ _ _ _) => [[]|] // _.
+exact: (stands_for_ratio_sound ok (figure_in_holds (of_all_covered (is_local s))) e).
+Qed.
+
+Lemma ratio_under_drift_ local worst eta v p fs :
+  is_true_of D (Ratio_under_drift local worst eta v p fs) -> holds R T (Ratio_under_drift local worst eta v p fs).
+Proof.
+rewrite /is_true_of /under_drift /=; case e: (Drift.ratio_holds _ _ _ _ _ _ _ _ _ _) => [[]|] // _.
+exact: (ratio_holds_sound ok (figure_in_holds (of_all_covered local)) e).
+Qed.
+
 Lemma not_compared_is entries : covered T (Not_compared_is entries) -> is_true_of D (Not_compared_is entries) ->
   holds R T (Not_compared_is entries).
 Proof. by rewrite /=; case unknown: (known T) => // _; apply: left_out_sound. Qed.
 
 Lemma statement_sound s : covered T s -> is_true_of D s -> holds R T s.
 Proof.
-case: s => // [n|q f|v|v|v|v|b|entries|q v|local v|by_ q v|local v ls|by_ local limit j|targets v] cov.
+case: s => // [n|q f|v|v|v|v|b|entries|q v|local v|by_ q v|local v ls|s limit|local worst eta v p fs|by_ local limit j|targets v] cov.
 - exact: entries_are.
 - exact: figure_is.
 - exact: gamma_is.
@@ -135,6 +151,8 @@ case: s => // [n|q f|v|v|v|v|b|entries|q v|local v|by_ q v|local v ls|by_ local 
 - exact: supremum_is.
 - exact: quantity_at_most_.
 - exact: hidden_needs_.
+- exact: stands_.
+- exact: ratio_under_drift_.
 - exact: target_is.
 - exact: verdict_is.
 Qed.
@@ -146,5 +164,6 @@ Theorem check_sound (R : realFieldType) (T : table) (ss : list statement) (os : 
 Proof.
 rewrite /check; case ok: (valid T) => // -[<-] s.
 elim: ss => //= t ss IH [[<-]|/IH //].
-by rewrite /outcome_of; case cov: (covered _ t) => //; case true_: (is_true_of _ t) => // _; apply: statement_sound.
+rewrite /outcome_of; case cov: (covered _ t) => //; case true_: (is_true_of _ t); last by case: (under_drift _ t).
+by move=> _; apply: statement_sound.
 Qed.
