@@ -249,7 +249,34 @@ def _level(level: Mapping[str, Any]) -> str:
     return f"Level {rational(level['to'])} {_value(level['balanced'])} {pairs}"
 
 
-def _of_claims(claims: Sequence[Mapping[str, Any]]) -> Iterator[Statement]:
+_MOVES = {"radius": "By_variation", "factor": "By_factor"}
+
+
+def _of_drift(claim: Mapping[str, Any], number: _Numbers, drift: str | None) -> str:
+    """How Coq says a claim by T16 about the table; nothing of logarithms, and where a bound takes the place of a mean."""
+    evidence, local = claim["evidence"], claim["quantity"].startswith("local")
+    _, unit, *form = claim["quantity"].split("_")
+    followed = [number.group(labels) for labels in evidence["followed"]]
+    if unit == "log" or (not local and {*followed} != {*number.groups.values()}):
+        return ""
+    pair = evidence["pair"]
+    place = (
+        None
+        if pair is None
+        else f"(Place (-1) {number.context(pair['context'])} (-1) {number.group(pair['higher'])} {number.group(pair['lower'])})"
+    )
+    shown = f"{option(place)} {items(map(str, followed))}%Z"
+    if form and claim["scope"] == "this law":
+        within, exact = boolean(evidence["verdict"] == "within"), boolean(claim["relation"] == "=")
+        stand = f"Stand {_MOVES[form[0]]} {boolean(local)} {within} {_value(claim['value'])} {exact} {shown}"
+        return f"Stands ({stand}) {rational(evidence['limit'])}"
+    if not form and claim["scope"] == "this law, within the declared drift" and drift is not None:
+        greatest = boolean(claim["relation"] == "<=")
+        return f"Ratio_under_drift {boolean(local)} {greatest} {rational(drift)} {_value(claim['value'])} {shown}"
+    return ""
+
+
+def _of_claims(claims: Sequence[Mapping[str, Any]], number: _Numbers, drift: str | None) -> Iterator[Statement]:
     for i, claim in enumerate(claims):
         quantity, by, term = claim["quantity"], claim["by"], ""
         if claim["scope"] == "this law":
@@ -264,6 +291,8 @@ def _of_claims(claims: Sequence[Mapping[str, Any]]) -> Iterator[Statement]:
             elif by == "T14" and quantity in ("local_hidden_context", "global_hidden_context"):
                 levels = items(map(_level, claim["evidence"]["frontier"]))
                 term = f"Hidden_needs {boolean(quantity == 'local_hidden_context')} {_value(claim['value'])} {levels}"
+        if by == "T16" and claim["scope"].startswith("this law"):
+            term = _of_drift(claim, number, drift)
         said = label(f"{quantity} {claim['relation']} {claim['value']} by {by}, of {claim['scope']}")
         yield Statement(f"claims[{i}]", said, term)
 
@@ -297,7 +326,7 @@ def statements(document: Mapping[str, Any], header: Mapping[str, Any]) -> list[S
     found += _of_metrics(document["metrics"], number)
     left_out = items(_left_out(entry, number) for entry in document["not_compared"])
     found.append(Statement("not_compared", f"{len(document['not_compared'])} entries", f"Not_compared_is {left_out}"))
-    found += _of_claims(document["claims"])
+    found += _of_claims(document["claims"], number, subject.get("max_drift"))
     found += _of_targets(document["targets"])
     verdicts = [target["verdict"] for target in document["targets"]]
     verdict = document["verdict"]

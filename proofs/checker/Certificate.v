@@ -5,7 +5,7 @@
 From Coq Require Import ZArith QArith List Ascii String.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
 From FairauditKernel Require WorstCase.
-From FairauditChecker Require Import Json Canonical Reading Table Statements Checker Nats TableText ClassText Document Drawn DrawnText BetsText Verdicts TargetText PolicyText PolicyDocument.
+From FairauditChecker Require Import Json Canonical Reading Table Statements Checker Nats TableText ClassText Document Drawn DrawnText BetsText Verdicts TargetText DriftText PolicyText PolicyDocument.
 From FairauditChecker Require Policy PolicyChecker PolicyShown.
 From FairauditKernel Require Import Fractions.
 Import ListNotations.
@@ -132,8 +132,11 @@ Definition read_table_certificate (top subject : list (text * json)) (file : opt
     let gamma := match found k_utility subject with
       | Some (Members us) => match found k_gamma us with Some (Text t) => t | _ => [] end
       | _ => [] end in
+    let* drift := read_max_drift subject in
+    let others_lost := has k_preparation subject || has k_evaluation subject in
     let* claims := get (fun v => let* vs := list_of v in
-      numbered_each (fun i v => let* c := read_claim digest (option_map class_of cl) i v in with_population H gamma interval_of c v) vs) k_claims top in
+      numbered_each (fun i v => let* c := read_claim digest (option_map class_of cl) i v in let* c := with_population H gamma interval_of c v in
+                                with_drift a H drift others_lost c v) vs) k_claims top in
     let basis_of (local : bool) :=
       if ~~ covered then Not_read
       else match kind_of (about_of H) with
@@ -144,7 +147,8 @@ Definition read_table_certificate (top subject : list (text * json)) (file : opt
                        | None => Not_read
                        end
       end in
-    let* ts := get (fun v => let* vs := list_of v in numbered_each (read_target ratio_of basis_of (signed T) differences) vs) k_targets top in
+    let* ts := get (fun v => let* vs := list_of v in
+      numbered_each (fun i v => let* t := read_target ratio_of basis_of (signed T) differences i v in Good (judged_under_drift claims v t)) vs) k_targets top in
     let* verdict := get string_of k_verdict top in
     let* last := verdict_parts ts verdict in
     let* constants := get constant_items k_utility subject in
@@ -159,7 +163,7 @@ Definition read_table_certificate (top subject : list (text * json)) (file : opt
        Item (of_string "subject.columns") [Fact same_columns]]
       ++ (match file with Some s => if embedded then [Item (of_string "the table file") [Fact (same s (table_text (first :: rows)))]] else [] | None => [] end)
       ++ constants
-      ++ uncovered_items extra_keys subject "subject."
+      ++ uncovered_items (filter (fun k => ~~ same k k_max_drift) extra_keys) subject "subject."
       ++ (if has k_spellings subject || no_spellings H then [] else [Item (of_string "subject.spellings") [Uncovered]])
       ++ interval_items interval_of claims (found k_intervals top) ++ uncovered_items [k_changed] top ""
       ++ (match cl with Some _ => [Item (of_string "the utility is in subject.class") [Uncovered]] | None => [] end)
@@ -300,6 +304,7 @@ Definition outcome_of_part (c : certificate) (D : computed) (p : part) : outcome
       match about_class c with Some (K, T) => decided (Some (WorstCase.claim_true K T local v es)) | None => False_ end
   | Log_is r low high => decided (enclosure_is r low high)
   | Log_at_most r limit b => decided (option_map (Bool.eqb b) (log_at_most r limit))
+  | Stands_in_nats s limit => decided (stands_in_nats (of_table D) s limit)
   | Of_policy s r => match about_policy c with Some B => decided (PolicyChecker.policy_claim B s r) | None => False_ end
   | Allowed a => match about_policy c with Some B => decided (Some (PolicyShown.allowed B a)) | None => False_ end
   | Unfiltered s => match of_unfiltered D with Some D => outcome_of D s | None => False_ end

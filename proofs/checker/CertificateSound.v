@@ -5,10 +5,11 @@
 
 From Coq Require Import ZArith QArith List.
 From mathcomp Require Import all_ssreflect all_algebra.
-From mathcomp Require Import reals.
+From mathcomp.analysis Require Import reals sequences exp.
 From FairauditKernel Require Import Fractions FractionsSound.
 From FairauditKernel Require WorstCase WorstCaseSound ClaimSound.
 From FairauditChecker Require Import Json JsonSound Reading Table Statements Meaning Checker CheckerSound Nats NatsSound Document Drawn DrawnText Verdicts TargetText Certificate.
+From FairauditChecker Require Import DriftNatsSound.
 From FairauditChecker Require Chance DrawnMeaning DrawnSound VerdictsMeaning VerdictsSound.
 From FairauditChecker Require Policy PolicyMeaning PolicyChecker PolicyCheckerSound PolicyShownSound.
 
@@ -31,6 +32,7 @@ Definition part_holds (c : certificate) (p : part) : Prop :=
       else False
   | Log_is r low high => encloses_log low high (omap (@ratio R) r)
   | Log_at_most r limit b => b = in_nats_at_most (omap (@ratio R) r) limit
+  | Stands_in_nats s limit => stands (about_table c) s (expR (@ratio R limit))
   | Of_policy s _ => if about_policy c is Some B then PolicyMeaning.policy_holds R B s else False
   | Allowed a => if about_policy c is Some B then PolicyMeaning.allows R B a else False
   | Unfiltered s => if without_filters c is Some T then holds R T s else False
@@ -65,7 +67,8 @@ Proof. by case: b => [[]|]. Qed.
 
 Lemma statement_true T s : valid T -> outcome_of (facts_of T) s = True_ -> holds R T s.
 Proof.
-by move=> ok; rewrite /outcome_of; case true_: (is_true_of _ s) => // _; apply: statement_sound.
+move=> ok; rewrite /outcome_of; case true_: (is_true_of _ s); last by case: (under_drift _ s).
+by move=> _; apply: statement_sound.
 Qed.
 
 Lemma drawn_true c local i : interval_in c local = Some i ->
@@ -86,13 +89,15 @@ Proof. by rewrite /outcome_of_part /part_holds; case: ifP => // _ /decided_true[
 
 Lemma part_sound c p : well_formed c -> valid (about_table c) -> outcome_of_part c (worked_out c) p = True_ -> part_holds c p.
 Proof.
-move=> formed ok; case: p => [s|local v es|r low high|r limit b|s r|a|s|local s|local l j|on q|T s|b|].
+move=> formed ok; case: p => [s|local v es|r low high|r limit b|s limit|s r|a|s|local s|local l j|on q|T s|b|].
 - exact: statement_true.
 - rewrite /=; case: (about_class c) => [[K T]|] //; case claimed: (WorstCase.claim_true K T local v es) => // _.
   exact: ClaimSound.claim_true_sound claimed.
 - by rewrite /= => /decided_true; apply: enclosure_sound.
 - rewrite /= => /decided_true; case log: (log_at_most r limit) => [b'|] //= [/Bool.eqb_prop ->].
   exact: log_at_most_sound log.
+- rewrite /= /stands_in_nats => /decided_true.
+  by apply: (stands_for_log_sound ok); have := figure_in_holds R ok (if is_local s then Local else Global); case: (is_local s).
 - move: formed; rewrite /= /well_formed /about_policy; case: (its_subject c) => [//|B U] /andP[okB _] /decided_true.
   exact: PolicyCheckerSound.policy_claim_sound.
 - move: formed; rewrite /= /well_formed /about_policy; case: (its_subject c) => [//|B U] /andP[okB _].

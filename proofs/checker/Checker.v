@@ -7,7 +7,7 @@ From Coq Require Import ZArith QArith List.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
 From FairauditKernel Require Import Fractions.
 From FairauditChecker Require Import Table Statements Figures Distances LeftOut.
-From FairauditChecker Require Hidden.
+From FairauditChecker Require Hidden Drift.
 Import ListNotations.
 
 Set Implicit Arguments.
@@ -199,6 +199,19 @@ Definition by_supremum (D : facts) (q : quantity) (v : option Q) : bool :=
 
 (* ---- Statements ---- *)
 
+(* What is stated of cells that move; none: not decided *)
+Definition under_drift (D : facts) (s : statement) : option bool :=
+  match s with
+  | Stands st limit =>
+      Drift.stands_for_ratio (subject D) (of_contexts D) (of_groups D) (figure_in D (if is_local st then Local else Global)) st limit
+  | Ratio_under_drift local worst eta v p fs =>
+      Drift.ratio_holds (subject D) (of_contexts D) (of_groups D) (figure_in D (if local then Local else Global)) local worst eta v p fs
+  | _ => Some false
+  end.
+
+Definition stands_in_nats (D : facts) (st : stand) (limit : Q) : option bool :=
+  Drift.stands_for_log (subject D) (of_contexts D) (of_groups D) (figure_in D (if is_local st then Local else Global)) st limit.
+
 Definition is_true_of (D : facts) (s : statement) : bool :=
   match s with
   | Entries_are n => n =? Z.of_nat (length (cells (subject D))) * decisions (subject D)
@@ -213,6 +226,7 @@ Definition is_true_of (D : facts) (s : statement) : bool :=
   | Quantity_at_most By_T5 q v => [&& same_quantity q Global, independent D, equals (figure_in D Local) v & bounds (figure_in D Global) v]
   | Quantity_at_most By_T7 q v => by_supremum D q v && bounds (figure_in D q) v
   | Hidden_needs local v ls => match figure_in D (if local then Local else Global) with Some f => Hidden.frontier_fits (value f) v ls | None => false end
+  | Stands _ _ | Ratio_under_drift _ _ _ _ _ _ => match under_drift D s with Some b => b | None => false end
   | Target_is by_ local limit j => same_judgement j (judged (figure_in D (limited by_ local)) limit)
   | Verdict_is targets v => same_option same_judgement v (overall targets)
   | Not_compared_is entries => left_out_as_stated (subject D) (of_contexts D) (of_groups D) entries
@@ -222,7 +236,8 @@ Definition is_true_of (D : facts) (s : statement) : bool :=
 (* Of a table every statement is judged; other parts of a certificate may not be covered. *)
 Inductive outcome := True_ | False_ | Not_covered.
 
-Definition outcome_of (D : facts) (s : statement) : outcome := if is_true_of D s then True_ else False_.
+Definition outcome_of (D : facts) (s : statement) : outcome :=
+  if is_true_of D s then True_ else match under_drift D s with Some _ => False_ | None => Not_covered end.
 
 (* The outcome of each statement; nothing where the table is malformed *)
 Definition check (T : table) (ss : list statement) : option (list outcome) :=

@@ -5,7 +5,7 @@ From mathcomp Require Import all_ssreflect all_algebra.
 From mathcomp.zify Require Import ssrZ.
 From FairauditKernel Require Import Fractions FractionsSound.
 From FairauditChecker Require Import Table Statements Meaning Figures Distances Checker.
-From FairauditChecker Require Import ListsSound TableSound WidestSound BlocksSound FiguresSound FarthestSound ConstantsSound ClaimsSound LeftOutSound RatesSound HiddenSound.
+From FairauditChecker Require Import ListsSound TableSound WidestSound BlocksSound FiguresSound FarthestSound ConstantsSound ClaimsSound LeftOutSound RatesSound HiddenSound DriftClaimsSound.
 
 Set Implicit Arguments.
 Unset Strict Implicit.
@@ -118,6 +118,19 @@ rewrite /=; have := figure_in_holds (if local then Local else Global); case: (fi
 by case: (local).
 Qed.
 
+Lemma stands_ s limit : is_true_of D (Stands s limit) -> holds R T (Stands s limit).
+Proof.
+rewrite /is_true_of /under_drift /=; case e: (Drift.stands_for_ratio _ _ _ _ _ _) => [[]|] // _.
+exact: (stands_for_ratio_sound ok (figure_in_holds (ratio_of_all (is_local s))) e).
+Qed.
+
+Lemma ratio_under_drift_ local worst eta v p fs :
+  is_true_of D (Ratio_under_drift local worst eta v p fs) -> holds R T (Ratio_under_drift local worst eta v p fs).
+Proof.
+rewrite /is_true_of /under_drift /=; case e: (Drift.ratio_holds _ _ _ _ _ _ _ _ _ _) => [[]|] // _.
+exact: (ratio_holds_sound ok (figure_in_holds (ratio_of_all local)) e).
+Qed.
+
 Lemma rates_are r o rates : is_true_of D (Rates_are r o rates) -> holds R T (Rates_are r o rates).
 Proof.
 move=> stated; case known_: (known T) => [K|]; first exact: (@rates_sound R T ok K known_ r o rates).
@@ -129,7 +142,7 @@ Proof. exact/(left_out_sound ok)/rates_left_out_sound. Qed.
 
 Lemma statement_sound s : is_true_of D s -> holds R T s.
 Proof.
-case: s => [n|q f|r o rates|v|v|v|v|b|entries|q v|local v|by_ q v|local v ls|by_ local limit j|targets v].
+case: s => [n|q f|r o rates|v|v|v|v|b|entries|q v|local v|by_ q v|local v ls|s limit|local worst eta v p fs|by_ local limit j|targets v].
 - exact: entries_are.
 - exact: figure_is.
 - exact: rates_are.
@@ -143,6 +156,8 @@ case: s => [n|q f|r o rates|v|v|v|v|b|entries|q v|local v|by_ q v|local v ls|by_
 - exact: supremum_is.
 - exact: quantity_at_most_.
 - exact: hidden_needs_.
+- exact: stands_.
+- exact: ratio_under_drift_.
 - exact: target_is.
 - exact: verdict_is.
 Qed.
@@ -154,5 +169,6 @@ Theorem check_sound (R : realFieldType) (T : table) (ss : list statement) (os : 
 Proof.
 rewrite /check; case ok: (valid T) => // -[<-] s.
 elim: ss => //= t ss IH [[<-]|/IH //].
-by rewrite /outcome_of; case true_: (is_true_of _ t) => // _; apply: statement_sound.
+rewrite /outcome_of; case true_: (is_true_of _ t); last by case: (under_drift _ t).
+by move=> _; apply: statement_sound.
 Qed.

@@ -27,6 +27,7 @@ Inductive part :=
 | Worst_case (local : bool) (v : option Q) (es : list WorstCase.evidence) (* of every utility of the class, the ratio is at most v *)
 | Log_is (r : option Q) (low high : text)                      (* the two decimals enclose log r *)
 | Log_at_most (r : option Q) (limit : Q) (b : bool)            (* whether log r is at most the limit *)
+| Stands_in_nats (s : stand) (limit : Q)                        (* how far cells may move while a verdict on log r stands *)
 | Of_policy (s : Policy.statement) (r : Policy.reason)          (* what is claimed of a policy behind filters, by a theorem *)
 | Allowed (a : Policy.allowance)                                (* what was declared of a policy allows for what its table has *)
 | Unfiltered (s : statement)                                   (* what is stated of the table of the policy without its filters *)

@@ -300,6 +300,60 @@ Definition target_holds (q : quantity) (limit : R) (j : judgement) : Prop :=
   | Depends => False
   end.
 
+(* ---- Drift ---- *)
+
+(* D u x a, the law of the decision that each cell may have now; each group has its contexts as often as before. *)
+Definition is_law (D : Z -> R) : Prop := (forall u, u \in range (decisions T) -> 0 <= D u) /\ \sum_(u <- range (decisions T)) D u = 1.
+
+(* within a total variation of v, or each probability within a factor of v *)
+Definition moved (k : move) (v : R) (P D : Z -> R) : Prop :=
+  is_law D /\
+  match k with
+  | By_variation => \sum_(u <- range (decisions T)) Num.max 0 (D u - P u) <= v
+  | By_factor => forall u, u \in range (decisions T) -> D u <= v * P u /\ P u <= v * D u
+  end.
+Definition drifted (k : move) (v : R) (D : Z -> Z -> Z -> R) : Prop := forall x a, has_cell x a -> moved k v (law x a) (D x a).
+
+Definition expectation_in (D : Z -> Z -> Z -> R) (x a : Z) : R := \sum_(u <- range (decisions T)) D x a u * gain x a u.
+Definition group_mean_in (D : Z -> Z -> Z -> R) (a : Z) : R :=
+  (\sum_(x <- range (contexts T)) cell_mass x a * expectation_in D x a) / group_mass a.
+Definition amount_in (D : Z -> Z -> Z -> R) (local : bool) (x a : Z) : R := if local then expectation_in D x a else group_mean_in D a.
+
+(* Of the places where a ratio is compared *)
+Definition ratio_of_all (local : bool) : quantity := if local then Local else Global.
+Definition ratio_in (D : Z -> Z -> Z -> R) (local : bool) (p : place) : option R :=
+  quotient (amount_in D local (at_context p) (higher p)) (amount_in D local (at_context p) (lower p)).
+
+Definition all_within (D : Z -> Z -> Z -> R) (local : bool) (limit : R) : Prop :=
+  forall p, compares (ratio_of_all local) p -> no_more (ratio_in D local p) (Some limit).
+Definition one_exceeds (D : Z -> Z -> Z -> R) (local : bool) (limit : R) : Prop :=
+  exists2 p, compares (ratio_of_all local) p & ~~ no_more (ratio_in D local p) (Some limit).
+
+(* The table gives the verdict, and so does whatever drift is meant.  If no farther: within is ended by some drift that is farther by as
+   little as one likes, and exceeds by some drift that is as far. *)
+Definition stands (s : stand) (limit : R) : Prop :=
+  let local := is_local s in
+  let so D := if keeps_limit s then all_within D local limit else one_exceeds D local limit in
+  let meant v := match how_far s with Some w => if keeps_limit s then v <= ratio w else v < ratio w | None => true end in
+  [/\ target_holds (ratio_of_all local) limit (if keeps_limit s then Within else Exceeds),
+      forall v D, meant v -> drifted (moves_by s) v D -> so D
+    & match no_further s, how_far s with
+      | true, Some w =>
+          if keeps_limit s then forall v, ratio w < v -> exists2 D, drifted (moves_by s) v D & one_exceeds D local limit
+          else exists2 D, drifted (moves_by s) (ratio w) D & all_within D local limit
+      | _, _ => True
+      end].
+
+(* v is the greatest ratio of two groups that such a drift can bring about, or the least that the greatest of all ratios can have. *)
+Definition ratio_under_drift (local greatest_ : bool) (eta : R) (v : option R) : Prop :=
+  exists_at_all (ratio_of_all local) /\
+  if greatest_ then
+    (forall D, drifted By_variation eta D -> forall p, compares (ratio_of_all local) p -> no_more (ratio_in D local p) v) /\
+    exists D p, [/\ drifted By_variation eta D, compares (ratio_of_all local) p & ratio_in D local p = v]
+  else
+    (forall D, drifted By_variation eta D -> exists2 p, compares (ratio_of_all local) p & no_more v (ratio_in D local p)) /\
+    exists2 D, drifted By_variation eta D & forall p, compares (ratio_of_all local) p -> no_more (ratio_in D local p) v.
+
 (* Exceeds if any target is exceeded, else depends if any depends, else inconclusive if any is, else within; none without targets. *)
 Definition verdict_of (targets : list judgement) : option judgement :=
   let is_there (f : judgement -> bool) := has f targets in
@@ -327,6 +381,8 @@ Definition holds (s : statement) : Prop :=
   | Quantity_at_most By_T5 q v => [/\ q = Global, independent & bounded_by q (extended v)]
   | Quantity_at_most By_T7 q v => bounded_by q (extended v)
   | Hidden_needs local v levels => hidden_needs (if local then Local else Global) v levels
+  | Stands s limit => stands s (ratio limit)
+  | Ratio_under_drift local greatest_ eta v _ _ => ratio_under_drift local greatest_ (ratio eta) (extended v)
   | Target_is by_ local limit j => target_holds (limited by_ local) (ratio limit) j
   | Verdict_is targets v => v = verdict_of targets
   end.

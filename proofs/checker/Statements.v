@@ -68,6 +68,20 @@ Inductive left_out :=
    they are), or one below each of a pair. *)
 Record level := Level { down_to : Q; balanced : option Q; strengths : list (Q * Q) }.
 
+(* How the law of a cell moves: by a total variation, or by a factor of each probability. *)
+Inductive move := By_variation | By_factor.
+
+(* How far all cells may move, each by itself, while what a table gives for a limit on a ratio stands; with what shows it. *)
+Record stand := Stand {
+  moves_by : move;
+  is_local : bool;           (* of the local ratio, or of the global one *)
+  keeps_limit : bool;        (* the ratio is within the limit, and stays so up to [how_far]; or exceeds it, and does below [how_far] *)
+  how_far : option Q;        (* none: however far they move *)
+  no_further : bool;         (* and no farther *)
+  turning : option place;    (* where that is so *)
+  followed : list Z          (* groups whose means are summed *)
+}.
+
 (* The theorem by which a bound is claimed. *)
 Inductive theorem_cited := By_T5 | By_T7.
 
@@ -91,6 +105,9 @@ Inductive statement :=
 | Quantity_at_most (by_ : theorem_cited) (q : quantity) (v : option Q)
 (* by T14: how strong a hidden factor has to be at the least to bring a ratio down to 1, and to targets; v is what brings it down to 1 *)
 | Hidden_needs (local : bool) (v : option Q) (levels : list level)
+(* by T16: how far cells may move while a verdict on a ratio stands; and the greatest or the least ratio when each moves by no more than eta *)
+| Stands (s : stand) (limit : Q)
+| Ratio_under_drift (local greatest : bool) (eta : Q) (v : option Q) (reaching : option place) (followed : list Z)
 (* limits: on a local or global ratio or difference *)
 | Target_is (by_ : measured) (local : bool) (limit : Q) (j : judgement)
 (* the verdict, by those of all targets, those in nats included; none without targets *)
