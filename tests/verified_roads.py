@@ -350,9 +350,14 @@ def of_units(seed: int) -> bytes:
 
 
 def of_kind(seed: int) -> bytes:
-    """One of the tables that were made to be difficult, with limits or without."""
+    """One of the tables that were made to be difficult, with limits or without, and within a drift where there can be one."""
     made = KINDS[seed % len(KINDS)]
-    return made(**(FOUR if seed % 3 == 0 else {})).certificate.text.encode()
+    drift = {"max_drift": "1/50"} if seed % 6 == 0 and made.__name__ not in NO_DRIFT else {}
+    return made(**({**FOUR, **drift} if seed % 3 == 0 else {})).certificate.text.encode()
+
+
+NO_DRIFT = ("by_group", "both_contrasts", "signed", "signed_by_cell")
+"""Tables without a utility for each decision, or with differences."""
 
 
 SOURCES: tuple[tuple[Callable[[int], bytes], int], ...] = (
@@ -466,7 +471,9 @@ POOL = [
     "T6",
     "T7",
     "T14",
+    "T16",
     "this law",
+    "this law, within the declared drift",
     "counts",
     "equal",
     "each",

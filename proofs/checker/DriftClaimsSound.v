@@ -144,7 +144,7 @@ apply: no_more_through (all_ p comp) _; move: small; rewrite (not_above_extended
 Qed.
 End Limit.
 
-Theorem stands_for_ratio_sound f s limit : figure_holds R T (ratio_of_all (is_local s)) f ->
+Lemma stands_for_ratio_sound f s limit : figure_holds R T (ratio_of_all (is_local s)) f ->
   stands_for_ratio T (rows_of T) A f s limit = Some true -> stands T s (ratio limit).
 Proof.
 move=> fig; rewrite /stands_for_ratio; case: ifP => // limit1; apply: stand_sound fig.

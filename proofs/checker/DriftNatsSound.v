@@ -27,7 +27,7 @@ case: r gt => [r|] //=; rewrite -ltNge => gt; have pos : 0 < ratio r := lt_trans
 by rewrite -[in RHS](lnK (x := ratio r)) ?posrE // ler_expR.
 Qed.
 
-Theorem stands_for_log_sound f s limit : figure_holds R T (ratio_of_all (is_local s)) f ->
+Lemma stands_for_log_sound f s limit : figure_holds R T (ratio_of_all (is_local s)) f ->
   stands_for_log T (rows_of T) (group_rows T (rows_of T)) f s limit = Some true -> stands T s (expR (ratio limit)).
 Proof.
 move=> fig; rewrite /stands_for_log; case: ifP => //; rewrite (nonnegativeE R) => limit0; apply: stand_sound fig => //.
