@@ -37,20 +37,20 @@ Definition shown_sites (W : matrix) : list (list (list Z)) := map (pieces (relea
 
 Definition all_zero (v : list Z) : bool := forallb (Z.eqb 0) v.
 
-(* Sum over what is released of the greatest p - V q near this policy, V = n/d and eta = moved/den *)
-Definition sum_near (n d moved den : Z) (row row' : list Z) (alphas betas : list (list Z)) : Z :=
+(* Sum over what is released of the greatest p - V q near this policy, V = n/d and eta = moved/den; the weights are over the unit. *)
+Definition sum_near (unit : Z) (weights : list (list (list Z))) (n d moved den : Z) (row row' : list Z) (alphas betas : list (list Z)) : Z :=
   sum_z (map (fun w =>
     let '(alpha, beta, laws) := w in
     if all_zero alpha && all_zero beta then 0
     else sum_z (map (fun rl =>
-      greatest_near (moved * law_unit) den
+      greatest_near (moved * unit) den
         (combine (map (fun v => rl.1.1 * v.1 * d - rl.1.2 * v.2 * n) (combine alpha beta)) rl.2)) (combine (combine row row') laws)))
-    (combine (combine alphas betas) law_weights)).
+    (combine (combine alphas betas) weights)).
 
-Definition never_near (eta V : Q) (rows : list (list Z)) (means : matrix) (c : option nat) : bool :=
+Definition never_near (unit : Z) (weights : list (list (list Z))) (eta V : Q) (rows : list (list Z)) (means : matrix) (c : option nat) : bool :=
   let sites := shown_sites (shown_worths means c) in
   let sides := map (fun a => (nth a rows [], nth a sites [])) (groups_in S c) in
-  forallb (fun ab => sum_near (Qnum V) (Zpos (Qden V)) (Qnum eta) (Zpos (Qden eta)) ab.1.1 ab.2.1 ab.1.2 ab.2.2 <=? 0) (ordered [] sides).
+  forallb (fun ab => sum_near unit weights (Qnum V) (Zpos (Qden V)) (Qnum eta) (Zpos (Qden eta)) ab.1.1 ab.2.1 ab.1.2 ab.2.2 <=? 0) (ordered [] sides).
 
 (* ---- A policy that gains most ---- *)
 
@@ -112,7 +112,8 @@ Definition attained_near (eta : Q) (V : option Q) (p : pair) : bool :=
 Definition work_near (means : bool) : Z :=
   let size := Z.of_nat in
   size (true_groups S) * size (true_groups S) * size (released_groups S) * size (decisions S) * size (decisions S)
-  * (if means then size (released_contexts S) else size (true_contexts S) * size (released_contexts S)).
+  * (if means then size (released_contexts S)
+     else size (true_contexts S) * match context_filter S with Filtered _ => size (released_contexts S) | AsIs _ => 1 end).
 
 Definition near_accepted (means : bool) (V : option Q) (attained : option pair) : option bool :=
   match max_drift (stated S) with
@@ -124,7 +125,9 @@ Definition near_accepted (means : bool) (V : option Q) (attained : option pair) 
             at_most one V
             && (let rows := rows_of S in
                 let worths := if means then mean_worths S else [] in
-                forallb (never_near eta V rows worths) (places S means))
+                let unit := law_unit in
+                let weights := law_weights in
+                forallb (never_near unit weights eta V rows worths) (places S means))
         | None => true
         end
         & match V, attained with

@@ -169,7 +169,7 @@ Proof. by move=> e1 e2; rewrite size_combine ?size_combine ?e1. Qed.
 (* How much p - V q any policy nearby has *)
 Lemma sum_nearP (V : Q) c a a' T : compared c a -> compared c a' -> policy T -> (forall y b, tv (T y b) (T0 y b) <= ratio eta) ->
   row_unit * near_unit c * embed (Zpos (Qden V)) * (embed (law_unit S) * embed (Zpos (Qden eta))) * (quantity c (E_of T) a - ratio V * quantity c (E_of T) a')
-    <= embed (sum_near S (Qnum V) (Zpos (Qden V)) (Qnum eta) (Zpos (Qden eta)) (nth [::] (rows_of S) a) (nth [::] (rows_of S) a')
+    <= embed (sum_near (law_unit S) (law_weights S) (Qnum V) (Zpos (Qden V)) (Qnum eta) (Zpos (Qden eta)) (nth [::] (rows_of S) a) (nth [::] (rows_of S) a')
                 (near_sites c a) (near_sites c a')).
 Proof.
 move=> com com' kT near; have [sa at_a] := near_sitesP com; have [sa' at_a'] := near_sitesP com'.
@@ -202,7 +202,7 @@ apply: (@greatest_nearP R (decisions S) w0 _ _ (Qnum eta) (Zpos (Qden eta)) (law
 exact: kT.
 Qed.
 
-Theorem never_nearP V means : max_drift (stated S) = Some eta -> forallb (never_near S eta V (rows_of S) (if means then mean_worths S else [::])) (places S means) ->
+Theorem never_nearP V means : max_drift (stated S) = Some eta -> forallb (never_near S (law_unit S) (law_weights S) eta V (rows_of S) (if means then mean_worths S else [::])) (places S means) ->
   bounded means (@of_policy_near R S) (ratio V).
 Proof.
 move=> declared /forallb_forall proofs E [T [kT near eE]]; rewrite declared /= in near; apply/withinP => c em a a' com com' aa.
