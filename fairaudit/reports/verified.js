@@ -3,144 +3,144 @@
 globalThis!=="object"&&(this?b():(a.defineProperty(a.prototype,"_T_",{configurable:true,get:b}),_T_));function
 b(){var
 b=this||self;b.globalThis=b;delete
-a.prototype._T_}}(Object));(function(ae){"use strict";var
-oe="%Li",oH=" : flags Open_text and Open_binary are not compatible",d=115,e=105,oA="Invalid_argument",g=111,gy='"',iE=1255,iK=-15,iD=255,oO=0x800,b4=0xffff,iQ=123,on="jsError",b2=0x8000,oz="%ni",ou=12520,aL=107,oN=256,om="End_of_file",iJ="Unix.Unix_error",iC="Failure",oT="infinity",cq=0xff,t=109,iB="mkdir",gw=1000,oS=126,ab="",oG="Stack_overflow",iM="ENOENT",ot="^",dd=122,gv=": No such file or directory",bu="0",oF="/static/",oM="([^/]+)",dV=0x3f,oE=-97,oD="Not_found",iL=0xf,dc=128,ok=-48,ol=0xdc00,oy="Sys_blocked_io",oW="fd ",eT=125,oL="ENOTEMPTY",v=112,os="Match_failure",a$=248,aS="camlinternalFormat.ml",oK="Division_by_zero",oV=1027,oj="Sys_error",dW=".",dU="+",iI="rmdir",oR=0xf0,ox="%u",f=110,oi="EEXIST",oJ="%d",b=116,or="%li",oC=1026,C=118,L=121,oI="buffer.ml",H=119,j=108,eR=127,eS=1024,l=104,oQ=-32,oc="Pervasives.do_at_exit",od="utf8",aB=106,cn=" ",bP=0x80,iP="e",ob="Undefined_recursive_module",aa=120,F=103,ow=" : flags Open_rdonly and Open_wronly are not compatible",A=102,oh=512,db="-",iG="nan",cp=113,og=0x7ff0,iO=": Not a directory",oq=0xe0,ov=" : file already exists",a=101,m=117,op=0xdfff,co=0xffffff,b3="/",iH="compare: functional value",oP="Assert_failure",of="0x",oa="%i",oU="Out_of_memory",iF="ENOTDIR",h=114,oB="true",gx=254,iN="index out of bounds",p=100,oo=250,gz="_bigarr02";function
-Em(d,b,e,c,f){if(c<=b)for(var
+a.prototype._T_}}(Object));(function(ak){"use strict";var
+o4="%Li",pv=" : flags Open_text and Open_binary are not compatible",d=115,e=105,po="Invalid_argument",f=111,gU='"',i3=1255,i9=-15,i2=255,pC=0x800,b$=0xffff,jd=123,pb="jsError",b9=0x8000,pn="%ni",pi=12520,aO=107,pB=256,pa="End_of_file",i8="Unix.Unix_error",i1="Failure",pH="infinity",cB=0xff,u=109,i0="mkdir",gS=1000,pG=126,ai="",pu="Stack_overflow",i$="ENOENT",ph="^",dt=122,gR=": No such file or directory",bB="0",pt="/static/",pA="([^/]+)",eb=0x3f,ps=-97,pr="Not_found",i_=0xf,ds=128,o_=-48,o$=0xdc00,pm="Sys_blocked_io",pK="fd ",ff=125,pz="ENOTEMPTY",v=112,pg="Match_failure",bk=248,aW="camlinternalFormat.ml",py="Division_by_zero",pJ=1027,o9="Sys_error",ec=".",ea="+",i7="rmdir",pF=0xf0,pl="%u",g=110,o8="EEXIST",px="%d",b=116,pf="%li",pq=1026,D=118,N=121,pw="buffer.ml",H=119,j=108,fd=127,fe=1024,l=104,pE=-32,o2="Pervasives.do_at_exit",o3="utf8",aF=106,cy=" ",bX=0x80,jc="e",o1="Undefined_recursive_module",ae=120,C=103,pk=" : flags Open_rdonly and Open_wronly are not compatible",B=102,o7=512,dr="-",i5="nan",cA=113,o6=0x7ff0,jb=": Not a directory",pe=0xe0,pj=" : file already exists",a=101,m=117,pd=0xdfff,cz=0xffffff,b_="/",i6="compare: functional value",pD="Assert_failure",o5="0x",o0="%i",pI="Out_of_memory",i4="ENOTDIR",h=114,pp="true",gT=254,ja="index out of bounds",p=100,pc=250,gV="_bigarr02";function
+GE(d,b,e,c,f){if(c<=b)for(var
 a=1;a<=f;a++)e[c+a]=d[b+a];else
 for(var
 a=f;a>=1;a--)e[c+a]=d[b+a];return 0}function
-Ep(e,f,d){var
+GH(e,f,d){var
 a=new
 Array(d+1);a[0]=0;for(var
 b=1,c=f+1;b<=d;b++,c++)a[b]=e[c];return a}function
-i2(c,b,a){var
+jp(c,b,a){var
 d=String.fromCharCode;if(b==0&&a<=4096&&a==c.length)return d.apply(null,c);var
-e=ab;for(;0<a;b+=eS,a-=eS)e+=d.apply(null,c.slice(b,b+Math.min(a,eS)));return e}function
-gB(b){if(ae.Uint8Array)var
-c=new(ae.Uint8Array)(b.l);else
+e=ai;for(;0<a;b+=fe,a-=fe)e+=d.apply(null,c.slice(b,b+Math.min(a,fe)));return e}function
+gX(b){if(ak.Uint8Array)var
+c=new(ak.Uint8Array)(b.l);else
 var
 c=new
 Array(b.l);var
 e=b.c,d=e.length,a=0;for(;a<d;a++)c[a]=e.charCodeAt(a);for(d=b.l;a<d;a++)c[a]=0;b.c=c;b.t=4;return c}function
-de(d,e,b,f,c){if(c==0)return 0;if(f==0&&(c>=b.l||b.t==2&&c>=b.c.length)){b.c=d.t==4?i2(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else
-if(b.t==2&&f==b.c.length){b.c+=d.t==4?i2(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else{if(b.t!=4)gB(b);var
+du(d,e,b,f,c){if(c==0)return 0;if(f==0&&(c>=b.l||b.t==2&&c>=b.c.length)){b.c=d.t==4?jp(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else
+if(b.t==2&&f==b.c.length){b.c+=d.t==4?jp(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else{if(b.t!=4)gX(b);var
 g=d.c,h=b.c;if(d.t==4)if(f<=e)for(var
 a=0;a<c;a++)h[f+a]=g[e+a];else
 for(var
 a=c-1;a>=0;a--)h[f+a]=g[e+a];else{var
 i=Math.min(c,g.length-e);for(var
 a=0;a<i;a++)h[f+a]=g.charCodeAt(e+a);for(;a<c;a++)h[f+a]=0}}return 0}function
-df(a){return a}function
-b7(a,b,c,d,e){de(df(a),b,c,d,e);return 0}function
-E3(b,a){throw[0,b,a]}function
-dZ(b,a){if(b==0)return ab;if(a.repeat)return a.repeat(b);var
-d=ab,c=0;for(;;){if(b&1)d+=a;b>>=1;if(b==0)return d;a+=a;c++;if(c==9)a.slice(0,1)}}function
-gC(a){if(a.t==2)a.c+=dZ(a.l-a.c.length,"\0");else
-a.c=i2(a.c,0,a.c.length);a.t=0}function
-pt(a){if(a.length<24){for(var
-b=0;b<a.length;b++)if(a.charCodeAt(b)>eR)return false;return true}else
+dv(a){return a}function
+cc(a,b,c,d,e){du(dv(a),b,c,d,e);return 0}function
+Hj(b,a){throw[0,b,a]}function
+ef(b,a){if(b==0)return ai;if(a.repeat)return a.repeat(b);var
+d=ai,c=0;for(;;){if(b&1)d+=a;b>>=1;if(b==0)return d;a+=a;c++;if(c==9)a.slice(0,1)}}function
+gY(a){if(a.t==2)a.c+=ef(a.l-a.c.length,"\0");else
+a.c=jp(a.c,0,a.c.length);a.t=0}function
+qh(a){if(a.length<24){for(var
+b=0;b<a.length;b++)if(a.charCodeAt(b)>fd)return false;return true}else
 return!/[^\x00-\x7f]/.test(a)}function
-i4(e){for(var
-j=ab,c=ab,g,f,h,a,b=0,i=e.length;b<i;b++){f=e.charCodeAt(b);if(f<bP){for(var
-d=b+1;d<i&&(f=e.charCodeAt(d))<bP;d++);if(d-b>oh){c.substr(0,1);j+=c;c=ab;j+=e.slice(b,d)}else
-c+=e.slice(b,d);if(d==i)break;b=d}a=1;if(++b<i&&((h=e.charCodeAt(b))&-64)==dc){g=h+(f<<6);if(f<oq){a=g-0x3080;if(a<bP)a=1}else{a=2;if(++b<i&&((h=e.charCodeAt(b))&-64)==dc){g=h+(g<<6);if(f<oR){a=g-0xe2080;if(a<oO||a>=0xd7ff&&a<0xe000)a=2}else{a=3;if(++b<i&&((h=e.charCodeAt(b))&-64)==dc&&f<0xf5){a=h-0x3c82080+(g<<6);if(a<0x10000||a>0x10ffff)a=3}}}}}if(a<4){b-=a;c+="\ufffd"}else
-if(a>b4)c+=String.fromCharCode(0xd7c0+(a>>10),ol+(a&0x3FF));else
-c+=String.fromCharCode(a);if(c.length>eS){c.substr(0,1);j+=c;c=ab}}return j+c}function
-b5(c,a,b){this.t=c;this.c=a;this.l=b}b5.prototype.toString=function(){switch(this.t){case
-9:return this.c;default:gC(this);case
-0:if(pt(this.c)){this.t=9;return this.c}this.t=8;case
-8:return this.c}};b5.prototype.toUtf16=function(){var
-a=this.toString();if(this.t==9)return a;return i4(a)};b5.prototype.slice=function(){var
+jr(e){for(var
+j=ai,c=ai,g,f,h,a,b=0,i=e.length;b<i;b++){f=e.charCodeAt(b);if(f<bX){for(var
+d=b+1;d<i&&(f=e.charCodeAt(d))<bX;d++);if(d-b>o7){c.substr(0,1);j+=c;c=ai;j+=e.slice(b,d)}else
+c+=e.slice(b,d);if(d==i)break;b=d}a=1;if(++b<i&&((h=e.charCodeAt(b))&-64)==ds){g=h+(f<<6);if(f<pe){a=g-0x3080;if(a<bX)a=1}else{a=2;if(++b<i&&((h=e.charCodeAt(b))&-64)==ds){g=h+(g<<6);if(f<pF){a=g-0xe2080;if(a<pC||a>=0xd7ff&&a<0xe000)a=2}else{a=3;if(++b<i&&((h=e.charCodeAt(b))&-64)==ds&&f<0xf5){a=h-0x3c82080+(g<<6);if(a<0x10000||a>0x10ffff)a=3}}}}}if(a<4){b-=a;c+="\ufffd"}else
+if(a>b$)c+=String.fromCharCode(0xd7c0+(a>>10),o$+(a&0x3FF));else
+c+=String.fromCharCode(a);if(c.length>fe){c.substr(0,1);j+=c;c=ai}}return j+c}function
+ca(c,a,b){this.t=c;this.c=a;this.l=b}ca.prototype.toString=function(){switch(this.t){case
+9:return this.c;default:gY(this);case
+0:if(qh(this.c)){this.t=9;return this.c}this.t=8;case
+8:return this.c}};ca.prototype.toUtf16=function(){var
+a=this.toString();if(this.t==9)return a;return jr(a)};ca.prototype.slice=function(){var
 a=this.t==4?this.c.slice():this.c;return new
-b5(this.t,a,this.l)};function
-o6(a){return new
-b5(0,a,a.length)}function
-w(a){return o6(a)}function
-i1(b,a){E3(b,w(a))}var
-aH=[0];function
-aU(a){i1(aH.Invalid_argument,a)}function
-gA(){aU(iN)}function
-cs(a,b){switch(a.t&6){default:if(b>=a.c.length)return 0;case
+ca(this.t,a,this.l)};function
+pU(a){return new
+ca(0,a,a.length)}function
+y(a){return pU(a)}function
+jo(b,a){Hj(b,y(a))}var
+aK=[0];function
+aY(a){jo(aK.Invalid_argument,a)}function
+gW(){aY(ja)}function
+cD(a,b){switch(a.t&6){default:if(b>=a.c.length)return 0;case
 0:return a.c.charCodeAt(b);case
 4:return a.c[b]}}function
-o5(b,a){if(a>>>0>=b.l)gA();return cs(b,a)}function
-Es(b,a){if(a>>>0>=b.l-3)gA();var
-c=cs(b,a),d=cs(b,a+1),e=cs(b,a+2),f=cs(b,a+3);return f<<24|e<<16|d<<8|c}function
-aG(a,c,b){b&=cq;if(a.t!=4){if(c==a.c.length){a.c+=String.fromCharCode(b);if(c+1==a.l)a.t=0;return 0}gB(a)}a.c[c]=b;return 0}function
-cr(b,a,c){if(a>>>0>=b.l)gA();return aG(b,a,c)}function
-dh(a){return a.toArray()}function
-Ev(c,b,e){if(b>>>0>=c.l-7)gA();var
-d=dh(e);for(var
-a=0;a<8;a++)aG(c,b+7-a,d[a]);return 0}function
-cR(c,a){if(c.fun)return cR(c.fun,a);if(typeof
+pT(b,a){if(a>>>0>=b.l)gW();return cD(b,a)}function
+GK(b,a){if(a>>>0>=b.l-3)gW();var
+c=cD(b,a),d=cD(b,a+1),e=cD(b,a+2),f=cD(b,a+3);return f<<24|e<<16|d<<8|c}function
+aJ(a,c,b){b&=cB;if(a.t!=4){if(c==a.c.length){a.c+=String.fromCharCode(b);if(c+1==a.l)a.t=0;return 0}gX(a)}a.c[c]=b;return 0}function
+cC(b,a,c){if(a>>>0>=b.l)gW();return aJ(b,a,c)}function
+dx(a){return a.toArray()}function
+GN(c,b,e){if(b>>>0>=c.l-7)gW();var
+d=dx(e);for(var
+a=0;a<8;a++)aJ(c,b+7-a,d[a]);return 0}function
+c0(c,a){if(c.fun)return c0(c.fun,a);if(typeof
 c!=="function")return c;var
 b=c.length|0;if(b===0)return c.apply(null,a);var
 e=a.length|0,d=b-e|0;if(d==0)return c.apply(null,a);else
-if(d<0)return cR(c.apply(null,a.slice(0,b)),a.slice(b));else
+if(d<0)return c0(c.apply(null,a.slice(0,b)),a.slice(b));else
 return function(){var
 e=arguments.length==0?1:arguments.length,d=new
 Array(a.length+e);for(var
 b=0;b<a.length;b++)d[b]=a[b];for(var
-b=0;b<arguments.length;b++)d[a.length+b]=arguments[b];return cR(c,d)}}function
-eU(){aU(iN)}function
-aZ(a,b){if(b>>>0>=a.length-1)eU();return a}function
-Ew(a){if(isFinite(a)){if(Math.abs(a)>=2.2250738585072014e-308)return 0;if(a!=0)return 1;return 2}return isNaN(a)?4:3}function
-aT(a){if(a<0)aU("Bytes.create");return new
-b5(a?2:9,ab,a)}function
-cS(a){a.t&6&&gC(a);return a.c}var
-Fb=Math.log2&&Math.log2(1.1235582092889474E+307)==1020;function
-Fa(a){if(Fb)return Math.floor(Math.log2(a));var
+b=0;b<arguments.length;b++)d[a.length+b]=arguments[b];return c0(c,d)}}function
+fg(){aY(ja)}function
+a6(a,b){if(b>>>0>=a.length-1)fg();return a}function
+GO(a){if(isFinite(a)){if(Math.abs(a)>=2.2250738585072014e-308)return 0;if(a!=0)return 1;return 2}return isNaN(a)?4:3}function
+aX(a){if(a<0)aY("Bytes.create");return new
+ca(a?2:9,ai,a)}function
+c1(a){a.t&6&&gY(a);return a.c}var
+Ht=Math.log2&&Math.log2(1.1235582092889474E+307)==1020;function
+Hs(a){if(Ht)return Math.floor(Math.log2(a));var
 b=0;if(a==0)return-Infinity;if(a>=1)while(a>=2){a/=2;b++}else
 while(a<1){a*=2;b--}return b}function
-iU(c){var
-a=new(ae.Float32Array)(1);a[0]=c;var
-b=new(ae.Int32Array)(a.buffer);return b[0]|0}var
-pe=Math.pow(2,-24);function
-E1(a){throw a}function
-pk(){E1(aH.Division_by_zero)}function
-X(b,c,a){this.lo=b&co;this.mi=c&co;this.hi=a&b4}X.prototype.caml_custom="_j";X.prototype.copy=function(){return new
-X(this.lo,this.mi,this.hi)};X.prototype.ucompare=function(a){if(this.hi>a.hi)return 1;if(this.hi<a.hi)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};X.prototype.compare=function(a){var
-b=this.hi<<16,c=a.hi<<16;if(b>c)return 1;if(b<c)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};X.prototype.neg=function(){var
+jh(c){var
+a=new(ak.Float32Array)(1);a[0]=c;var
+b=new(ak.Int32Array)(a.buffer);return b[0]|0}var
+p4=Math.pow(2,-24);function
+Hh(a){throw a}function
+p_(){Hh(aK.Division_by_zero)}function
+_(b,c,a){this.lo=b&cz;this.mi=c&cz;this.hi=a&b$}_.prototype.caml_custom="_j";_.prototype.copy=function(){return new
+_(this.lo,this.mi,this.hi)};_.prototype.ucompare=function(a){if(this.hi>a.hi)return 1;if(this.hi<a.hi)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};_.prototype.compare=function(a){var
+b=this.hi<<16,c=a.hi<<16;if(b>c)return 1;if(b<c)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};_.prototype.neg=function(){var
 a=-this.lo,b=-this.mi+(a>>24),c=-this.hi+(b>>24);return new
-X(a,b,c)};X.prototype.add=function(a){var
+_(a,b,c)};_.prototype.add=function(a){var
 b=this.lo+a.lo,c=this.mi+a.mi+(b>>24),d=this.hi+a.hi+(c>>24);return new
-X(b,c,d)};X.prototype.sub=function(a){var
+_(b,c,d)};_.prototype.sub=function(a){var
 b=this.lo-a.lo,c=this.mi-a.mi+(b>>24),d=this.hi-a.hi+(c>>24);return new
-X(b,c,d)};X.prototype.mul=function(a){var
-b=this.lo*a.lo,c=(b*pe|0)+this.mi*a.lo+this.lo*a.mi,d=(c*pe|0)+this.hi*a.lo+this.mi*a.mi+this.lo*a.hi;return new
-X(b,c,d)};X.prototype.isZero=function(){return(this.lo|this.mi|this.hi)==0};X.prototype.isNeg=function(){return this.hi<<16<0};X.prototype.and=function(a){return new
-X(this.lo&a.lo,this.mi&a.mi,this.hi&a.hi)};X.prototype.or=function(a){return new
-X(this.lo|a.lo,this.mi|a.mi,this.hi|a.hi)};X.prototype.xor=function(a){return new
-X(this.lo^a.lo,this.mi^a.mi,this.hi^a.hi)};X.prototype.shift_left=function(a){a=a&63;if(a==0)return this;if(a<24)return new
-X(this.lo<<a,this.mi<<a|this.lo>>24-a,this.hi<<a|this.mi>>24-a);if(a<48)return new
-X(0,this.lo<<a-24,this.mi<<a-24|this.lo>>48-a);return new
-X(0,0,this.lo<<a-48)};X.prototype.shift_right_unsigned=function(a){a=a&63;if(a==0)return this;if(a<24)return new
-X(this.lo>>a|this.mi<<24-a,this.mi>>a|this.hi<<24-a,this.hi>>a);if(a<48)return new
-X(this.mi>>a-24|this.hi<<48-a,this.hi>>a-24,0);return new
-X(this.hi>>a-48,0,0)};X.prototype.shift_right=function(a){a=a&63;if(a==0)return this;var
+_(b,c,d)};_.prototype.mul=function(a){var
+b=this.lo*a.lo,c=(b*p4|0)+this.mi*a.lo+this.lo*a.mi,d=(c*p4|0)+this.hi*a.lo+this.mi*a.mi+this.lo*a.hi;return new
+_(b,c,d)};_.prototype.isZero=function(){return(this.lo|this.mi|this.hi)==0};_.prototype.isNeg=function(){return this.hi<<16<0};_.prototype.and=function(a){return new
+_(this.lo&a.lo,this.mi&a.mi,this.hi&a.hi)};_.prototype.or=function(a){return new
+_(this.lo|a.lo,this.mi|a.mi,this.hi|a.hi)};_.prototype.xor=function(a){return new
+_(this.lo^a.lo,this.mi^a.mi,this.hi^a.hi)};_.prototype.shift_left=function(a){a=a&63;if(a==0)return this;if(a<24)return new
+_(this.lo<<a,this.mi<<a|this.lo>>24-a,this.hi<<a|this.mi>>24-a);if(a<48)return new
+_(0,this.lo<<a-24,this.mi<<a-24|this.lo>>48-a);return new
+_(0,0,this.lo<<a-48)};_.prototype.shift_right_unsigned=function(a){a=a&63;if(a==0)return this;if(a<24)return new
+_(this.lo>>a|this.mi<<24-a,this.mi>>a|this.hi<<24-a,this.hi>>a);if(a<48)return new
+_(this.mi>>a-24|this.hi<<48-a,this.hi>>a-24,0);return new
+_(this.hi>>a-48,0,0)};_.prototype.shift_right=function(a){a=a&63;if(a==0)return this;var
 c=this.hi<<16>>16;if(a<24)return new
-X(this.lo>>a|this.mi<<24-a,this.mi>>a|c<<24-a,this.hi<<16>>a>>>16);var
+_(this.lo>>a|this.mi<<24-a,this.mi>>a|c<<24-a,this.hi<<16>>a>>>16);var
 b=this.hi<<16>>31;if(a<48)return new
-X(this.mi>>a-24|this.hi<<48-a,this.hi<<16>>a-24>>16,b&b4);return new
-X(this.hi<<16>>a-32,b,b)};X.prototype.lsl1=function(){this.hi=this.hi<<1|this.mi>>23;this.mi=(this.mi<<1|this.lo>>23)&co;this.lo=this.lo<<1&co};X.prototype.lsr1=function(){this.lo=(this.lo>>>1|this.mi<<23)&co;this.mi=(this.mi>>>1|this.hi<<23)&co;this.hi=this.hi>>>1};X.prototype.udivmod=function(e){var
+_(this.mi>>a-24|this.hi<<48-a,this.hi<<16>>a-24>>16,b&b$);return new
+_(this.hi<<16>>a-32,b,b)};_.prototype.lsl1=function(){this.hi=this.hi<<1|this.mi>>23;this.mi=(this.mi<<1|this.lo>>23)&cz;this.lo=this.lo<<1&cz};_.prototype.lsr1=function(){this.lo=(this.lo>>>1|this.mi<<23)&cz;this.mi=(this.mi>>>1|this.hi<<23)&cz;this.hi=this.hi>>>1};_.prototype.udivmod=function(e){var
 c=0,b=this.copy(),a=e.copy(),d=new
-X(0,0,0);while(b.ucompare(a)>0){c++;a.lsl1()}while(c>=0){c--;d.lsl1();if(b.ucompare(a)>=0){d.lo++;b=b.sub(a)}a.lsr1()}return{quotient:d,modulus:b}};X.prototype.div=function(a){var
-b=this;if(a.isZero())pk();var
-d=b.hi^a.hi;if(b.hi&b2)b=b.neg();if(a.hi&b2)a=a.neg();var
-c=b.udivmod(a).quotient;if(d&b2)c=c.neg();return c};X.prototype.mod=function(b){var
-a=this;if(b.isZero())pk();var
-d=a.hi;if(a.hi&b2)a=a.neg();if(b.hi&b2)b=b.neg();var
-c=a.udivmod(b).modulus;if(d&b2)c=c.neg();return c};X.prototype.toInt=function(){return this.lo|this.mi<<24};X.prototype.toFloat=function(){return(this.hi<<16)*Math.pow(2,32)+this.mi*Math.pow(2,24)+this.lo};X.prototype.toArray=function(){return[this.hi>>8,this.hi&cq,this.mi>>16,this.mi>>8&cq,this.mi&cq,this.lo>>16,this.lo>>8&cq,this.lo&cq]};X.prototype.lo32=function(){return this.lo|(this.mi&cq)<<24};X.prototype.hi32=function(){return this.mi>>>8&b4|this.hi<<16};function
-eX(b,c,a){return new
-X(b,c,a)}function
-gE(a){if(!isFinite(a)){if(isNaN(a))return eX(1,0,og);return a>0?eX(0,0,og):eX(0,0,0xfff0)}var
-f=a==0&&1/a==-Infinity?b2:a>=0?0:b2;if(f)a=-a;var
-b=Fa(a)+1023;if(b<=0){b=0;a/=Math.pow(2,-oC)}else{a/=Math.pow(2,b-oV);if(a<16){a*=2;b-=1}if(b==0)a/=2}var
+_(0,0,0);while(b.ucompare(a)>0){c++;a.lsl1()}while(c>=0){c--;d.lsl1();if(b.ucompare(a)>=0){d.lo++;b=b.sub(a)}a.lsr1()}return{quotient:d,modulus:b}};_.prototype.div=function(a){var
+b=this;if(a.isZero())p_();var
+d=b.hi^a.hi;if(b.hi&b9)b=b.neg();if(a.hi&b9)a=a.neg();var
+c=b.udivmod(a).quotient;if(d&b9)c=c.neg();return c};_.prototype.mod=function(b){var
+a=this;if(b.isZero())p_();var
+d=a.hi;if(a.hi&b9)a=a.neg();if(b.hi&b9)b=b.neg();var
+c=a.udivmod(b).modulus;if(d&b9)c=c.neg();return c};_.prototype.toInt=function(){return this.lo|this.mi<<24};_.prototype.toFloat=function(){return(this.hi<<16)*Math.pow(2,32)+this.mi*Math.pow(2,24)+this.lo};_.prototype.toArray=function(){return[this.hi>>8,this.hi&cB,this.mi>>16,this.mi>>8&cB,this.mi&cB,this.lo>>16,this.lo>>8&cB,this.lo&cB]};_.prototype.lo32=function(){return this.lo|(this.mi&cB)<<24};_.prototype.hi32=function(){return this.mi>>>8&b$|this.hi<<16};function
+fj(b,c,a){return new
+_(b,c,a)}function
+g0(a){if(!isFinite(a)){if(isNaN(a))return fj(1,0,o6);return a>0?fj(0,0,o6):fj(0,0,0xfff0)}var
+f=a==0&&1/a==-Infinity?b9:a>=0?0:b9;if(f)a=-a;var
+b=Hs(a)+1023;if(b<=0){b=0;a/=Math.pow(2,-pq)}else{a/=Math.pow(2,b-pJ);if(a<16){a*=2;b-=1}if(b==0)a/=2}var
 d=Math.pow(2,24),c=a|0;a=(a-c)*d;var
 e=a|0;a=(a-e)*d;var
-g=a|0;c=c&iL|f|b<<4;return eX(g,e,c)}function
-o3(c,b,g){c.write(32,b.dims.length);c.write(32,b.kind|b.layout<<8);if(b.caml_custom==gz)for(var
-a=0;a<b.dims.length;a++)if(b.dims[a]<b4)c.write(16,b.dims[a]);else{c.write(16,b4);c.write(32,0);c.write(32,b.dims[a])}else
+g=a|0;c=c&i_|f|b<<4;return fj(g,e,c)}function
+pR(c,b,g){c.write(32,b.dims.length);c.write(32,b.kind|b.layout<<8);if(b.caml_custom==gV)for(var
+a=0;a<b.dims.length;a++)if(b.dims[a]<b$)c.write(16,b.dims[a]);else{c.write(16,b$);c.write(32,0);c.write(32,b.dims[a])}else
 for(var
 a=0;a<b.dims.length;a++)c.write(32,b.dims[a]);switch(b.kind){case
 2:case
@@ -157,30 +157,30 @@ a=0;a<b.data.length;a++)c.write(32,b.data[a]);break;case
 a=0;a<b.data.length;a++)c.write(32,b.data[a]);break;case
 7:for(var
 a=0;a<b.data.length/2;a++){var
-e=dh(b.get(a));for(var
+e=dx(b.get(a));for(var
 d=0;d<8;d++)c.write(8,e[d])}break;case
 1:for(var
 a=0;a<b.data.length;a++){var
-e=dh(gE(b.get(a)));for(var
+e=dx(g0(b.get(a)));for(var
 d=0;d<8;d++)c.write(8,e[d])}break;case
 0:for(var
 a=0;a<b.data.length;a++){var
-e=iU(b.get(a));c.write(32,e)}break;case
+e=jh(b.get(a));c.write(32,e)}break;case
 10:for(var
 a=0;a<b.data.length/2;a++){var
-d=b.get(a);c.write(32,iU(d[1]));c.write(32,iU(d[2]))}break;case
+d=b.get(a);c.write(32,jh(d[1]));c.write(32,jh(d[2]))}break;case
 11:for(var
 a=0;a<b.data.length/2;a++){var
-f=b.get(a),e=dh(gE(f[1]));for(var
+f=b.get(a),e=dx(g0(f[1]));for(var
 d=0;d<8;d++)c.write(8,e[d]);var
-e=dh(gE(f[2]));for(var
+e=dx(g0(f[2]));for(var
 d=0;d<8;d++)c.write(8,e[d])}break}g[0]=(4+b.dims.length)*4;g[1]=(4+b.dims.length)*8}function
-o1(a){switch(a){case
+pP(a){switch(a){case
 7:case
 10:case
 11:return 2;default:return 1}}function
-Eq(c,e){var
-b=ae,a;switch(c){case
+GI(c,e){var
+b=ak,a;switch(c){case
 0:a=b.Float32Array;break;case
 1:a=b.Float64Array;break;case
 2:a=b.Int8Array;break;case
@@ -193,51 +193,51 @@ b=ae,a;switch(c){case
 9:a=b.Int32Array;break;case
 10:a=b.Float32Array;break;case
 11:a=b.Float64Array;break;case
-12:a=b.Uint8Array;break}if(!a)aU("Bigarray.create: unsupported kind");var
+12:a=b.Uint8Array;break}if(!a)aY("Bigarray.create: unsupported kind");var
 d=new
-a(e*o1(c));return d}function
-iV(c){var
-a=new(ae.Int32Array)(1);a[0]=c;var
-b=new(ae.Float32Array)(a.buffer);return b[0]}function
-dY(a){return new
-X(a[7]<<0|a[6]<<8|a[5]<<16,a[4]<<0|a[3]<<8|a[2]<<16,a[1]<<0|a[0]<<8)}function
-iW(d){var
-f=d.lo,g=d.mi,b=d.hi,c=(b&0x7fff)>>4;if(c==2047)return(f|g|b&iL)==0?b&b2?-Infinity:Infinity:NaN;var
-e=Math.pow(2,-24),a=(f*e+g)*e+(b&iL);if(c>0){a+=16;a*=Math.pow(2,c-oV)}else
-a*=Math.pow(2,-oC);if(b&b2)a=-a;return a}function
-iR(b){var
+a(e*pP(c));return d}function
+ji(c){var
+a=new(ak.Int32Array)(1);a[0]=c;var
+b=new(ak.Float32Array)(a.buffer);return b[0]}function
+ee(a){return new
+_(a[7]<<0|a[6]<<8|a[5]<<16,a[4]<<0|a[3]<<8|a[2]<<16,a[1]<<0|a[0]<<8)}function
+jj(d){var
+f=d.lo,g=d.mi,b=d.hi,c=(b&0x7fff)>>4;if(c==2047)return(f|g|b&i_)==0?b&b9?-Infinity:Infinity:NaN;var
+e=Math.pow(2,-24),a=(f*e+g)*e+(b&i_);if(c>0){a+=16;a*=Math.pow(2,c-pJ)}else
+a*=Math.pow(2,-pq);if(b&b9)a=-a;return a}function
+je(b){var
 d=b.length,c=1;for(var
-a=0;a<d;a++){if(b[a]<0)aU("Bigarray.create: negative dimension");c=c*b[a]}return c}function
-EI(b,a){return new
-X(b&co,b>>>24&cq|(a&b4)<<8,a>>>16&b4)}function
-iX(a){return a.hi32()}function
-iY(a){return a.lo32()}var
-Er=gz;function
-cQ(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}cQ.prototype.caml_custom=Er;cQ.prototype.offset=function(b){var
+a=0;a<d;a++){if(b[a]<0)aY("Bigarray.create: negative dimension");c=c*b[a]}return c}function
+G0(b,a){return new
+_(b&cz,b>>>24&cB|(a&b$)<<8,a>>>16&b$)}function
+jk(a){return a.hi32()}function
+jl(a){return a.lo32()}var
+GJ=gV;function
+cZ(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}cZ.prototype.caml_custom=GJ;cZ.prototype.offset=function(b){var
 c=0;if(typeof
 b==="number")b=[b];if(!(b
 instanceof
-Array))aU("bigarray.js: invalid offset");if(this.dims.length!=b.length)aU("Bigarray.get/set: bad number of dimensions");if(this.layout==0)for(var
-a=0;a<this.dims.length;a++){if(b[a]<0||b[a]>=this.dims[a])eU();c=c*this.dims[a]+b[a]}else
+Array))aY("bigarray.js: invalid offset");if(this.dims.length!=b.length)aY("Bigarray.get/set: bad number of dimensions");if(this.layout==0)for(var
+a=0;a<this.dims.length;a++){if(b[a]<0||b[a]>=this.dims[a])fg();c=c*this.dims[a]+b[a]}else
 for(var
-a=this.dims.length-1;a>=0;a--){if(b[a]<1||b[a]>this.dims[a])eU();c=c*this.dims[a]+(b[a]-1)}return c};cQ.prototype.get=function(a){switch(this.kind){case
+a=this.dims.length-1;a>=0;a--){if(b[a]<1||b[a]>this.dims[a])fg();c=c*this.dims[a]+(b[a]-1)}return c};cZ.prototype.get=function(a){switch(this.kind){case
 7:var
-d=this.data[a*2+0],b=this.data[a*2+1];return EI(d,b);case
+d=this.data[a*2+0],b=this.data[a*2+1];return G0(d,b);case
 10:case
 11:var
-e=this.data[a*2+0],c=this.data[a*2+1];return[gx,e,c];default:return this.data[a]}};cQ.prototype.set=function(a,b){switch(this.kind){case
-7:this.data[a*2+0]=iY(b);this.data[a*2+1]=iX(b);break;case
+e=this.data[a*2+0],c=this.data[a*2+1];return[gT,e,c];default:return this.data[a]}};cZ.prototype.set=function(a,b){switch(this.kind){case
+7:this.data[a*2+0]=jl(b);this.data[a*2+1]=jk(b);break;case
 10:case
-11:this.data[a*2+0]=b[1];this.data[a*2+1]=b[2];break;default:this.data[a]=b;break}return 0};cQ.prototype.fill=function(b){switch(this.kind){case
+11:this.data[a*2+0]=b[1];this.data[a*2+1]=b[2];break;default:this.data[a]=b;break}return 0};cZ.prototype.fill=function(b){switch(this.kind){case
 7:var
-c=iY(b),e=iX(b);if(c==e)this.data.fill(c);else
+c=jl(b),e=jk(b);if(c==e)this.data.fill(c);else
 for(var
 a=0;a<this.data.length;a++)this.data[a]=a%2==0?c:e;break;case
 10:case
 11:var
 d=b[1],f=b[2];if(d==f)this.data.fill(d);else
 for(var
-a=0;a<this.data.length;a++)this.data[a]=a%2==0?d:f;break;default:this.data.fill(b);break}};cQ.prototype.compare=function(b,g){if(this.layout!=b.layout||this.kind!=b.kind){var
+a=0;a<this.data.length;a++)this.data[a]=a%2==0?d:f;break;default:this.data.fill(b);break}};cZ.prototype.compare=function(b,g){if(this.layout!=b.layout||this.kind!=b.kind){var
 e=this.kind|this.layout<<8,f=b.kind|b.layout<<8;return f-e}if(this.dims.length!=b.dims.length)return b.dims.length-this.dims.length;for(var
 a=0;a<this.dims.length;a++)if(this.dims[a]!=b.dims[a])return this.dims[a]<b.dims[a]?-1:1;switch(this.kind){case
 0:case
@@ -257,26 +257,26 @@ a=0;a<this.data.length;a+=2){if(this.data[a+1]<b.data[a+1])return-1;if(this.data
 9:case
 12:for(var
 a=0;a<this.data.length;a++){if(this.data[a]<b.data[a])return-1;if(this.data[a]>b.data[a])return 1}break}return 0};function
-dX(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}dX.prototype=new
-cQ();dX.prototype.offset=function(a){if(typeof
+ed(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}ed.prototype=new
+cZ();ed.prototype.offset=function(a){if(typeof
 a!=="number")if(a
 instanceof
 Array&&a.length==1)a=a[0];else
-aU("Ml_Bigarray_c_1_1.offset");if(a<0||a>=this.dims[0])eU();return a};dX.prototype.get=function(a){return this.data[a]};dX.prototype.set=function(a,b){this.data[a]=b;return 0};dX.prototype.fill=function(a){this.data.fill(a);return 0};function
-oZ(c,d,a,b){var
-e=o1(c);if(iR(a)*e!=b.length)aU("length doesn't match dims");if(d==0&&a.length==1&&e==1)return new
-dX(c,d,a,b);return new
-cQ(c,d,a,b)}function
-dg(a){if(!aH.Failure)aH.Failure=[a$,w(iC),-3];i1(aH.Failure,a)}function
-o0(b,v,r){var
-i=b.read32s();if(i<0||i>16)dg("input_value: wrong number of bigarray dimensions");var
-p=b.read32s(),j=p&cq,o=p>>8&1,h=[];if(r==gz)for(var
+aY("Ml_Bigarray_c_1_1.offset");if(a<0||a>=this.dims[0])fg();return a};ed.prototype.get=function(a){return this.data[a]};ed.prototype.set=function(a,b){this.data[a]=b;return 0};ed.prototype.fill=function(a){this.data.fill(a);return 0};function
+pN(c,d,a,b){var
+e=pP(c);if(je(a)*e!=b.length)aY("length doesn't match dims");if(d==0&&a.length==1&&e==1)return new
+ed(c,d,a,b);return new
+cZ(c,d,a,b)}function
+dw(a){if(!aK.Failure)aK.Failure=[bk,y(i1),-3];jo(aK.Failure,a)}function
+pO(b,v,r){var
+i=b.read32s();if(i<0||i>16)dw("input_value: wrong number of bigarray dimensions");var
+p=b.read32s(),j=p&cB,o=p>>8&1,h=[];if(r==gV)for(var
 a=0;a<i;a++){var
-n=b.read16u();if(n==b4){var
-t=b.read32u(),u=b.read32u();if(t!=0)dg("input_value: bigarray dimension overflow in 32bit");n=u}h.push(n)}else
+n=b.read16u();if(n==b$){var
+t=b.read32u(),u=b.read32u();if(t!=0)dw("input_value: bigarray dimension overflow in 32bit");n=u}h.push(n)}else
 for(var
 a=0;a<i;a++)h.push(b.read32u());var
-d=iR(h),f=Eq(j,d),g=oZ(j,o,h,f);switch(j){case
+d=je(h),f=GI(j,d),g=pN(j,o,h,f);switch(j){case
 2:for(var
 a=0;a<d;a++)f[a]=b.read8s();break;case
 3:case
@@ -290,129 +290,129 @@ a=0;a<d;a++)f[a]=b.read16u();break;case
 a=0;a<d;a++)f[a]=b.read32s();break;case
 8:case
 9:var
-s=b.read8u();if(s)dg("input_value: cannot read bigarray with 64-bit OCaml ints");for(var
+s=b.read8u();if(s)dw("input_value: cannot read bigarray with 64-bit OCaml ints");for(var
 a=0;a<d;a++)f[a]=b.read32s();break;case
 7:var
 e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-q=dY(e);g.set(a,q)}break;case
+q=ee(e);g.set(a,q)}break;case
 1:var
 e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-k=iW(dY(e));g.set(a,k)}break;case
+k=jj(ee(e));g.set(a,k)}break;case
 0:for(var
 a=0;a<d;a++){var
-k=iV(b.read32s());g.set(a,k)}break;case
+k=ji(b.read32s());g.set(a,k)}break;case
 10:for(var
 a=0;a<d;a++){var
-m=iV(b.read32s()),l=iV(b.read32s());g.set(a,[gx,m,l])}break;case
+m=ji(b.read32s()),l=ji(b.read32s());g.set(a,[gT,m,l])}break;case
 11:var
 e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-m=iW(dY(e));for(var
+m=jj(ee(e));for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-l=iW(dY(e));g.set(a,[gx,m,l])}break}v[0]=(4+i)*4;return oZ(j,o,h,f)}function
-oY(a,b,c){return a.compare(b,c)}function
-pi(a,b){return Math.imul(a,b)}function
-ct(b,a){a=pi(a,0xcc9e2d51|0);a=a<<15|a>>>32-15;a=pi(a,0x1b873593);b^=a;b=b<<13|b>>>32-13;return(b+(b<<2)|0)+(0xe6546b64|0)|0}function
-EC(a,b){a=ct(a,iY(b));a=ct(a,iX(b));return a}function
-pc(a,b){return EC(a,gE(b))}function
-o2(c){var
-b=iR(c.dims),d=0;switch(c.kind){case
+l=jj(ee(e));g.set(a,[gT,m,l])}break}v[0]=(4+i)*4;return pN(j,o,h,f)}function
+pM(a,b,c){return a.compare(b,c)}function
+p8(a,b){return Math.imul(a,b)}function
+cE(b,a){a=p8(a,0xcc9e2d51|0);a=a<<15|a>>>32-15;a=p8(a,0x1b873593);b^=a;b=b<<13|b>>>32-13;return(b+(b<<2)|0)+(0xe6546b64|0)|0}function
+GU(a,b){a=cE(a,jl(b));a=cE(a,jk(b));return a}function
+p2(a,b){return GU(a,g0(b))}function
+pQ(c){var
+b=je(c.dims),d=0;switch(c.kind){case
 2:case
 3:case
-12:if(b>oN)b=oN;var
-e=0,a=0;for(a=0;a+4<=c.data.length;a+=4){e=c.data[a+0]|c.data[a+1]<<8|c.data[a+2]<<16|c.data[a+3]<<24;d=ct(d,e)}e=0;switch(b&3){case
+12:if(b>pB)b=pB;var
+e=0,a=0;for(a=0;a+4<=c.data.length;a+=4){e=c.data[a+0]|c.data[a+1]<<8|c.data[a+2]<<16|c.data[a+3]<<24;d=cE(d,e)}e=0;switch(b&3){case
 3:e=c.data[a+2]<<16;case
 2:e|=c.data[a+1]<<8;case
-1:e|=c.data[a+0];d=ct(d,e)}break;case
+1:e|=c.data[a+0];d=cE(d,e)}break;case
 4:case
-5:if(b>dc)b=dc;var
-e=0,a=0;for(a=0;a+2<=c.data.length;a+=2){e=c.data[a+0]|c.data[a+1]<<16;d=ct(d,e)}if((b&1)!=0)d=ct(d,c.data[a]);break;case
+5:if(b>ds)b=ds;var
+e=0,a=0;for(a=0;a+2<=c.data.length;a+=2){e=c.data[a+0]|c.data[a+1]<<16;d=cE(d,e)}if((b&1)!=0)d=cE(d,c.data[a]);break;case
 6:if(b>64)b=64;for(var
-a=0;a<b;a++)d=ct(d,c.data[a]);break;case
+a=0;a<b;a++)d=cE(d,c.data[a]);break;case
 8:case
 9:if(b>64)b=64;for(var
-a=0;a<b;a++)d=ct(d,c.data[a]);break;case
+a=0;a<b;a++)d=cE(d,c.data[a]);break;case
 7:if(b>32)b=32;b*=2;for(var
-a=0;a<b;a++)d=ct(d,c.data[a]);break;case
+a=0;a<b;a++)d=cE(d,c.data[a]);break;case
 10:b*=2;case
 0:if(b>64)b=64;for(var
-a=0;a<b;a++)d=pc(d,c.data[a]);break;case
+a=0;a<b;a++)d=p2(d,c.data[a]);break;case
 11:b*=2;case
 1:if(b>32)b=32;for(var
-a=0;a<b;a++)d=pc(d,c.data[a]);break}return d}function
-EF(a,b){b[0]=4;return a.read32s()}function
-EZ(a,b){switch(a.read8u()){case
+a=0;a<b;a++)d=p2(d,c.data[a]);break}return d}function
+GX(a,b){b[0]=4;return a.read32s()}function
+Hf(a,b){switch(a.read8u()){case
 1:b[0]=4;return a.read32s();case
-2:dg("input_value: native integer value too large");default:dg("input_value: ill-formed native integer")}}function
-ER(c,d){var
+2:dw("input_value: native integer value too large");default:dw("input_value: ill-formed native integer")}}function
+G9(c,d){var
 b=new
 Array(8);for(var
-a=0;a<8;a++)b[a]=c.read8u();d[0]=8;return dY(b)}function
-EN(e,d,b){var
-c=dh(d);for(var
+a=0;a<8;a++)b[a]=c.read8u();d[0]=8;return ee(b)}function
+G5(e,d,b){var
+c=dx(d);for(var
 a=0;a<8;a++)e.write(8,c[a]);b[0]=8;b[1]=8}function
-EH(a,b,c){return a.compare(b)}function
-EK(a){return a.lo32()^a.hi32()}var
-o_={"_j":{deserialize:ER,serialize:EN,fixed_length:8,compare:EH,hash:EK},"_i":{deserialize:EF,fixed_length:4},"_n":{deserialize:EZ,fixed_length:4},"_bigarray":{deserialize:function(a,b){return o0(a,b,"_bigarray")},serialize:o3,compare:oY,hash:o2},"_bigarr02":{deserialize:function(a,b){return o0(a,b,gz)},serialize:o3,compare:oY,hash:o2}};function
-iS(a){return o_[a.caml_custom]&&o_[a.caml_custom].compare}function
-o8(f,c,d,e){var
-b=iS(c);if(b){var
+GZ(a,b,c){return a.compare(b)}function
+G2(a){return a.lo32()^a.hi32()}var
+pY={"_j":{deserialize:G9,serialize:G5,fixed_length:8,compare:GZ,hash:G2},"_i":{deserialize:GX,fixed_length:4},"_n":{deserialize:Hf,fixed_length:4},"_bigarray":{deserialize:function(a,b){return pO(a,b,"_bigarray")},serialize:pR,compare:pM,hash:pQ},"_bigarr02":{deserialize:function(a,b){return pO(a,b,gV)},serialize:pR,compare:pM,hash:pQ}};function
+jf(a){return pY[a.caml_custom]&&pY[a.caml_custom].compare}function
+pW(f,c,d,e){var
+b=jf(c);if(b){var
 a=d>0?b(c,f,e):b(f,c,e);if(e&&a!=a)return d;if(+a!=+a)return+a;if((a|0)!=0)return a|0}return d}function
-iZ(a){return a
+jm(a){return a
 instanceof
-b5}function
-pf(a){return iZ(a)}function
-o9(a){if(typeof
-a==="number")return gw;else
-if(iZ(a))return 252;else
-if(pf(a))return 1252;else
+ca}function
+p5(a){return jm(a)}function
+pX(a){if(typeof
+a==="number")return gS;else
+if(jm(a))return 252;else
+if(p5(a))return 1252;else
 if(a
 instanceof
-Array&&a[0]===a[0]>>>0&&a[0]<=iD){var
-b=a[0]|0;return b==gx?0:b}else
+Array&&a[0]===a[0]>>>0&&a[0]<=i2){var
+b=a[0]|0;return b==gT?0:b}else
 if(a
 instanceof
-String)return ou;else
+String)return pi;else
 if(typeof
-a=="string")return ou;else
+a=="string")return pi;else
 if(a
 instanceof
-Number)return gw;else
-if(a&&a.caml_custom)return iE;else
+Number)return gS;else
+if(a&&a.caml_custom)return i3;else
 if(a&&a.compare)return 1256;else
 if(typeof
 a=="function")return 1247;else
 if(typeof
 a=="symbol")return 1251;return 1001}function
-ES(a,b){if(a<b)return-1;if(a==b)return 0;return 1}function
-o4(a,b){a.t&6&&gC(a);b.t&6&&gC(b);return a.c<b.c?-1:a.c>b.c?1:0}function
-Fe(a,b){return o4(a,b)}function
-o7(a,b,d){var
+G_(a,b){if(a<b)return-1;if(a==b)return 0;return 1}function
+pS(a,b){a.t&6&&gY(a);b.t&6&&gY(b);return a.c<b.c?-1:a.c>b.c?1:0}function
+Hw(a,b){return pS(a,b)}function
+pV(a,b,d){var
 e=[];for(;;){if(!(d&&a===b)){var
-f=o9(a);if(f==oo){a=a[1];continue}var
-g=o9(b);if(g==oo){b=b[1];continue}if(f!==g){if(f==gw){if(g==iE)return o8(a,b,-1,d);return-1}if(g==gw){if(f==iE)return o8(b,a,1,d);return 1}return f<g?-1:1}switch(f){case
-247:aU(iH);break;case
+f=pX(a);if(f==pc){a=a[1];continue}var
+g=pX(b);if(g==pc){b=b[1];continue}if(f!==g){if(f==gS){if(g==i3)return pW(a,b,-1,d);return-1}if(g==gS){if(f==i3)return pW(b,a,1,d);return 1}return f<g?-1:1}switch(f){case
+247:aY(i6);break;case
 248:var
-c=ES(a[2],b[2]);if(c!=0)return c|0;break;case
-249:aU(iH);break;case
-250:aU("equal: got Forward_tag, should not happen");break;case
-251:aU("equal: abstract value");break;case
+c=G_(a[2],b[2]);if(c!=0)return c|0;break;case
+249:aY(i6);break;case
+250:aY("equal: got Forward_tag, should not happen");break;case
+251:aY("equal: abstract value");break;case
 252:if(a!==b){var
-c=o4(a,b);if(c!=0)return c|0}break;case
-253:aU("equal: got Double_tag, should not happen");break;case
-254:aU("equal: got Double_array_tag, should not happen");break;case
-255:aU("equal: got Custom_tag, should not happen");break;case
-1247:aU(iH);break;case
+c=pS(a,b);if(c!=0)return c|0}break;case
+253:aY("equal: got Double_tag, should not happen");break;case
+254:aY("equal: got Double_array_tag, should not happen");break;case
+255:aY("equal: got Custom_tag, should not happen");break;case
+1247:aY(i6);break;case
 1255:var
-i=iS(a);if(i!=iS(b))return a.caml_custom<b.caml_custom?-1:1;if(!i)aU("compare: abstract value");var
+i=jf(a);if(i!=jf(b))return a.caml_custom<b.caml_custom?-1:1;if(!i)aY("compare: abstract value");var
 c=i(a,b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;break;case
 1256:var
 c=a.compare(b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;break;case
@@ -420,258 +420,258 @@ c=a.compare(b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;
 1001:if(a<b)return-1;if(a>b)return 1;if(a!=b){if(!d)return NaN;if(a==a)return 1;if(b==b)return-1}break;case
 1251:if(a!==b){if(!d)return NaN;return 1}break;case
 1252:var
-a=cS(a),b=cS(b);if(a!==b){if(a<b)return-1;if(a>b)return 1}break;case
+a=c1(a),b=c1(b);if(a!==b){if(a<b)return-1;if(a>b)return 1}break;case
 12520:var
 a=a.toString(),b=b.toString();if(a!==b){if(a<b)return-1;if(a>b)return 1}break;case
 246:case
 254:default:if(a.length!=b.length)return a.length<b.length?-1:1;if(a.length>1)e.push(a,b,1);break}}if(e.length==0)return 0;var
 h=e.pop();b=e.pop();a=e.pop();if(h+1<a.length)e.push(a,b,h+1);a=a[h];b=b[h]}}function
-eW(a,b){return+(o7(a,b,false)==0)}function
-Ey(a,c,b,d){if(b>0)if(c==0&&(b>=a.l||a.t==2&&b>=a.c.length))if(d==0){a.c=ab;a.t=2}else{a.c=dZ(b,String.fromCharCode(d));a.t=b==a.l?0:2}else{if(a.t!=4)gB(a);for(b+=c;c<b;c++)a.c[c]=d}return 0}function
-i0(d){d=cS(d);var
-e=d.length;if(e>31)aU("format_int: format too long");var
-a={justify:dU,signstyle:db,filler:cn,alternate:false,base:0,signedconv:false,width:0,uppercase:false,sign:1,prec:-1,conv:"f"};for(var
+fi(a,b){return+(pV(a,b,false)==0)}function
+GQ(a,c,b,d){if(b>0)if(c==0&&(b>=a.l||a.t==2&&b>=a.c.length))if(d==0){a.c=ai;a.t=2}else{a.c=ef(b,String.fromCharCode(d));a.t=b==a.l?0:2}else{if(a.t!=4)gX(a);for(b+=c;c<b;c++)a.c[c]=d}return 0}function
+jn(d){d=c1(d);var
+e=d.length;if(e>31)aY("format_int: format too long");var
+a={justify:ea,signstyle:dr,filler:cy,alternate:false,base:0,signedconv:false,width:0,uppercase:false,sign:1,prec:-1,conv:"f"};for(var
 c=0;c<e;c++){var
-b=d.charAt(c);switch(b){case"-":a.justify=db;break;case"+":case" ":a.signstyle=b;break;case"0":a.filler=bu;break;case"#":a.alternate=true;break;case"1":case"2":case"3":case"4":case"5":case"6":case"7":case"8":case"9":a.width=0;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.width=a.width*10+b;c++}c--;break;case".":a.prec=0;c++;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.prec=a.prec*10+b;c++}c--;case"d":case"i":a.signedconv=true;case"u":a.base=10;break;case"x":a.base=16;break;case"X":a.base=16;a.uppercase=true;break;case"o":a.base=8;break;case"e":case"f":case"g":a.signedconv=true;a.conv=b;break;case"E":case"F":case"G":a.signedconv=true;a.uppercase=true;a.conv=b.toLowerCase();break}}return a}function
-iT(a,e){if(a.uppercase)e=e.toUpperCase();var
-d=e.length;if(a.signedconv&&(a.sign<0||a.signstyle!=db))d++;if(a.alternate){if(a.base==8)d+=1;if(a.base==16)d+=2}var
-b=ab;if(a.justify==dU&&a.filler==cn)for(var
-c=d;c<a.width;c++)b+=cn;if(a.signedconv)if(a.sign<0)b+=db;else
-if(a.signstyle!=db)b+=a.signstyle;if(a.alternate&&a.base==8)b+=bu;if(a.alternate&&a.base==16)b+=of;if(a.justify==dU&&a.filler==bu)for(var
-c=d;c<a.width;c++)b+=bu;b+=e;if(a.justify==db)for(var
-c=d;c<a.width;c++)b+=cn;return w(b)}function
-pa(i,c){function
+b=d.charAt(c);switch(b){case"-":a.justify=dr;break;case"+":case" ":a.signstyle=b;break;case"0":a.filler=bB;break;case"#":a.alternate=true;break;case"1":case"2":case"3":case"4":case"5":case"6":case"7":case"8":case"9":a.width=0;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.width=a.width*10+b;c++}c--;break;case".":a.prec=0;c++;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.prec=a.prec*10+b;c++}c--;case"d":case"i":a.signedconv=true;case"u":a.base=10;break;case"x":a.base=16;break;case"X":a.base=16;a.uppercase=true;break;case"o":a.base=8;break;case"e":case"f":case"g":a.signedconv=true;a.conv=b;break;case"E":case"F":case"G":a.signedconv=true;a.uppercase=true;a.conv=b.toLowerCase();break}}return a}function
+jg(a,e){if(a.uppercase)e=e.toUpperCase();var
+d=e.length;if(a.signedconv&&(a.sign<0||a.signstyle!=dr))d++;if(a.alternate){if(a.base==8)d+=1;if(a.base==16)d+=2}var
+b=ai;if(a.justify==ea&&a.filler==cy)for(var
+c=d;c<a.width;c++)b+=cy;if(a.signedconv)if(a.sign<0)b+=dr;else
+if(a.signstyle!=dr)b+=a.signstyle;if(a.alternate&&a.base==8)b+=bB;if(a.alternate&&a.base==16)b+=o5;if(a.justify==ea&&a.filler==bB)for(var
+c=d;c<a.width;c++)b+=bB;b+=e;if(a.justify==dr)for(var
+c=d;c<a.width;c++)b+=cy;return y(b)}function
+p0(i,c){function
 j(a,b){if(Math.abs(a)<1.0)return a.toFixed(b);else{var
-c=parseInt(a.toString().split(dU)[1]);if(c>20){c-=20;a/=Math.pow(10,c);a+=new
-Array(c+1).join(bu);if(b>0)a=a+dW+new
-Array(b+1).join(bu);return a}else
+c=parseInt(a.toString().split(ea)[1]);if(c>20){c-=20;a/=Math.pow(10,c);a+=new
+Array(c+1).join(bB);if(b>0)a=a+ec+new
+Array(b+1).join(bB);return a}else
 return a.toFixed(b)}}var
-a,e=i0(i),d=e.prec<0?6:e.prec;if(c<0||c==0&&1/c==-Infinity){e.sign=-1;c=-c}if(isNaN(c)){a=iG;e.filler=cn}else
-if(!isFinite(c)){a="inf";e.filler=cn}else
+a,e=jn(i),d=e.prec<0?6:e.prec;if(c<0||c==0&&1/c==-Infinity){e.sign=-1;c=-c}if(isNaN(c)){a=i5;e.filler=cy}else
+if(!isFinite(c)){a="inf";e.filler=cy}else
 switch(e.conv){case"e":var
-a=c.toExponential(d),b=a.length;if(a.charAt(b-3)==iP)a=a.slice(0,b-1)+bu+a.slice(b-1);break;case"f":a=j(c,d);break;case"g":d=d?d:1;a=c.toExponential(d-1);var
-h=a.indexOf(iP),g=+a.slice(h+1);if(g<-4||c>=1e21||c.toFixed(0).length>d){var
-b=h-1;while(a.charAt(b)==bu)b--;if(a.charAt(b)==dW)b--;a=a.slice(0,b+1)+a.slice(h);b=a.length;if(a.charAt(b-3)==iP)a=a.slice(0,b-1)+bu+a.slice(b-1);break}else{var
+a=c.toExponential(d),b=a.length;if(a.charAt(b-3)==jc)a=a.slice(0,b-1)+bB+a.slice(b-1);break;case"f":a=j(c,d);break;case"g":d=d?d:1;a=c.toExponential(d-1);var
+h=a.indexOf(jc),g=+a.slice(h+1);if(g<-4||c>=1e21||c.toFixed(0).length>d){var
+b=h-1;while(a.charAt(b)==bB)b--;if(a.charAt(b)==ec)b--;a=a.slice(0,b+1)+a.slice(h);b=a.length;if(a.charAt(b-3)==jc)a=a.slice(0,b-1)+bB+a.slice(b-1);break}else{var
 f=d;if(g<0){f-=g+1;a=c.toFixed(f)}else
 while(a=c.toFixed(f),a.length>d+1)f--;if(f){var
-b=a.length-1;while(a.charAt(b)==bu)b--;if(a.charAt(b)==dW)b--;a=a.slice(0,b+1)}}break}return iT(e,a)}function
-gD(d,b){if(cS(d)==oJ)return w(ab+b);var
-a=i0(d);if(b<0)if(a.signedconv){a.sign=-1;b=-b}else
+b=a.length-1;while(a.charAt(b)==bB)b--;if(a.charAt(b)==ec)b--;a=a.slice(0,b+1)}}break}return jg(e,a)}function
+gZ(d,b){if(c1(d)==px)return y(ai+b);var
+a=jn(d);if(b<0)if(a.signedconv){a.sign=-1;b=-b}else
 b>>>=0;var
-c=b.toString(a.base);if(a.prec>=0){a.filler=cn;var
-e=a.prec-c.length;if(e>0)c=dZ(e,bu)+c}return iT(a,c)}var
-E0=0;function
-EA(){return E0++}function
-EU(a){return a.toUtf16()}function
-e0(){return typeof
-ae.process!=="undefined"&&typeof
-ae.process.versions!=="undefined"&&typeof
-ae.process.versions.node!=="undefined"}function
-Fc(){function
-a(a){if(a.charAt(0)===b3)return[ab,a.substring(1)];return}function
+c=b.toString(a.base);if(a.prec>=0){a.filler=cy;var
+e=a.prec-c.length;if(e>0)c=ef(e,bB)+c}return jg(a,c)}var
+Hg=0;function
+GS(){return Hg++}function
+Ha(a){return a.toUtf16()}function
+fm(){return typeof
+ak.process!=="undefined"&&typeof
+ak.process.versions!=="undefined"&&typeof
+ak.process.versions.node!=="undefined"}function
+Hu(){function
+a(a){if(a.charAt(0)===b_)return[ai,a.substring(1)];return}function
 b(c){var
-g=/^([a-zA-Z]:|[\\/]{2}[^\\/]+[\\/]+[^\\/]+)?([\\/])?([\s\S]*?)$/,a=g.exec(c),b=a[1]||ab,e=Boolean(b&&b.charAt(1)!==":");if(Boolean(a[2]||e)){var
-d=a[1]||ab,f=a[2]||ab;return[d,c.substring(d.length+f.length)]}return}return e0()&&ae.process&&ae.process.platform?ae.process.platform==="win32"?b:a:a}var
-i7=Fc();function
-pn(a){return a.slice(-1)!==b3?a+b3:a}if(e0()&&ae.process&&ae.process.cwd)var
-eV=ae.process.cwd().replace(/\\/g,b3);else
+g=/^([a-zA-Z]:|[\\/]{2}[^\\/]+[\\/]+[^\\/]+)?([\\/])?([\s\S]*?)$/,a=g.exec(c),b=a[1]||ai,e=Boolean(b&&b.charAt(1)!==":");if(Boolean(a[2]||e)){var
+d=a[1]||ai,f=a[2]||ai;return[d,c.substring(d.length+f.length)]}return}return fm()&&ak.process&&ak.process.platform?ak.process.platform==="win32"?b:a:a}var
+ju=Hu();function
+qb(a){return a.slice(-1)!==b_?a+b_:a}if(fm()&&ak.process&&ak.process.cwd)var
+fh=ak.process.cwd().replace(/\\/g,b_);else
 var
-eV="/static";eV=pn(eV);function
-EV(a){a=EU(a);if(!i7(a))a=eV+a;var
-e=i7(a),d=e[1].split(b3),b=[];for(var
+fh="/static";fh=qb(fh);function
+Hb(a){a=Ha(a);if(!ju(a))a=fh+a;var
+e=ju(a),d=e[1].split(b_),b=[];for(var
 c=0;c<d.length;c++)switch(d[c]){case"..":if(b.length>1)b.pop();break;case".":break;default:b.push(d[c]);break}b.unshift(e[0]);b.orig=a;return b}function
-E8(e){for(var
-f=ab,b=f,a,h,c=0,g=e.length;c<g;c++){a=e.charCodeAt(c);if(a<bP){for(var
-d=c+1;d<g&&(a=e.charCodeAt(d))<bP;d++);if(d-c>oh){b.substr(0,1);f+=b;b=ab;f+=e.slice(c,d)}else
-b+=e.slice(c,d);if(d==g)break;c=d}if(a<oO){b+=String.fromCharCode(0xc0|a>>6);b+=String.fromCharCode(bP|a&dV)}else
-if(a<0xd800||a>=op)b+=String.fromCharCode(oq|a>>12,bP|a>>6&dV,bP|a&dV);else
-if(a>=0xdbff||c+1==g||(h=e.charCodeAt(c+1))<ol||h>op)b+="\xef\xbf\xbd";else{c++;a=(a<<10)+h-0x35fdc00;b+=String.fromCharCode(oR|a>>18,bP|a>>12&dV,bP|a>>6&dV,bP|a&dV)}if(b.length>eS){b.substr(0,1);f+=b;b=ab}}return f+b}function
-Eu(a){var
-b=9;if(!pt(a))b=8,a=E8(a);return new
-b5(b,a,a.length)}function
-cv(a){return Eu(a)}var
-Fd=["E2BIG","EACCES","EAGAIN","EBADF","EBUSY","ECHILD","EDEADLK","EDOM",oi,"EFAULT","EFBIG","EINTR","EINVAL","EIO","EISDIR","EMFILE","EMLINK","ENAMETOOLONG","ENFILE","ENODEV",iM,"ENOEXEC","ENOLCK","ENOMEM","ENOSPC","ENOSYS",iF,oL,"ENOTTY","ENXIO","EPERM","EPIPE","ERANGE","EROFS","ESPIPE","ESRCH","EXDEV","EWOULDBLOCK","EINPROGRESS","EALREADY","ENOTSOCK","EDESTADDRREQ","EMSGSIZE","EPROTOTYPE","ENOPROTOOPT","EPROTONOSUPPORT","ESOCKTNOSUPPORT","EOPNOTSUPP","EPFNOSUPPORT","EAFNOSUPPORT","EADDRINUSE","EADDRNOTAVAIL","ENETDOWN","ENETUNREACH","ENETRESET","ECONNABORTED","ECONNRESET","ENOBUFS","EISCONN","ENOTCONN","ESHUTDOWN","ETOOMANYREFS","ETIMEDOUT","ECONNREFUSED","EHOSTDOWN","EHOSTUNREACH","ELOOP","EOVERFLOW"];function
-dk(d,f,e,a){var
-b=Fd.indexOf(d);if(b<0){if(a==null)a=-9999;b=[0,a]}var
-c=[b,cv(f||ab),cv(e||ab)];return c}var
-pj={};function
-di(a){return pj[a]}function
-dj(b,a){throw[0,b].concat(a)}function
-Et(a){return new
-b5(4,a,a.length)}function
-as(a){i1(aH.Sys_error,a)}function
-E2(a){as(a+gv)}function
-bn(a){return a.l}function
-oX(){}function
-aX(a){this.data=a}aX.prototype=new
-oX();aX.prototype.truncate=function(a){var
-b=this.data;this.data=aT(a|0);de(b,0,this.data,0,a)};aX.prototype.length=function(){return bn(this.data)};aX.prototype.write=function(b,d,g,a){var
+Ho(e){for(var
+f=ai,b=f,a,h,c=0,g=e.length;c<g;c++){a=e.charCodeAt(c);if(a<bX){for(var
+d=c+1;d<g&&(a=e.charCodeAt(d))<bX;d++);if(d-c>o7){b.substr(0,1);f+=b;b=ai;f+=e.slice(c,d)}else
+b+=e.slice(c,d);if(d==g)break;c=d}if(a<pC){b+=String.fromCharCode(0xc0|a>>6);b+=String.fromCharCode(bX|a&eb)}else
+if(a<0xd800||a>=pd)b+=String.fromCharCode(pe|a>>12,bX|a>>6&eb,bX|a&eb);else
+if(a>=0xdbff||c+1==g||(h=e.charCodeAt(c+1))<o$||h>pd)b+="\xef\xbf\xbd";else{c++;a=(a<<10)+h-0x35fdc00;b+=String.fromCharCode(pF|a>>18,bX|a>>12&eb,bX|a>>6&eb,bX|a&eb)}if(b.length>fe){b.substr(0,1);f+=b;b=ai}}return f+b}function
+GM(a){var
+b=9;if(!qh(a))b=8,a=Ho(a);return new
+ca(b,a,a.length)}function
+cG(a){return GM(a)}var
+Hv=["E2BIG","EACCES","EAGAIN","EBADF","EBUSY","ECHILD","EDEADLK","EDOM",o8,"EFAULT","EFBIG","EINTR","EINVAL","EIO","EISDIR","EMFILE","EMLINK","ENAMETOOLONG","ENFILE","ENODEV",i$,"ENOEXEC","ENOLCK","ENOMEM","ENOSPC","ENOSYS",i4,pz,"ENOTTY","ENXIO","EPERM","EPIPE","ERANGE","EROFS","ESPIPE","ESRCH","EXDEV","EWOULDBLOCK","EINPROGRESS","EALREADY","ENOTSOCK","EDESTADDRREQ","EMSGSIZE","EPROTOTYPE","ENOPROTOOPT","EPROTONOSUPPORT","ESOCKTNOSUPPORT","EOPNOTSUPP","EPFNOSUPPORT","EAFNOSUPPORT","EADDRINUSE","EADDRNOTAVAIL","ENETDOWN","ENETUNREACH","ENETRESET","ECONNABORTED","ECONNRESET","ENOBUFS","EISCONN","ENOTCONN","ESHUTDOWN","ETOOMANYREFS","ETIMEDOUT","ECONNREFUSED","EHOSTDOWN","EHOSTUNREACH","ELOOP","EOVERFLOW"];function
+dA(d,f,e,a){var
+b=Hv.indexOf(d);if(b<0){if(a==null)a=-9999;b=[0,a]}var
+c=[b,cG(f||ai),cG(e||ai)];return c}var
+p9={};function
+dy(a){return p9[a]}function
+dz(b,a){throw[0,b].concat(a)}function
+GL(a){return new
+ca(4,a,a.length)}function
+aw(a){jo(aK.Sys_error,a)}function
+Hi(a){aw(a+gR)}function
+bu(a){return a.l}function
+pL(){}function
+a4(a){this.data=a}a4.prototype=new
+pL();a4.prototype.truncate=function(a){var
+b=this.data;this.data=aX(a|0);du(b,0,this.data,0,a)};a4.prototype.length=function(){return bu(this.data)};a4.prototype.write=function(b,d,g,a){var
 c=this.length();if(b+a>=c){var
-e=aT(b+a),f=this.data;this.data=e;de(f,0,this.data,0,c)}b7(d,g,this.data,b,a);return 0};aX.prototype.read=function(c,a,d,b){var
-e=this.length();de(this.data,c,a,d,b);return 0};aX.prototype.read_one=function(a){return o5(this.data,a)};aX.prototype.close=function(){};aX.prototype.constructor=aX;function
-ba(b,a){this.content={};this.root=b;this.lookupFun=a}ba.prototype.nm=function(a){return this.root+a};ba.prototype.create_dir_if_needed=function(d){var
-c=d.split(b3),b=ab;for(var
-a=0;a<c.length-1;a++){b+=c[a]+b3;if(this.content[b])continue;this.content[b]=Symbol("directory")}};ba.prototype.slash=function(a){return/\/$/.test(a)?a:a+b3};ba.prototype.lookup=function(a){if(!this.content[a]&&this.lookupFun){var
-b=this.lookupFun(w(this.root),w(a));if(b!==0){this.create_dir_if_needed(a);this.content[a]=new
-aX(df(b[1]))}}};ba.prototype.exists=function(a){if(a==ab)return 1;var
-b=this.slash(a);if(this.content[b])return 1;this.lookup(a);return this.content[a]?1:0};ba.prototype.mkdir=function(c,e,d){var
-b=d&&di(iJ);if(this.exists(c))if(b)dj(b,dk(oi,iB,this.nm(c)));else
-as(c+": File exists");var
-a=/^(.*)\/[^/]+/.exec(c);a=a&&a[1]||ab;if(!this.exists(a))if(b)dj(b,dk(iM,iB,this.nm(a)));else
-as(a+gv);if(!this.is_dir(a))if(b)dj(b,dk(iF,iB,this.nm(a)));else
-as(a+iO);this.create_dir_if_needed(this.slash(c))};ba.prototype.rmdir=function(a,f){var
-b=f&&di(iJ),c=a==ab?ab:this.slash(a),e=new
-RegExp(ot+c+oM);if(!this.exists(a))if(b)dj(b,dk(iM,iI,this.nm(a)));else
-as(a+gv);if(!this.is_dir(a))if(b)dj(b,dk(iF,iI,this.nm(a)));else
-as(a+iO);for(var
+e=aX(b+a),f=this.data;this.data=e;du(f,0,this.data,0,c)}cc(d,g,this.data,b,a);return 0};a4.prototype.read=function(c,a,d,b){var
+e=this.length();du(this.data,c,a,d,b);return 0};a4.prototype.read_one=function(a){return pT(this.data,a)};a4.prototype.close=function(){};a4.prototype.constructor=a4;function
+bl(b,a){this.content={};this.root=b;this.lookupFun=a}bl.prototype.nm=function(a){return this.root+a};bl.prototype.create_dir_if_needed=function(d){var
+c=d.split(b_),b=ai;for(var
+a=0;a<c.length-1;a++){b+=c[a]+b_;if(this.content[b])continue;this.content[b]=Symbol("directory")}};bl.prototype.slash=function(a){return/\/$/.test(a)?a:a+b_};bl.prototype.lookup=function(a){if(!this.content[a]&&this.lookupFun){var
+b=this.lookupFun(y(this.root),y(a));if(b!==0){this.create_dir_if_needed(a);this.content[a]=new
+a4(dv(b[1]))}}};bl.prototype.exists=function(a){if(a==ai)return 1;var
+b=this.slash(a);if(this.content[b])return 1;this.lookup(a);return this.content[a]?1:0};bl.prototype.mkdir=function(c,e,d){var
+b=d&&dy(i8);if(this.exists(c))if(b)dz(b,dA(o8,i0,this.nm(c)));else
+aw(c+": File exists");var
+a=/^(.*)\/[^/]+/.exec(c);a=a&&a[1]||ai;if(!this.exists(a))if(b)dz(b,dA(i$,i0,this.nm(a)));else
+aw(a+gR);if(!this.is_dir(a))if(b)dz(b,dA(i4,i0,this.nm(a)));else
+aw(a+jb);this.create_dir_if_needed(this.slash(c))};bl.prototype.rmdir=function(a,f){var
+b=f&&dy(i8),c=a==ai?ai:this.slash(a),e=new
+RegExp(ph+c+pA);if(!this.exists(a))if(b)dz(b,dA(i$,i7,this.nm(a)));else
+aw(a+gR);if(!this.is_dir(a))if(b)dz(b,dA(i4,i7,this.nm(a)));else
+aw(a+jb);for(var
 d
 in
-this.content)if(d.match(e))if(b)dj(b,dk(oL,iI,this.nm(a)));else
-as(this.nm(a)+": Directory not empty");delete
-this.content[c]};ba.prototype.readdir=function(a){var
-f=a==ab?ab:this.slash(a);if(!this.exists(a))as(a+gv);if(!this.is_dir(a))as(a+iO);var
+this.content)if(d.match(e))if(b)dz(b,dA(pz,i7,this.nm(a)));else
+aw(this.nm(a)+": Directory not empty");delete
+this.content[c]};bl.prototype.readdir=function(a){var
+f=a==ai?ai:this.slash(a);if(!this.exists(a))aw(a+gR);if(!this.is_dir(a))aw(a+jb);var
 g=new
-RegExp(ot+f+oM),d={},c=[];for(var
+RegExp(ph+f+pA),d={},c=[];for(var
 e
 in
 this.content){var
-b=e.match(g);if(b&&!d[b[1]]){d[b[1]]=true;c.push(b[1])}}return c};ba.prototype.is_dir=function(a){if(a==ab)return true;var
-b=this.slash(a);return this.content[b]?1:0};ba.prototype.unlink=function(a){var
+b=e.match(g);if(b&&!d[b[1]]){d[b[1]]=true;c.push(b[1])}}return c};bl.prototype.is_dir=function(a){if(a==ai)return true;var
+b=this.slash(a);return this.content[b]?1:0};bl.prototype.unlink=function(a){var
 b=this.content[a]?true:false;delete
-this.content[a];return b};ba.prototype.open=function(a,b){if(b.rdonly&&b.wronly)as(this.nm(a)+ow);if(b.text&&b.binary)as(this.nm(a)+oH);this.lookup(a);if(this.content[a]){if(this.is_dir(a))as(this.nm(a)+" : is a directory");if(b.create&&b.excl)as(this.nm(a)+ov);var
+this.content[a];return b};bl.prototype.open=function(a,b){if(b.rdonly&&b.wronly)aw(this.nm(a)+pk);if(b.text&&b.binary)aw(this.nm(a)+pv);this.lookup(a);if(this.content[a]){if(this.is_dir(a))aw(this.nm(a)+" : is a directory");if(b.create&&b.excl)aw(this.nm(a)+pj);var
 c=this.content[a];if(b.truncate)c.truncate();return c}else
 if(b.create){this.create_dir_if_needed(a);this.content[a]=new
-aX(aT(0));return this.content[a]}else
-E2(this.nm(a))};ba.prototype.register=function(c,a){var
-b;if(this.content[c])as(this.nm(c)+ov);if(iZ(a))b=new
-aX(a);if(pf(a))b=new
-aX(df(a));else
+a4(aX(0));return this.content[a]}else
+Hi(this.nm(a))};bl.prototype.register=function(c,a){var
+b;if(this.content[c])aw(this.nm(c)+pj);if(jm(a))b=new
+a4(a);if(p5(a))b=new
+a4(dv(a));else
 if(a
 instanceof
 Array)b=new
-aX(Et(a));else
+a4(GL(a));else
 if(typeof
 a==="string")b=new
-aX(o6(a));else
+a4(pU(a));else
 if(a.toString){var
-d=df(cv(a.toString()));b=new
-aX(d)}if(b){this.create_dir_if_needed(c);this.content[c]=b}else
-as(this.nm(c)+" : registering file with invalid content type")};ba.prototype.constructor=ba;function
-aC(a){return bn(a)}function
-eZ(b,a){return cs(b,a)}function
-Eo(d){var
-c=aC(d),b=new
-Array(c),a=0;for(;a<c;a++)b[a]=eZ(d,a);return b}function
-En(a){if(a.t!=4)gB(a);return a.c}function
-b6(a){this.fs=require("fs");this.fd=a}b6.prototype=new
-oX();b6.prototype.truncate=function(a){try{this.fs.ftruncateSync(this.fd,a|0)}catch(a){as(a.toString())}};b6.prototype.length=function(){try{return this.fs.fstatSync(this.fd).size}catch(a){as(a.toString())}};b6.prototype.write=function(f,b,c,e){var
-a=Eo(b);if(!(a
+d=dv(cG(a.toString()));b=new
+a4(d)}if(b){this.create_dir_if_needed(c);this.content[c]=b}else
+aw(this.nm(c)+" : registering file with invalid content type")};bl.prototype.constructor=bl;function
+aG(a){return bu(a)}function
+fl(b,a){return cD(b,a)}function
+GG(d){var
+c=aG(d),b=new
+Array(c),a=0;for(;a<c;a++)b[a]=fl(d,a);return b}function
+GF(a){if(a.t!=4)gX(a);return a.c}function
+cb(a){this.fs=require("fs");this.fd=a}cb.prototype=new
+pL();cb.prototype.truncate=function(a){try{this.fs.ftruncateSync(this.fd,a|0)}catch(a){aw(a.toString())}};cb.prototype.length=function(){try{return this.fs.fstatSync(this.fd).size}catch(a){aw(a.toString())}};cb.prototype.write=function(f,b,c,e){var
+a=GG(b);if(!(a
 instanceof
-ae.Uint8Array))a=new(ae.Uint8Array)(a);var
-d=ae.Buffer.from(a);try{this.fs.writeSync(this.fd,d,c,e,f)}catch(a){as(a.toString())}return 0};b6.prototype.read=function(g,d,c,f){var
-a=En(d);if(!(a
+ak.Uint8Array))a=new(ak.Uint8Array)(a);var
+d=ak.Buffer.from(a);try{this.fs.writeSync(this.fd,d,c,e,f)}catch(a){aw(a.toString())}return 0};cb.prototype.read=function(g,d,c,f){var
+a=GF(d);if(!(a
 instanceof
-ae.Uint8Array))a=new(ae.Uint8Array)(a);var
-e=ae.Buffer.from(a);try{this.fs.readSync(this.fd,e,c,f,g)}catch(a){as(a.toString())}for(var
-b=0;b<f;b++)cr(d,c+b,e[c+b]);return 0};b6.prototype.read_one=function(c){var
-b=new(ae.Uint8Array)(1),a=ae.Buffer.from(b);try{this.fs.readSync(this.fd,a,0,1,c)}catch(a){as(a.toString())}return a[0]};b6.prototype.close=function(){try{this.fs.closeSync(this.fd)}catch(a){as(a.toString())}};b6.prototype.constructor=b6;function
-aY(a){this.fs=require("fs");this.root=a}aY.prototype.nm=function(a){return this.root+a};aY.prototype.exists=function(a){try{return this.fs.existsSync(this.nm(a))?1:0}catch(a){return 0}};aY.prototype.mkdir=function(b,a,c){try{this.fs.mkdirSync(this.nm(b),{mode:a});return 0}catch(a){this.raise_nodejs_error(a,c)}};aY.prototype.rmdir=function(a,b){try{this.fs.rmdirSync(this.nm(a));return 0}catch(a){this.raise_nodejs_error(a,b)}};aY.prototype.readdir=function(a,b){try{return this.fs.readdirSync(this.nm(a))}catch(a){this.raise_nodejs_error(a,b)}};aY.prototype.is_dir=function(a){try{return this.fs.statSync(this.nm(a)).isDirectory()?1:0}catch(a){as(a.toString())}};aY.prototype.unlink=function(a,c){try{var
-b=this.fs.existsSync(this.nm(a))?1:0;this.fs.unlinkSync(this.nm(a));return b}catch(a){this.raise_nodejs_error(a,c)}};aY.prototype.open=function(f,c,g){var
+ak.Uint8Array))a=new(ak.Uint8Array)(a);var
+e=ak.Buffer.from(a);try{this.fs.readSync(this.fd,e,c,f,g)}catch(a){aw(a.toString())}for(var
+b=0;b<f;b++)cC(d,c+b,e[c+b]);return 0};cb.prototype.read_one=function(c){var
+b=new(ak.Uint8Array)(1),a=ak.Buffer.from(b);try{this.fs.readSync(this.fd,a,0,1,c)}catch(a){aw(a.toString())}return a[0]};cb.prototype.close=function(){try{this.fs.closeSync(this.fd)}catch(a){aw(a.toString())}};cb.prototype.constructor=cb;function
+a5(a){this.fs=require("fs");this.root=a}a5.prototype.nm=function(a){return this.root+a};a5.prototype.exists=function(a){try{return this.fs.existsSync(this.nm(a))?1:0}catch(a){return 0}};a5.prototype.mkdir=function(b,a,c){try{this.fs.mkdirSync(this.nm(b),{mode:a});return 0}catch(a){this.raise_nodejs_error(a,c)}};a5.prototype.rmdir=function(a,b){try{this.fs.rmdirSync(this.nm(a));return 0}catch(a){this.raise_nodejs_error(a,b)}};a5.prototype.readdir=function(a,b){try{return this.fs.readdirSync(this.nm(a))}catch(a){this.raise_nodejs_error(a,b)}};a5.prototype.is_dir=function(a){try{return this.fs.statSync(this.nm(a)).isDirectory()?1:0}catch(a){aw(a.toString())}};a5.prototype.unlink=function(a,c){try{var
+b=this.fs.existsSync(this.nm(a))?1:0;this.fs.unlinkSync(this.nm(a));return b}catch(a){this.raise_nodejs_error(a,c)}};a5.prototype.open=function(f,c,g){var
 a=require("constants"),b=0;for(var
 e
 in
 c)switch(e){case"rdonly":b|=a.O_RDONLY;break;case"wronly":b|=a.O_WRONLY;break;case"append":b|=a.O_WRONLY|a.O_APPEND;break;case"create":b|=a.O_CREAT;break;case"truncate":b|=a.O_TRUNC;break;case"excl":b|=a.O_EXCL;break;case"binary":b|=a.O_BINARY;break;case"text":b|=a.O_TEXT;break;case"nonblock":b|=a.O_NONBLOCK;break}try{var
 d=this.fs.openSync(this.nm(f),b);return new
-b6(d)}catch(a){this.raise_nodejs_error(a,g)}};aY.prototype.rename=function(b,a,c){try{this.fs.renameSync(this.nm(b),this.nm(a))}catch(a){this.raise_nodejs_error(a,c)}};aY.prototype.stat=function(b,c){try{var
-a=this.fs.statSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aY.prototype.lstat=function(b,c){try{var
-a=this.fs.lstatSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};aY.prototype.symlink=function(d,c,a,b){try{this.fs.symlinkSync(this.nm(c),this.nm(a),d?"dir":"file");return 0}catch(a){this.raise_nodejs_error(a,b)}};aY.prototype.readlink=function(b,c){try{var
-a=this.fs.readlinkSync(this.nm(b),od);return cv(a)}catch(a){this.raise_nodejs_error(a,c)}};aY.prototype.raise_nodejs_error=function(a,d){var
-b=di(iJ);if(d&&b){var
-c=dk(a.code,a.syscall,a.path,a.errno);dj(b,c)}else
-as(a.toString())};aY.prototype.stats_from_js=function(a){var
+cb(d)}catch(a){this.raise_nodejs_error(a,g)}};a5.prototype.rename=function(b,a,c){try{this.fs.renameSync(this.nm(b),this.nm(a))}catch(a){this.raise_nodejs_error(a,c)}};a5.prototype.stat=function(b,c){try{var
+a=this.fs.statSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};a5.prototype.lstat=function(b,c){try{var
+a=this.fs.lstatSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};a5.prototype.symlink=function(d,c,a,b){try{this.fs.symlinkSync(this.nm(c),this.nm(a),d?"dir":"file");return 0}catch(a){this.raise_nodejs_error(a,b)}};a5.prototype.readlink=function(b,c){try{var
+a=this.fs.readlinkSync(this.nm(b),o3);return cG(a)}catch(a){this.raise_nodejs_error(a,c)}};a5.prototype.raise_nodejs_error=function(a,d){var
+b=dy(i8);if(d&&b){var
+c=dA(a.code,a.syscall,a.path,a.errno);dz(b,c)}else
+aw(a.toString())};a5.prototype.stats_from_js=function(a){var
 b;if(a.isFile())b=0;else
 if(a.isDirectory())b=1;else
 if(a.isCharacterDevice())b=2;else
 if(a.isBlockDevice())b=3;else
 if(a.isSymbolicLink())b=4;else
 if(a.isFIFO())b=5;else
-if(a.isSocket())b=6;return[0,a.dev,a.ino,b,a.mode,a.nlink,a.uid,a.gid,a.rdev,a.size,a.atimeMs,a.mtimeMs,a.ctimeMs]};aY.prototype.constructor=aY;function
-pb(b){var
-a=i7(b);if(!a)return;return a[0]+b3}var
-gF=pb(eV)||dg("unable to compute caml_root"),d0=[];if(e0())d0.push({path:gF,device:new
-aY(gF)});else
-d0.push({path:gF,device:new
-ba(gF)});d0.push({path:oF,device:new
-ba(oF)});function
-pu(b){var
-g=EV(b),b=g.join(b3),f=pn(b),c;for(var
-e=0;e<d0.length;e++){var
-a=d0[e];if(f.search(a.path)==0&&(!c||c.path.length<a.path.length))c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}if(!c&&e0()){var
-d=pb(b);if(d&&d.match(/^[a-zA-Z]:\/$/)){var
+if(a.isSocket())b=6;return[0,a.dev,a.ino,b,a.mode,a.nlink,a.uid,a.gid,a.rdev,a.size,a.atimeMs,a.mtimeMs,a.ctimeMs]};a5.prototype.constructor=a5;function
+p1(b){var
+a=ju(b);if(!a)return;return a[0]+b_}var
+g1=p1(fh)||dw("unable to compute caml_root"),eg=[];if(fm())eg.push({path:g1,device:new
+a5(g1)});else
+eg.push({path:g1,device:new
+bl(g1)});eg.push({path:pt,device:new
+bl(pt)});function
+qi(b){var
+g=Hb(b),b=g.join(b_),f=qb(b),c;for(var
+e=0;e<eg.length;e++){var
+a=eg[e];if(f.search(a.path)==0&&(!c||c.path.length<a.path.length))c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}if(!c&&fm()){var
+d=p1(b);if(d&&d.match(/^[a-zA-Z]:\/$/)){var
 a={path:d,device:new
-aY(d)};d0.push(a);c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}}if(c)return c;as("no device found for "+f)}function
-Ex(c,b){var
-a=pu(c);if(!a.device.register)dg("cannot register file");a.device.register(a.rest,b);return 0}function
-ps(b,a){var
-b=w(b),a=w(a);return Ex(b,a)}function
-EB(){var
-b=ae.caml_fs_tmp;if(b)for(var
-a=0;a<b.length;a++)ps(b[a].name,b[a].content);ae.jsoo_create_file=ps;ae.caml_fs_tmp=[];return 0}function
-ED(a,c,k){if(!isFinite(a)){if(isNaN(a))return cv(iG);return cv(a>0?oT:"-infinity")}var
+a5(d)};eg.push(a);c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}}if(c)return c;aw("no device found for "+f)}function
+GP(c,b){var
+a=qi(c);if(!a.device.register)dw("cannot register file");a.device.register(a.rest,b);return 0}function
+qg(b,a){var
+b=y(b),a=y(a);return GP(b,a)}function
+GT(){var
+b=ak.caml_fs_tmp;if(b)for(var
+a=0;a<b.length;a++)qg(b[a].name,b[a].content);ak.jsoo_create_file=qg;ak.caml_fs_tmp=[];return 0}function
+GV(a,c,k){if(!isFinite(a)){if(isNaN(a))return cG(i5);return cG(a>0?pH:"-infinity")}var
 i=a==0&&1/a==-Infinity?1:a>=0?0:1;if(i)a=-a;var
 d=0;if(a==0);else
 if(a<1)while(a<1&&d>-1022){a*=2;d--}else
 while(a>=2){a/=2;d++}var
-j=d<0?ab:dU,e=ab;if(i)e=db;else
+j=d<0?ai:ea,e=ai;if(i)e=dr;else
 switch(k){case
-43:e=dU;break;case
-32:e=cn;break;default:break}if(c>=0&&c<13){var
+43:e=ea;break;case
+32:e=cy;break;default:break}if(c>=0&&c<13){var
 g=Math.pow(2,c*4);a=Math.round(a*g)/g}var
 b=a.toString(16);if(c>=0){var
-h=b.indexOf(dW);if(h<0)b+=dW+dZ(c,bu);else{var
-f=h+1+c;if(b.length<f)b+=dZ(f-b.length,bu);else
-b=b.substr(0,f)}}return cv(e+of+b+"p"+j+d.toString(10))}function
-EE(a){return(a&0x000000FF)<<24|(a&0x0000FF00)<<8|(a&0x00FF0000)>>>8|(a&0xFF000000)>>>24}function
-EG(b){var
-a=dh(b);return dY([a[7],a[6],a[5],a[4],a[3],a[2],a[1],a[0]])}function
-EM(a){return+a.isZero()}function
-pd(a){return new
-X(a&co,a>>24&co,a>>31&b4)}function
-EQ(a){return a.toInt()}function
-EL(a){return+a.isNeg()}function
-EP(a){return a.neg()}function
-EJ(g,c){var
-a=i0(g);if(a.signedconv&&EL(c)){a.sign=-1;c=EP(c)}var
-b=ab,h=pd(a.base),f="0123456789abcdef";do{var
-e=c.udivmod(h);c=e.quotient;b=f.charAt(EQ(e.modulus))+b}while(!EM(c));if(a.prec>=0){a.filler=cn;var
-d=a.prec-b.length;if(d>0)b=dZ(d,bu)+b}return iT(a,b)}function
-EO(a,b){return a.mul(b)}function
+h=b.indexOf(ec);if(h<0)b+=ec+ef(c,bB);else{var
+f=h+1+c;if(b.length<f)b+=ef(f-b.length,bB);else
+b=b.substr(0,f)}}return cG(e+o5+b+"p"+j+d.toString(10))}function
+GW(a){return(a&0x000000FF)<<24|(a&0x0000FF00)<<8|(a&0x00FF0000)>>>8|(a&0xFF000000)>>>24}function
+GY(b){var
+a=dx(b);return ee([a[7],a[6],a[5],a[4],a[3],a[2],a[1],a[0]])}function
+G4(a){return+a.isZero()}function
+p3(a){return new
+_(a&cz,a>>24&cz,a>>31&b$)}function
+G8(a){return a.toInt()}function
+G3(a){return+a.isNeg()}function
+G7(a){return a.neg()}function
+G1(g,c){var
+a=jn(g);if(a.signedconv&&G3(c)){a.sign=-1;c=G7(c)}var
+b=ai,h=p3(a.base),f="0123456789abcdef";do{var
+e=c.udivmod(h);c=e.quotient;b=f.charAt(G8(e.modulus))+b}while(!G4(c));if(a.prec>=0){a.filler=cy;var
+d=a.prec-b.length;if(d>0)b=ef(d,bB)+b}return jg(a,b)}function
+G6(a,b){return a.mul(b)}function
 o(c){var
 b=0;for(var
 a=c.length-1;a>=0;a--){var
 d=c[a];b=[0,d,b]}return b}function
-pg(a,d){if(a<0)eU();var
+p6(a,d){if(a<0)fg();var
 a=a+1|0,b=new
 Array(a);b[0]=0;for(var
 c=1;c<a;c++)b[c]=d;return b}var
-cu=new
+cF=new
 Array();function
-EW(c){var
-a=cu[c];if(!a.opened)as("Cannot flush a closed channel");if(!a.buffer||a.buffer==ab)return 0;if(a.fd&&aH.fds[a.fd]&&aH.fds[a.fd].output){var
-b=aH.fds[a.fd].output;switch(b.length){case
-2:b(c,a.buffer);break;default:b(a.buffer)}}a.buffer=ab;return 0}function
-pm(d,e){var
-a=cu[d],c=w(e),b=aC(c);a.file.write(a.offset,c,0,b);a.offset+=b;return 0}function
-E_(a){var
-a=i4(a),b=ae;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stderr.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
+Hc(c){var
+a=cF[c];if(!a.opened)aw("Cannot flush a closed channel");if(!a.buffer||a.buffer==ai)return 0;if(a.fd&&aK.fds[a.fd]&&aK.fds[a.fd].output){var
+b=aK.fds[a.fd].output;switch(b.length){case
+2:b(c,a.buffer);break;default:b(a.buffer)}}a.buffer=ai;return 0}function
+qa(d,e){var
+a=cF[d],c=y(e),b=aG(c);a.file.write(a.offset,c,0,b);a.offset+=b;return 0}function
+Hq(a){var
+a=jr(a),b=ak;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stderr.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
 c=b.console;c&&c.error&&c.error(a)}}function
-E$(a){var
-a=i4(a),b=ae;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stdout.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
+Hr(a){var
+a=jr(a),b=ak;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stdout.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
 c=b.console;c&&c.log&&c.log(a)}}function
-gG(c,e,d,a){if(aH.fds===undefined)aH.fds=new
+g2(c,e,d,a){if(aK.fds===undefined)aK.fds=new
 Array();a=a?a:{};var
-b={};b.file=d;b.offset=a.append?d.length():0;b.flags=a;b.output=e;aH.fds[c]=b;if(!aH.fd_last_idx||c>aH.fd_last_idx)aH.fd_last_idx=c;return c}function
-Ff(c,b,g){var
+b={};b.file=d;b.offset=a.append?d.length():0;b.flags=a;b.output=e;aK.fds[c]=b;if(!aK.fd_last_idx||c>aK.fd_last_idx)aK.fd_last_idx=c;return c}function
+Hx(c,b,g){var
 a={};while(b){switch(b[1]){case
 0:a.rdonly=1;break;case
 1:a.wronly=1;break;case
@@ -681,59 +681,59 @@ a={};while(b){switch(b[1]){case
 5:a.excl=1;break;case
 6:a.binary=1;break;case
 7:a.text=1;break;case
-8:a.nonblock=1;break}b=b[2]}if(a.rdonly&&a.wronly)as(cS(c)+ow);if(a.text&&a.binary)as(cS(c)+oH);var
-d=pu(c),e=d.device.open(d.rest,a),f=aH.fd_last_idx?aH.fd_last_idx:0;return gG(f+1,pm,e,a)}gG(0,pm,new
-aX(aT(0)));gG(1,E$,new
-aX(aT(0)));gG(2,E_,new
-aX(aT(0)));function
-EX(a){var
-c=aH.fds[a];if(c.flags.wronly)as(oW+a+" is writeonly");var
-d=null;if(a==0&&e0()){var
-e=require("fs");d=function(){return cv(e.readFileSync(0,od))}}var
-b={file:c.file,offset:c.offset,fd:a,opened:true,out:false,refill:d};cu[b.fd]=b;return b.fd}function
-ph(c){var
-b=aH.fds[c];if(b.flags.rdonly)as(oW+c+" is readonly");var
-a={file:b.file,offset:b.offset,fd:c,opened:true,out:true,buffer:ab};cu[a.fd]=a;return a.fd}function
-EY(){var
+8:a.nonblock=1;break}b=b[2]}if(a.rdonly&&a.wronly)aw(c1(c)+pk);if(a.text&&a.binary)aw(c1(c)+pv);var
+d=qi(c),e=d.device.open(d.rest,a),f=aK.fd_last_idx?aK.fd_last_idx:0;return g2(f+1,qa,e,a)}g2(0,qa,new
+a4(aX(0)));g2(1,Hr,new
+a4(aX(0)));g2(2,Hq,new
+a4(aX(0)));function
+Hd(a){var
+c=aK.fds[a];if(c.flags.wronly)aw(pK+a+" is writeonly");var
+d=null;if(a==0&&fm()){var
+e=require("fs");d=function(){return cG(e.readFileSync(0,o3))}}var
+b={file:c.file,offset:c.offset,fd:a,opened:true,out:false,refill:d};cF[b.fd]=b;return b.fd}function
+p7(c){var
+b=aK.fds[c];if(b.flags.rdonly)aw(pK+c+" is readonly");var
+a={file:b.file,offset:b.offset,fd:c,opened:true,out:true,buffer:ai};cF[a.fd]=a;return a.fd}function
+He(){var
 b=0;for(var
-a=0;a<cu.length;a++)if(cu[a]&&cu[a].opened&&cu[a].out)b=[0,cu[a].fd,b];return b}function
-eY(a,b){return+(o7(a,b,false)!=0)}function
-bH(b,c,a){if(a&&ae.toplevelReloc)b=ae.toplevelReloc(a);aH[b+1]=c;if(a)aH[a]=c}function
-E4(a,b){pj[cS(a)]=b;return 0}function
-E6(){aU(iN)}function
-bv(b,a){if(a>>>0>=aC(b))E6();return eZ(b,a)}function
-bo(a){return a}function
-E7(){return 0x7FFFFFFF/4|0}function
-i3(a){var
+a=0;a<cF.length;a++)if(cF[a]&&cF[a].opened&&cF[a].out)b=[0,cF[a].fd,b];return b}function
+fk(a,b){return+(pV(a,b,false)!=0)}function
+bM(b,c,a){if(a&&ak.toplevelReloc)b=ak.toplevelReloc(a);aK[b+1]=c;if(a)aK[a]=c}function
+Hk(a,b){p9[c1(a)]=b;return 0}function
+Hm(){aY(ja)}function
+bC(b,a){if(a>>>0>=aG(b))Hm();return fl(b,a)}function
+bv(a){return a}function
+Hn(){return 0x7FFFFFFF/4|0}function
+jq(a){var
 b=1;while(a&&a.joo_tramp){a=a.joo_tramp.apply(null,a.joo_args);b++}return a}function
-a0(b,a){return{joo_tramp:b,joo_args:a}}function
-pl(a){return a}function
-po(a){if(a
+a7(b,a){return{joo_tramp:b,joo_args:a}}function
+p$(a){return a}function
+qc(a){if(a
 instanceof
-Array)return a;if(ae.RangeError&&a
+Array)return a;if(ak.RangeError&&a
 instanceof
-ae.RangeError&&a.message&&a.message.match(/maximum call stack/i))return pl(aH.Stack_overflow);if(ae.InternalError&&a
+ak.RangeError&&a.message&&a.message.match(/maximum call stack/i))return p$(aK.Stack_overflow);if(ak.InternalError&&a
 instanceof
-ae.InternalError&&a.message&&a.message.match(/too much recursion/i))return pl(aH.Stack_overflow);if(a
+ak.InternalError&&a.message&&a.message.match(/too much recursion/i))return p$(aK.Stack_overflow);if(a
 instanceof
-ae.Error&&di(on))return[0,di(on),a];return[0,aH.Failure,cv(String(a))]}function
-B(a,b){return a+b}function
-i5(a,b){return a<b?-1:a>b?1:0}function
-y(a,b){return a===b?1:0}function
-G(a,b){return a<=b?1:0}function
-pp(b,a){return b<<BigInt(a)}function
-M(a,b){return a<b?1:0}function
-aI(a){return-a}function
-r(a,b){return a*b}function
-at(a){return BigInt(a)}function
-E9(b){ae.fairauditVerified=function(a){return cS(cR(b,[w(a)]))}}function
-i6(b,a){return b>>BigInt(a)}function
+ak.Error&&dy(pb))return[0,dy(pb),a];return[0,aK.Failure,cG(String(a))]}function
+E(a,b){return a+b}function
+js(a,b){return a<b?-1:a>b?1:0}function
+x(a,b){return a===b?1:0}function
+J(a,b){return a<=b?1:0}function
+qd(b,a){return b<<BigInt(a)}function
+P(a,b){return a<b?1:0}function
+aL(a){return-a}function
+s(a,b){return a*b}function
+ax(a){return BigInt(a)}function
+Hp(b){ak.fairauditVerified=function(a){return c1(c0(b,[y(a)]))}}function
+jt(b,a){return b>>BigInt(a)}function
 S(a,b){return a-b}function
-pq(a){return Number(a)}function
-pr(a,b){return a/b}function
-ET(a){switch(a[2]){case-8:case-11:case-12:return 1;default:return 0}}function
-Ez(b){var
-a=ab;if(b[0]==0){a+=b[1][1];if(b.length==3&&b[2][0]==0&&ET(b[1]))var
+qe(a){return Number(a)}function
+qf(a,b){return a/b}function
+G$(a){switch(a[2]){case-8:case-11:case-12:return 1;default:return 0}}function
+GR(b){var
+a=ai;if(b[0]==0){a+=b[1][1];if(b.length==3&&b[2][0]==0&&G$(b[1]))var
 e=b[2],f=1;else
 var
 f=2,e=b;a+="(";for(var
@@ -742,268 +742,268 @@ c=e[d];if(typeof
 c=="number")a+=c.toString();else
 if(c
 instanceof
-b5)a+=gy+c.toString()+gy;else
+ca)a+=gU+c.toString()+gU;else
 if(typeof
-c=="string")a+=gy+c.toString()+gy;else
+c=="string")a+=gU+c.toString()+gU;else
 a+="_"}a+=")"}else
-if(b[0]==a$)a+=b[1];return a}function
-o$(a){if(a
+if(b[0]==bk)a+=b[1];return a}function
+pZ(a){if(a
 instanceof
-Array&&(a[0]==0||a[0]==a$)){var
-c=di("Printexc.handle_uncaught_exception");if(c)c(a,false);else{var
-d=Ez(a),b=di(oc);if(b)b(0);ae.console.error("Fatal error: exception "+d+"\n")}}else
+Array&&(a[0]==0||a[0]==bk)){var
+c=dy("Printexc.handle_uncaught_exception");if(c)c(a,false);else{var
+d=GR(a),b=dy(o2);if(b)b(0);ak.console.error("Fatal error: exception "+d+"\n")}}else
 throw a}function
-E5(){var
-a=ae;if(a.process&&a.process.on)a.process.on("uncaughtException",function(b,c){o$(b);a.process.exit(2)});else
-if(a.addEventListener)a.addEventListener("error",function(a){if(a.error)o$(a.error)})}E5();function
-E(a,b){return a.length==1?a(b):cR(a,[b])}function
-aA(a,b,c){return a.length==2?a(b,c):cR(a,[b,c])}function
-n_(a,b,c,d){return a.length==3?a(b,c,d):cR(a,[b,c,d])}function
-n$(a,b,c,d,e,f){return a.length==5?a(b,c,d,e,f):cR(a,[b,c,d,e,f])}EB();var
-i_=[a$,w(oU),-1],ja=[a$,w(oj),-2],i9=[a$,w(iC),-3],i8=[a$,w(oA),-4],i$=[a$,w(oG),-9],aJ=[a$,w(oP),-11],D3=[0,[0,[0,[0,0]]]],D4=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],D5=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,D4]]]]]]]]]]],D6=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,D5]]]]]]]]]]],D7=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,D6]]]]]]]]]]],D8=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,D7]]]]]]]]]]],D9=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]]],D_=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,D9]]]]]]]]]]],D$=[0,0],Ea=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],Eb=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ea]]]]]]]]]]],Ec=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Eb]]]]]]]]]]],Ed=[0,[0,[0,[0,[0,0]]]]],Ee=[0,[0,[0,[0,[0,0]]]]],Ef=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],Eg=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],d9=o([[0,48,[0,[0,[0,0,0],0],0]],[0,49,[0,[0,[0,0,0],0],1]],[0,50,[0,[0,[0,0,0],1],0]],[0,51,[0,[0,[0,0,0],1],1]],[0,52,[0,[0,[0,0,1],0],0]],[0,53,[0,[0,[0,0,1],0],1]],[0,54,[0,[0,[0,0,1],1],0]],[0,55,[0,[0,[0,0,1],1],1]],[0,56,[0,[0,[0,1,0],0],0]],[0,57,[0,[0,[0,1,0],0],1]],[0,97,[0,[0,[0,1,0],1],0]],[0,98,[0,[0,[0,1,0],1],1]],[0,99,[0,[0,[0,1,1],0],0]],[0,p,[0,[0,[0,1,1],0],1]],[0,a,[0,[0,[0,1,1],1],0]],[0,A,[0,[0,[0,1,1],1],1]],[0,65,[0,[0,[0,1,0],1],0]],[0,66,[0,[0,[0,1,0],1],1]],[0,67,[0,[0,[0,1,1],0],0]],[0,68,[0,[0,[0,1,1],0],1]],[0,69,[0,[0,[0,1,1],1],0]],[0,70,[0,[0,[0,1,1],1],1]]]),g3=[0,[0,[0,0,0],0],0],Eh=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],Ei=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Eh]]]]]]]]]]],Ej=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ei]]]]]]]]]]],Ek=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ej]]]]]]]]]]],El=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ek]]]]]]]]]]];bH(11,[a$,w(ob),-12],ob);bH(10,aJ,oP);bH(9,[a$,w(oy),-10],oy);bH(8,i$,oG);bH(7,[a$,w(os),-8],os);bH(6,[a$,w(oD),-7],oD);bH(5,[a$,w(oK),-6],oK);bH(4,[a$,w(om),-5],om);bH(3,i8,oA);bH(2,i9,iC);bH(1,ja,oj);bH(0,i_,oU);var
-pw=w(oB),px=w("false"),pA=w("\\\\"),pB=w("\\'"),pC=w("\\b"),pD=w("\\t"),pE=w("\\n"),pF=w("\\r"),pz=w("Char.chr"),pI=w("String.blit / Bytes.blit_string"),pH=w("Bytes.blit"),pG=w("String.sub / Bytes.sub"),pK=w(ab),pJ=w("String.concat"),pL=w("Array.blit"),pO=w("Buffer.add: cannot grow buffer"),pN=[0,w(oI),93,2],pM=[0,w(oI),94,2],pX=w("%c"),pY=w("%s"),pZ=w(oa),p0=w(or),p1=w(oz),p2=w(oe),p3=w("%f"),p4=w("%B"),p5=w("%{"),p6=w("%}"),p7=w("%("),p8=w("%)"),p9=w("%a"),p_=w("%t"),p$=w("%?"),qa=w("%r"),qb=w("%_r"),qc=[0,w(aS),850,23],qn=[0,w(aS),814,21],qf=[0,w(aS),815,21],qo=[0,w(aS),818,21],qg=[0,w(aS),819,21],qp=[0,w(aS),822,19],qh=[0,w(aS),823,19],qq=[0,w(aS),826,22],qi=[0,w(aS),827,22],qr=[0,w(aS),831,30],qj=[0,w(aS),832,30],ql=[0,w(aS),836,26],qd=[0,w(aS),837,26],qm=[0,w(aS),846,28],qe=[0,w(aS),847,28],qk=[0,w(aS),851,23],ru=w(ox),rs=[0,w(aS),1558,4],rt=w("Printf: bad conversion %["),rv=[0,w(aS),1626,39],rw=[0,w(aS),1649,31],rx=[0,w(aS),1650,31],ry=w("Printf: bad conversion %_"),rz=w("@{"),rA=w("@["),rq=w(iG),ro=w("neg_infinity"),rp=w(oT),rn=w(dW),ri=[0,F],q8=w("%+nd"),q9=w("% nd"),q$=w("%+ni"),ra=w("% ni"),rb=w("%nx"),rc=w("%#nx"),rd=w("%nX"),re=w("%#nX"),rf=w("%no"),rg=w("%#no"),q7=w("%nd"),q_=w(oz),rh=w("%nu"),qV=w("%+ld"),qW=w("% ld"),qY=w("%+li"),qZ=w("% li"),q0=w("%lx"),q1=w("%#lx"),q2=w("%lX"),q3=w("%#lX"),q4=w("%lo"),q5=w("%#lo"),qU=w("%ld"),qX=w(or),q6=w("%lu"),qI=w("%+Ld"),qJ=w("% Ld"),qL=w("%+Li"),qM=w("% Li"),qN=w("%Lx"),qO=w("%#Lx"),qP=w("%LX"),qQ=w("%#LX"),qR=w("%Lo"),qS=w("%#Lo"),qH=w("%Ld"),qK=w(oe),qT=w("%Lu"),qv=w("%+d"),qw=w("% d"),qy=w("%+i"),qz=w("% i"),qA=w("%x"),qB=w("%#x"),qC=w("%X"),qD=w("%#X"),qE=w("%o"),qF=w("%#o"),qu=w(oJ),qx=w(oa),qG=w(ox),pP=w("@]"),pQ=w("@}"),pR=w("@?"),pS=w("@\n"),pT=w("@."),pU=w("@@"),pV=w("@%"),pW=w("@"),qs=w("CamlinternalFormat.Type_mismatch"),rE=eX(8,0,0),rF=[0,1779033703,-1150833019,1013904242,-1521486534,1359893119,-1694144372,528734635,1541459225],rG=[0,[5,6,[0,2,8],0,0],w("%08lx")],rH=w(ab),rB=[0,1116352408,1899447441,-1245643825,-373957723,961987163,1508970993,-1841331548,-1424204075,-670586216,310598401,607225278,1426881987,1925078388,-2132889090,-1680079193,-1046744716,-459576895,-272742522,264347078,604807628,770255983,1249150122,1555081692,1996064986,-1740746414,-1473132947,-1341970488,-1084653625,-958395405,-710438585,113926993,338241895,666307205,773529912,1294757372,1396182291,1695183700,1986661051,-2117940946,-1838011259,-1564481375,-1474664885,-1035236496,-949202525,-778901479,-694614492,-200395387,275423344,430227734,506948616,659060556,883997877,958139571,1322822218,1537002063,1747873779,1955562222,2024104815,-2067236844,-1933114872,-1866530822,-1538233109,-1090935817,-965641998],rN=[0,0],rO=[0,0],sm=[0,f,[0,m,[0,j,[0,j,0]]]],sn=[0,b,[0,h,[0,m,[0,a,0]]]],so=[0,A,[0,97,[0,j,[0,d,[0,a,0]]]]],sB=o([e,d,32,f,g,b,32,g,f,a,32,g,A,32,b,l,g,d,a,32,b,l,97,b,32,b,l,a,h,a,32,97,h,a]),sL=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,D3]]]]]]]]]]],tf=[0,1],tg=[0,2],tp=[0,0,0],xM=[0,[11,0],0],At=[0,[11,0],0],AR=[0,0,0],Bs=[0,[11,0],0],Br=o([d,m,98,aB,a,99,b,46,p,a,99,j,97,h,a,p,46,98,L,95,99,g,f,b,a,aa,b]),CQ=o([l,97,d,32,97,32,j,97,d,b,32,j,e,f,a,32,b,l,97,b,32,p,g,a,d,32,f,g,b,32,a,f,p]),DP=o([97,32,99,j,97,e,t,32,j,e,d,b,d,32,97,d,d,m,t,v,b,e,g,f,d,32,b,l,97,b,32,e,b,32,p,g,a,d,32,f,g,b,32,h,a,d,b,32,g,f]),DQ=o([b,l,a,32,b,97,98,j,a,32,e,d,32,f,g,b,32,97,d,32,b,l,a,32,A,g,h,t,97,b,32,p,a,t,97,f,p,d]),DN=[0,v,[0,g,[0,j,[0,e,[0,99,[0,L,0]]]]]],DO=o([A,97,e,h,97,m,p,e,b,45,99,a,h,b,e,A,e,99,97,b,a,47,49]),Dw=[11,0],Dv=[0,0,0],DJ=[0,0,0],DK=o([b,l,a,32,97,d,d,m,t,v,b,e,g,f,d,32,g,A,32,b,l,a,32,99,j,97,e,t,d]),DI=[11,0],DG=[0,0,0],DH=o([d,m,98,aB,a,99,b,46,d,v,a,j,j,e,f,F,d]),Dx=[0,d,[0,m,[0,98,[0,aB,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],Dy=o([b,l,a,32,b,97,98,j,a,32,A,e,j,a]),Dz=o([d,m,98,aB,a,99,b,46,99,g,j,m,t,f,d]),DA=o([d,m,98,aB,a,99,b,46,v,g,v,m,j,97,b,e,g,f]),DB=o([d,m,98,aB,a,99,b,46,aL,e,f,p]),DC=o([d,m,98,aB,a,99,b,46,b,97,98,j,a,46,99,a,j,j,d]),DD=o([d,m,98,aB,a,99,b,46,b,97,98,j,a,46,d,l,97,50,53,54]),DE=o([b,l,a,32,b,97,98,j,a,32,F,e,C,a,d,32,p,h,97,H,d,32,A,g,h,32,d,g,t,a,32,h,g,H,d,32,g,A,32,b,l,a,32,v,g,j,e,99,L,32,g,f,j,L]),DF=o([b,l,a,32,h,g,H,d,32,g,A,32,b,l,a,32,v,g,j,e,99,L,32,97,h,a,32,f,g,b,32,e,f,32,g,h,p,a,h]),Du=o([b,l,a,32,b,97,98,j,a,32,j,97,99,aL,d,32,97,32,h,g,H,32,g,A,32,b,l,a,32,v,g,j,e,99,L,32,A,g,h,32,H,l,97,b,32,b,l,a,32,A,e,j,b,a,h,d,32,99,97,f,32,h,a,j,a,97,d,a]),DL=o([b,l,a,32,b,97,98,j,a,32,e,d,32,a,t,v,b,L]),DM=[0,0],Dt=[0,[11,0],0],Dm=[0,[11,0],0],Dn=[0,[0,[11,0],0]],C8=[11,0],C7=[0,0,0],Dl=[11,0],C9=[0,0,0],C_=o([b,l,a,32,m,b,e,j,e,b,L,32,e,d,32,e,f,32,d,m,98,aB,a,99,b,46,99,j,97,d,d]),Dj=[0,0,0],Dk=o([d,m,98,aB,a,99,b,46,d,v,a,j,j,e,f,F,d]),C$=[0,d,[0,m,[0,98,[0,aB,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],Da=o([b,l,a,32,b,97,98,j,a,32,A,e,j,a]),Db=o([d,m,98,aB,a,99,b,46,99,g,j,m,t,f,d]),Dc=o([d,m,98,aB,a,99,b,46,v,g,v,m,j,97,b,e,g,f]),Dd=o([d,m,98,aB,a,99,b,46,aL,e,f,p]),De=o([d,m,98,aB,a,99,b,46,b,97,98,j,a,46,99,a,j,j,d]),Df=o([d,m,98,aB,a,99,b,46,b,97,98,j,a,46,d,l,97,50,53,54]),Dg=o([l,97,d,32,m,b,e,j,e,b,e,a,d,32,98,a,j,g,H,32,48,44,32,g,A,32,H,l,e,99,l,32,p,e,A,A,a,h,a,f,99,a,d,32,l,97,C,a,32,b,g,32,98,a,32,d,b,97,b,a,p]),Dh=o([l,97,d,32,e,f,b,a,h,C,97,j,d,44,32,H,l,e,99,l,32,97,h,a,32,f,g,b,32,A,g,h,32,v,h,g,98,97,98,e,j,e,b,e,a,d]),Di=o([l,97,d,32,e,f,b,a,h,C,97,j,d,44,32,H,l,e,99,l,32,p,g,32,f,g,b,32,F,g,32,H,e,b,l,32,97,32,99,j,97,d,d,32,g,A,32,m,b,e,j,e,b,e,a,d]),Do=[0,0],Dp=[0,0],Dq=[0,0],Dr=o([b,l,a,32,b,97,98,j,a,32,e,d,32,a,t,v,b,L]),Ds=[0,0],C3=[0,0,0],C1=[0,0,0],C2=[0,0,0],C4=[0,0,0],C5=[0,0,0],C6=[0,0,0],CZ=[0,0],CX=[0,0,0],CW=[0,t,[0,a,[0,b,[0,h,[0,e,[0,99,[0,d,[0,46,0]]]]]]]],CU=o([d,m,98,aB,a,99,b,46,m,b,e,j,e,b,L,46]),CV=o([98,m,h,p,a,f,32,t,m,d,b,32,98,a,32,b,h,m,a,32,H,l,a,h,a,32,e,b,32,e,d,32,d,b,97,b,a,p]),CT=[0,0],CS=o([b,l,a,32,b,97,98,j,a,32,e,d,32,f,g,b,32,b,l,a,32,99,97,f,g,f,e,99,97,j,32,b,a,aa,b,32,g,A,32,e,b,d,32,C,97,j,m,a,d]),CR=o([e,d,32,f,g,b,32,74,83,79,78,32,97,d,32,b,l,a,32,A,g,h,t,97,b,32,l,97,d,32,e,b]),CO=[0,0],CN=[0,0,0],CM=[0,0],CJ=o([F,j,g,98,97,j,95,h,97,b,e,g,95,d,m,v,h,a,t,m,t]),CI=[0,48,0],CF=[0,44,[0,32,0]],CE=[0,93,0],CG=[0,91,0],CH=[0,91,[0,93,0]],CD=[0,91,[0,93,0]],CA=o([32,h,a,j,a,97,d,a,d,32,g,A,32,97,32,F,h,g,m,v,44,32,a,97,99,l,32,p,h,97,H,f,32,97,A,h,a,d,l,32,40,p,a,99,j,97,h,a,p,41]),CB=o([g,f,a,32,t,a,t,g,h,L,32,d,a,a,d,32,97,b,32,t,g,d,b,32]),Cy=o([32,g,A,32,b,l,a,32,j,97,H,32,g,A,32,b,l,e,d,32,v,g,j,e,99,L,32,40,p,a,99,j,97,h,a,p,41]),Cz=o([A,g,h,32,a,C,a,h,L,b,l,e,f,F,32,b,l,97,b,32,b,l,a,32,A,e,j,b,a,h,d,32,h,a,j,a,97,d,a,44,32,b,l,a,32,j,97,H,32,g,A,32,b,l,a,32,p,a,99,e,d,e,g,f,32,e,d,32,H,e,b,l,e,f,32,b,g,b,97,j,32,C,97,h,e,97,b,e,g,f,32]),Cu=o([32,40,p,a,99,j,97,h,a,p,41]),Cv=[0,32,[0,97,[0,f,[0,p,[0,32,0]]]]],Cw=o([44,32,a,C,a,h,L,32,m,b,e,j,e,b,L,32,e,d,32,98,a,b,H,a,a,f,32]),Cx=o([e,f,32,99,g,f,b,a,aa,b,32]),Cs=o([32,98,a,l,e,f,p,32,b,l,a,32,A,e,j,b,a,h,32,40,p,a,99,j,97,h,a,p,41]),Ct=o([a,C,a,h,L,32,99,g,t,v,97,h,a,p,32,F,h,g,m,v,39,d,32,t,a,97,f,32,m,b,e,j,e,b,L,32,e,d,32,97,b,32,j,a,97,d,b,32]),Co=o([32,98,a,l,e,f,p,32,b,l,a,32,A,e,j,b,a,h,32,40,p,a,99,j,97,h,a,p,41]),Cp=o([44,32,a,C,a,h,L,32,99,g,t,v,97,h,a,p,32,F,h,g,m,v,39,d,32,a,aa,v,a,99,b,a,p,32,m,b,e,j,e,b,L,32,e,d,32,97,b,32,j,a,97,d,b,32]),Cq=o([e,f,32,99,g,f,b,a,aa,b,32]),Ck=o([32,40,p,a,99,j,97,h,a,p,41]),Cl=o([44,32,97,f,p,32,A,g,h,32,b,l,a,32,d,97,t,a,32,p,a,99,e,d,e,g,f,32,97,f,p,32,99,g,f,b,a,aa,b,32,b,l,a,32,m,b,e,j,e,b,e,a,d,32,g,A,32,b,H,g,32,F,h,g,m,v,d,32,p,e,A,A,a,h,32,98,L,32,97,b,32,t,g,d,b,32]),Cm=[0,32,[0,97,[0,f,[0,p,[0,32,0]]]]],Cn=o([a,C,a,h,L,32,m,b,e,j,e,b,L,32,e,d,32,98,a,b,H,a,a,f,32]),Ci=o([32,98,a,l,e,f,p,32,b,l,a,32,A,e,j,b,a,h,32,40,p,a,99,j,97,h,a,p,41]),Cj=o([a,C,a,h,L,32,99,g,t,v,97,h,a,p,32,F,h,g,m,v,39,d,32,a,aa,v,a,99,b,a,p,32,m,b,e,j,e,b,L,32,e,d,32,97,b,32,j,a,97,d,b,32]),B9=[0,[11,0],0],B5=[0,1],Ce=[0,0],B6=[0,[0,0,0]],B7=[0,[0,0,0]],B8=[0,[0,0,0]],B$=[0,[0,0,0]],Ca=[0,[0,0,0]],B_=[0,[0,0,0]],Cb=[0,[0,0,0]],Cc=[0,[0,0,0]],Cd=[0,[0,0,0]],B1=o([t,m,d,b,32,98,a,32,v,g,d,e,b,e,C,a]),B0=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),B2=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),B3=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),B4=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),BZ=o([e,d,32,g,m,b,32,g,A,32,h,97,f,F,a]),BX=o([t,m,d,b,32,98,a,32,97,f,32,g,98,aB,a,99,b,32,g,h,32,f,m,j,j]),BW=[0,[0,0]],BY=o([t,m,d,b,32,98,a,32,97,f,32,g,98,aB,a,99,b,32,g,h,32,f,m,j,j]),BQ=[0,[11,0],0],BG=[0,A,[0,j,[0,g,[0,g,[0,h,0]]]]],BH=[0,84,[0,51,0]],BI=[0,84,[0,49,0]],BJ=[0,84,[0,49,[0,45,[0,v,[0,97,[0,v,[0,a,[0,h,0]]]]]]]],BK=[0,84,[0,52,0]],BL=[0,84,[0,50,0]],BM=[7,0],BN=[0,84,[0,49,[0,50,0]]],BO=[0,84,[0,51,0]],BP=[0,84,[0,56,0]],BD=o([t,m,d,b,32,l,97,C,a,32,t,m,j,b,e,v,j,e,a,h,d]),Bt=o([d,m,98,aB,a,99,b,46,p,a,99,j,97,h,a,p,46,F,j,g,98,97,j,95,b,97,m]),Bq=o([d,m,98,aB,a,99,b,46,p,a,99,j,97,h,a,p,46]),Bk=o([d,m,98,aB,a,99,b,46,v,h,e,C,97,99,L,46]),Bl=o([46,97,b,b,h,e,98,m,b,a,d]),Bm=o([46,a,aa,v,95,a,v,d,e,j,g,f]),Bn=[0,[11,0],0],Bo=[0,[11,0],0],Bp=[0,[11,1],0],A9=[0,[0,0]],A8=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,D8]]]]]]]]]]],A5=o([j,e,d,b,d,32,97,32,99,g,f,b,a,aa,b,32,b,H,e,99,a]),A6=o([t,m,d,b,32,f,g,b,32,98,a,32,a,t,v,b,L]),A4=o([l,97,d,32,97,32,p,h,e,A,b,32,g,A,32,t,g,h,a,32,b,l,97,f,32,49]),A7=[0,0],A3=o([t,m,d,b,32,l,97,C,a,32,F,97,t,t,97,44,32,t,32,g,h,32,b,97,m]),A2=[0,0],A1=o([p,g,a,d,32,f,g,b,32,j,e,d,b,32,a,C,a,h,L,32,b,h,m,a,32,99,a,j,j,44,32,g,h,32,d,g,t,a,32,b,l,97,b,32,97,h,a,32,f,g,b,32,f,a,a,p,a,p]),A0=o([e,d,32,f,g,b,32,b,l,a,32,f,a,aa,b,32,b,h,m,a,32,99,a,j,j]),AX=[0,1],AY=o([l,97,d,32,p,h,97,H,d,32,b,l,97,b,32,p,g,32,f,g,b,32,A,e,b,32,e,b,d,32,H,a,e,F,l,b,d]),AV=o([l,97,d,32,H,a,e,F,l,b,d,32,b,l,97,b,32,p,g,32,f,g,b,32,d,m,t,32,b,g,32,49]),AW=o([e,d,32,g,m,b,32,g,A,32,h,97,f,F,a]),AZ=[0,0],AT=o([t,m,d,b,32,l,97,C,a,32,h,a,j,a,97,d,a,d,32,A,h,g,t,32,50,32,b,g,32,49,48,48,48,48]),AS=o([l,97,d,32,A,a,H,a,h,32,b,l,97,f,32,b,H,g,32,b,h,m,a,32,F,h,g,m,v,d]),AQ=o([t,m,d,b,32,l,97,C,a,32,A,97,99,b,g,h,d,32,b,l,97,b,32,99,g,C,a,h,32,b,l,a,32,99,g,j,m,t,f,d,32,b,g,F,a,b,l,a,h]),AM=o([l,97,d,32,v,h,g,98,97,98,e,j,e,b,e,a,d,32,b,l,97,b,32,p,g,32,f,g,b,32,d,m,t,32,b,g,32,49]),AN=o([t,m,d,b,32,j,e,d,b,32,j,97,98,a,j,d]),AO=o([t,m,d,b,32,j,e,d,b,32,j,97,98,a,j,d]),AP=o([t,m,d,b,32,j,e,d,b,32,j,97,98,a,j,d]),AK=o([v,h,g,98,97,98,e,j,e,b,e,a,d]),Au=[0,0,0],Av=[0,[11,0],0],Aw=[0,[11,0],0],Ax=[0,f,[0,g,[0,f,[0,a,0]]]],Ay=[0,[0,0]],Ak=[0,0,0],Al=[0,[11,0],0],Am=[0,[11,0],0],An=[0,[11,0],0],Ao=[0,[11,0],0],Ai=o([l,97,d,32,97,32,aL,a,L,32,b,l,97,b,32,F,g,a,d,32,H,e,b,l,32,g,b,l,a,h,32,b,97,h,F,a,b,d,44,32,g,h,32,j,97,99,aL,d,32,g,f,a]),Aj=o([b,l,a,32,j,e,t,e,b,32,g,A,32,97,32,h,97,b,e,g,32,t,m,d,b,32,98,a,32,97,b,32,j,a,97,d,b,32,49]),Ah=[0,b,[0,l,[0,e,[0,d,[0,32,[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]]]]]]],Ap=[0,0],Ab=[0,32,[0,A,[0,g,[0,h,[0,32,0]]]]],Ac=[0,58,[0,32,0]],Ad=[0,44,[0,32,[0,j,[0,e,[0,t,[0,e,[0,b,[0,32,0]]]]]]]],Ae=[0,32,0],Af=[0,58,[0,32,0]],Ag=[0,b,[0,97,[0,h,[0,F,[0,a,[0,b,[0,d,0]]]]]]],Aq=[0,[0,0]],Ar=[0,0],As=[0,p,[0,e,[0,A,[0,A,[0,a,[0,h,[0,a,[0,f,[0,99,[0,a,0]]]]]]]]]],z7=[0,[11,0],0],z8=[0,[11,0],0],z9=[0,[11,0],0],z_=[0,0,0],z$=[0,[11,0],0],Aa=[0,[11,0],0],z3=[0,[11,0],0],z4=[0,[11,0],0],z5=[0,[11,0],0],z6=[0,[11,0],0],z2=o([t,m,d,b,32,l,97,C,a,32,97,32,99,g,f,A,e,p,a,f,99,a,32,98,a,b,H,a,a,f,32,48,32,97,f,p,32,49]),zD=o([t,m,d,b,32,l,97,C,a,32,97,32,99,g,f,A,e,p,a,f,99,a,32,98,a,b,H,a,a,f,32,48,32,97,f,p,32,49]),zE=o([t,m,d,b,32,l,97,C,a,32,b,l,a,32,j,g,H,a,h,32,g,f,a,32,A,e,h,d,b]),zF=[0,0],zG=o([t,a,97,f,32,g,C,a,h,32,m,f,e,b,d]),zH=[0,0],zI=[0,0],zJ=[0,p,[0,h,[0,g,[0,v,0]]]],zK=[0,H,[0,g,[0,h,[0,d,[0,b,0]]]]],zL=[0,a,[0,97,[0,99,[0,l,0]]]],zM=[0,b,[0,g,[0,F,[0,a,[0,b,[0,l,[0,a,[0,h,0]]]]]]]],zz=[11,0],zA=[0,[11,0],0],zB=[0,0],zC=o([t,m,d,b,32,f,g,b,32,98,a,32,f,m,j,j]),zw=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),zx=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),zy=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),zv=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),zs=[0,32,[0,97,[0,f,[0,p,[0,32,0]]]]],zt=o([H,l,97,b,a,C,a,h,32,99,g,m,j,p,32,l,97,C,a,32,98,a,a,f,32,p,h,97,H,f,32,l,97,d,32,97,32,m,b,e,j,e,b,L,32,98,a,b,H,a,a,f,32]),zk=o([j,e,d,b,d,32,d,g,t,a,b,l,e,f,F,32,b,H,e,99,a]),zg=o([t,m,d,b,32,f,g,b,32,98,a,32,f,g,b,l,e,f,F]),zh=o([t,m,d,b,32,98,a,32,97,b,32,j,a,97,d,b,32,49]),zf=o([t,m,d,b,32,98,a,32,97,32,j,e,d,b,32,g,A,32,50,32,a,f,b,h,e,a,d]),zi=o([t,m,d,b,32,98,a,32,97,32,j,e,d,b,32,g,A,32,50,32,a,f,b,h,e,a,d]),zj=o([t,m,d,b,32,98,a,32,97,32,j,e,d,b,32,g,A,32,50,32,a,f,b,h,e,a,d]),ze=o([t,m,d,b,32,98,a,32,97,32,j,e,d,b,32,g,A,32,50,32,a,f,b,h,e,a,d]),zd=[0,v,[0,97,[0,e,[0,h,[0,a,[0,p,0]]]]]],y_=[0,0,0],y9=[0,46,0],y$=[0,0,0],za=[0,0,0],yW=o([H,l,97,b,a,C,a,h,32,99,g,m,j,p,32,l,97,C,a,32,98,a,a,f,32,p,h,97,H,f,32,l,97,d,32,97,32,m,b,e,j,e,b,L,32,98,a,b,H,a,a,f,32,48,32,97,f,p,32]),yQ=o([F,j,g,98,97,j,95,l,e,p,p,a,f,95,99,g,f,b,a,aa,b]),yR=o([j,g,99,97,j,95,l,e,p,p,a,f,95,99,g,f,b,a,aa,b]),yP=o([j,g,99,97,j,95,l,e,p,p,a,f,95,99,g,f,b,a,aa,b]),yM=[0,98,[0,e,[0,f,[0,g,[0,t,[0,e,[0,97,[0,j,0]]]]]]]],yN=[0,v,[0,97,[0,e,[0,h,[0,45,[0,a,[0,aa,[0,97,[0,99,[0,b,0]]]]]]]]]],yO=o([v,97,e,h,a,p,45,98,a,b,b,e,f,F]),yI=o([t,m,d,b,32,l,97,C,a,32,97,32,v,97,e,h]),yH=o([l,97,d,32,97,32,j,g,H,a,h,32,a,f,p,32,b,l,97,b,32,e,d,32,e,f,A,e,f,e,b,a]),yF=o([t,m,d,b,32,l,97,C,a,32,97,32,99,g,f,A,e,p,a,f,99,a,32,98,a,b,H,a,a,f,32,48,32,97,f,p,32,49]),yG=[0,l,[0,97,[0,d,[0,32,[0,j,[0,e,[0,t,[0,e,[0,b,[0,d,0]]]]]]]]]],yJ=[0,v,[0,97,[0,e,[0,h,[0,d,0]]]]],yK=[0,a,[0,97,[0,99,[0,l,0]]]],yL=[0,b,[0,g,[0,F,[0,a,[0,b,[0,l,[0,a,[0,h,0]]]]]]]],yA=o([t,m,d,b,32,l,97,C,a,32,97,32,99,g,f,A,e,p,a,f,99,a,32,98,a,b,H,a,a,f,32,48,32,97,f,p,32,49]),yB=[0,l,[0,97,[0,d,[0,32,[0,j,[0,e,[0,t,[0,e,[0,b,[0,d,0]]]]]]]]]],yC=[0,98,[0,g,[0,aa,0]]],yD=[0,a,[0,97,[0,99,[0,l,0]]]],yE=[0,b,[0,g,[0,F,[0,a,[0,b,[0,l,[0,a,[0,h,0]]]]]]]],yx=o([t,m,d,b,32,l,97,C,a,32,99,a,j,j,d,32,b,l,97,b,32,F,g,32,m,v]),ys=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yt=o([t,m,d,b,32,f,g,b,32,98,a,32,f,a,F,97,b,e,C,a]),yu=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yv=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yw=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yn=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yo=o([t,m,d,b,32,f,g,b,32,98,a,32,f,a,F,97,b,e,C,a]),yp=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yq=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yr=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yi=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yj=o([t,m,d,b,32,f,g,b,32,98,a,32,f,a,F,97,b,e,C,a]),yk=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yl=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),ym=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yd=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),ye=o([t,m,d,b,32,f,g,b,32,98,a,32,f,a,F,97,b,e,C,a]),yf=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yg=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yh=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),x_=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),x$=o([t,m,d,b,32,f,g,b,32,98,a,32,f,a,F,97,b,e,C,a]),ya=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yb=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),yc=o([t,m,d,b,32,l,97,C,a,32,51,32,a,f,b,h,e,a,d]),x9=[0,0],xU=[0,0],xL=[11,0],xK=[11,0],xF=[0,32,[0,98,[0,L,[0,32,0]]]],xG=[0,32,0],xH=[0,32,0],xI=[0,58,[0,32,0]],xJ=[0,99,[0,j,[0,97,[0,e,[0,t,[0,d,0]]]]]],xE=[0,0],xD=o([t,m,d,b,32,l,97,C,a,32,97,f,32,a,f,b,h,L]),xB=o([l,97,d,32,b,g,g,32,t,97,f,L,32,a,f,b,h,e,a,d]),xt=o([F,j,g,98,97,j,95,h,97,b,e,g,95,d,m,v,h,a,t,m,t]),xu=o([j,g,99,97,j,95,h,97,b,e,g,95,d,m,v,h,a,t,m,t]),xv=[0,0,3],xw=o([p,a,t,g,F,h,97,v,l,e,99,95,v,97,h,e,b,L]),xx=[0,1,2],xy=o([a,cp,m,97,j,e,dd,a,p,95,g,p,p,d]),xz=o([F,j,g,98,97,j,95,l,e,p,p,a,f,95,99,g,f,b,a,aa,b]),xA=o([j,g,99,97,j,95,l,e,p,p,a,f,95,99,g,f,b,a,aa,b]),w0=[1,1],w1=o([a,cp,m,97,j,e,dd,a,p,95,g,p,p,d,95,b,h,m,a,95,j,97,98,a,j,95,g,C,a,h,97,j,j]),w2=[0,1],w3=o([a,cp,m,97,j,95,g,v,v,g,h,b,m,f,e,b,L,95,g,C,a,h,97,j,j]),w4=[1,0],w5=o([a,cp,m,97,j,e,dd,a,p,95,g,p,p,d,95,b,h,m,a,95,j,97,98,a,j]),w6=[0,0],w7=o([a,cp,m,97,j,95,g,v,v,g,h,b,m,f,e,b,L]),wM=[0,0],wN=[0,1],wO=[0,0],wP=o([l,97,d,32,g,b,l,a,h,32,aL,a,L,d,32,b,l,97,f,32,e,b,32,t,97,L,32,l,97,C,a]),wo=o([t,m,d,b,32,l,97,C,a,32,b,H,a,j,C,a,32,p,a,99,e,t,97,j,d]),wm=[0,48,0],wl=[0,0],wj=[0,0,1,0,1,0,0],wk=[0,0,0,0,1,0,0],wc=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),wd=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),we=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),wa=[0,93,0],wb=[0,91,0],vl=[0,0],vm=[0,2],vn=[0,2],vo=[0,1],vk=[0,0],vi=[0,0],vc=[0,[0,0]],va=[0,0],u_=o([v,97,e,h,d,32,t,m,d,b,32,e,f,99,h,a,97,d,a]),u$=[0,0],u8=o([f,m,t,98,a,h,d,32,t,m,d,b,32,e,f,99,h,a,97,d,a]),u4=o([t,m,d,b,32,98,a,32,v,g,d,e,b,e,C,a]),u3=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),u5=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),u6=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),uX=[0,0],uY=o([A,a,97,b,m,h,a,d,32,p,e,A,A,a,h,32,98,a,b,H,a,a,f,32,F,h,g,m,v,d,44,32,98,m,b,32,b,l,a,32,99,j,97,d,d,32,e,d,32,98,j,e,f,p]),uZ=o([A,a,97,b,m,h,a,d,32,t,m,d,b,32,l,97,C,a,32,g,f,a,32,j,e,d,b,32,A,g,h,32,a,97,99,l,32,99,a,j,j,32,97,f,p,32,p,a,99,e,d,e,g,f]),u1=[0,0],u0=o([97,32,99,g,f,d,b,h,97,e,f,b,32,f,97,t,a,d,32,H,l,97,b,32,b,l,a,32,b,97,98,j,a,32,p,g,a,d,32,f,g,b,32,l,97,C,a]),uR=o([b,l,a,32,t,a,b,h,e,99,32,t,m,d,b,32,l,97,C,a,32,97,32,h,g,H,32,A,g,h,32,a,97,99,l,32,F,h,g,m,v]),uS=o([97,32,98,j,e,f,p,32,99,j,97,d,d,32,l,97,d,32,f,g,32,76,e,v,d,99,l,e,b,dd,32,99,g,f,d,b,97,f,b]),uT=o([b,97,m,32,t,m,d,b,32,98,a,32,97,b,32,t,g,d,b,32,F,97,t,t,97]),uU=o([F,97,t,t,97,32,t,m,d,b,32,98,a,32,v,g,d,e,b,e,C,a,32,97,f,p,32,97,b,32,j,a,97,d,b,32,t]),uV=[0,97,[0,j,[0,j,0]]],uW=[0,v,[0,97,[0,e,[0,h,0]]]],uN=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),uO=o([f,97,t,a,d,32,97,32,p,a,99,e,d,e,g,f,32,b,l,97,b,32,b,l,a,32,b,97,98,j,a,32,p,g,a,d,32,f,g,b,32,l,97,C,a]),uP=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),uQ=o([t,m,d,b,32,l,97,C,a,32,50,32,a,f,b,h,e,a,d]),uM=o([l,97,d,32,97,32,j,g,H,a,h,32,a,f,p,32,97,98,g,C,a,32,b,l,a,32,m,v,v,a,h,32,a,f,p]),uG=o([f,97,t,a,d,32,97,32,F,h,g,m,v,44,32,98,m,b,32,b,l,a,32,99,j,97,d,d,32,e,d,32,98,j,e,f,p]),uF=o([t,m,d,b,32,l,97,C,a,32,52,32,a,f,b,h,e,a,d]),uH=o([t,m,d,b,32,l,97,C,a,32,52,32,a,f,b,h,e,a,d]),uI=o([t,m,d,b,32,l,97,C,a,32,52,32,a,f,b,h,e,a,d]),uJ=o([t,m,d,b,32,l,97,C,a,32,52,32,a,f,b,h,e,a,d]),uK=o([t,m,d,b,32,l,97,C,a,32,52,32,a,f,b,h,e,a,d]),uE=o([e,d,32,f,g,b,32,97,32,t,a,b,h,e,99]),uc=o([v,g,d,e,b,e,C,a,32,p,a,99,e,d,e,g,f,d,32,97,h,a,32,f,g,b,32,e,f,32,b,l,a,32,g,h,p,a,h,32,g,A,32,b,l,a,32,p,a,99,e,d,e,g,f,d]),ud=[0,0],ua=o([l,97,d,32,f,g,32,p,a,99,e,d,e,g,f,d,32,g,A,32,m,f,aL,f,g,H,f,32,F,h,g,m,v]),ub=o([l,97,d,32,97,32,99,a,j,j,32,97,A,b,a,h,32,b,l,a,32,p,a,99,e,d,e,g,f,d,32,g,A,32,m,f,aL,f,g,H,f,32,F,h,g,m,v]),t_=[0,0],t$=[0,0],t0=[0,0],t2=[0,1],t3=o([p,a,99,e,d,e,g,f,d,32,g,A,32,m,f,aL,f,g,H,f,32,F,h,g,m,v,32,p,g,32,f,g,b,32,F,g,32,H,e,b,l,32,b,l,97,b]),t4=o([t,m,d,b,32,98,a,32,b,h,m,a,32,H,l,a,h,a,32,e,b,32,e,d,32,d,b,97,b,a,p]),t1=o([t,m,d,b,32,98,a,32,b,h,m,a,32,H,l,a,h,a,32,e,b,32,e,d,32,d,b,97,b,a,p]),t5=[0,0],t6=[0,0],t7=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,D_]]]]]]]]]]],t8=[0,0],t9=o([A,97,e,h,97,m,p,e,b,45,b,97,98,j,a,47,49]),tU=o([g,f,j,L,32,99,g,m,f,b,d,32,l,97,C,a,32,b,h,m,a,32,j,97,98,a,j,d]),tV=[0,a,[0,cp,[0,m,[0,97,[0,j,0]]]]],tW=[0,H,[0,a,[0,e,[0,F,[0,l,[0,b,[0,d,0]]]]]]],tX=[0,99,[0,g,[0,m,[0,f,[0,b,[0,d,0]]]]]],tY=o([v,h,g,98,97,98,e,j,e,b,e,a,d]),tZ=[0,99,[0,g,[0,m,[0,f,[0,b,[0,d,0]]]]]],tR=o([f,97,t,a,d,32,97,32,99,g,j,m,t,f,32,b,H,e,99,a]),tS=o([t,m,d,b,32,f,97,t,a,32,97,b,32,j,a,97,d,b,32,g,f,a,32,99,g,j,m,t,f,32,g,A,32,F,h,g,m,v,d]),tT=[0,0],tt=[0,0],tu=[0,0],tv=[0,0],tq=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,D$]]]]]]]]]]],tn=[0,0],tm=[0,1],tl=[0,0],to=[0,0],tk=[0,0],th=[0,1],ti=[0,1],tj=[0,2],s7=[0,1],s8=[0,3],s9=[0,2],s_=[0,0],s3=[0,[0,0],[0,[0,1],[0,[1,0],[0,[1,1],0]]]],s4=[0,0,[0,1,[0,2,[0,3,[0,4,[0,5,[0,6,[0,7,0]]]]]]]],s0=[0,0,0],sU=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ec]]]]]]]]]]],sT=[0,0],sS=o([t,m,d,b,32,98,a,32,97,32,h,97,b,e,g,f,97,j,44,32,97,32,d,b,h,e,f,F]),sQ=o([t,m,d,b,32,f,g,b,32,98,a,32,f,a,F,97,b,e,C,a]),sP=o([t,m,d,b,32,98,a,32,97,32,h,97,b,e,g,f,97,j,32,e,f,32,j,g,H,a,d,b,32,b,a,h,t,d]),sO=o([t,m,d,b,32,98,a,32,97,32,h,97,b,e,g,f,97,j,44,32,97,32,d,b,h,e,f,F]),sM=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ed]]]]]]]]]]],sN=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ee]]]]]]]]]]],sI=o([t,m,d,b,32,98,a,32,l,a,aa,97,p,a,99,e,t,97,j,32,p,e,F,e,b,d]),sG=o([j,e,d,b,d,32,d,g,t,a,b,l,e,f,F,32,b,H,e,99,a]),sH=o([t,m,d,b,32,f,g,b,32,98,a,32,a,t,v,b,L]),sE=o([j,e,d,b,d,32,d,g,t,a,b,l,e,f,F,32,b,H,e,99,a]),sF=o([t,m,d,b,32,f,g,b,32,98,a,32,a,t,v,b,L]),sD=[0,44,[0,44,0]],sC=[0,44,[0,46,0]],sA=o([t,m,d,b,32,98,a,32,b,h,m,a,32,g,h,32,A,97,j,d,a]),sz=o([e,d,32,g,m,b,32,g,A,32,h,97,f,F,a]),sy=o([t,m,d,b,32,98,a,32,97,f,32,e,f,b,a,F,a,h]),sx=o([l,g,j,p,d,32,97,32,j,g,f,a,32,d,m,h,h,g,F,97,b,a]),sw=o([t,m,d,b,32,98,a,32,97,32,d,b,h,e,f,F]),sv=o([l,97,d,32,97,f,g,b,l,a,h,32,j,a,f,F,b,l]),su=o([j,97,99,aL,d,32,97,32,aL,a,L]),ss=o([l,97,d,32,97,f,32,m,f,aL,f,g,H,f,32,aL,a,L]),st=o([j,97,99,aL,d,32,97,32,aL,a,L]),sr=o([t,m,d,b,32,98,a,32,97,32,j,e,d,b]),sq=o([t,m,d,b,32,98,a,32,97,f,32,g,98,aB,a,99,b]),sp=[0,0],sk=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ef]]]]]]]]]]],se=[0,[0,1,1],1],sf=[0,1,1],sg=[0,[0,[0,1,1],0],1],sh=[0,1,0],si=[0,[0,[0,1,1],0],1],r_=[0,92,[0,92,0]],r$=[0,92,[0,98,0]],sa=[0,92,[0,A,0]],sb=[0,92,[0,f,0]],sc=[0,92,[0,h,0]],sd=[0,92,[0,b,0]],r9=[0,0],r6=[6,[4,0]],r7=[0,0],rW=[3,0,0,0],rX=[0,0],rY=[0,1],rZ=[1,0,1],r0=[0,m,[0,j,[0,j,0]]],r1=[0,1],r2=[0,h,[0,m,[0,a,0]]],r3=[0,0],r4=[0,97,[0,j,[0,d,[0,a,0]]]],r5=[6,[3,0]],rV=[0,0],rR=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Eg]]]]]]]]]]],rI=[0,0],rL=[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]],rS=[0,[0,92,92],[0,[0,47,47],[0,[0,98,8],[0,[0,A,12],[0,[0,f,10],[0,[0,h,13],[0,[0,b,9],0]]]]]]],sK=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,El]]]]]]]]]]],sR=[0,e,[0,f,[0,A,0]]],tr=[0,48,0],ts=[0,e,[0,f,[0,A,0]]],tw=[0,aL,[0,e,[0,f,[0,p,0]]]],tx=[0,99,[0,g,[0,j,[0,m,[0,t,[0,f,[0,d,0]]]]]]],ty=[0,v,[0,g,[0,v,[0,m,[0,j,[0,97,[0,b,[0,e,[0,g,[0,f,0]]]]]]]]]],tz=[0,p,[0,a,[0,99,[0,e,[0,d,[0,e,[0,g,[0,f,0]]]]]]]],tA=[0,F,[0,h,[0,g,[0,m,[0,v,0]]]]],tB=[0,99,[0,g,[0,f,[0,b,[0,a,[0,aa,[0,b,0]]]]]]],tC=[0,b,[0,h,[0,m,[0,b,[0,l,0]]]]],tD=[0,A,[0,g,[0,h,[0,t,[0,97,[0,b,0]]]]]],tE=[0,p,[0,a,[0,99,[0,e,[0,d,[0,e,[0,g,[0,f,[0,d,0]]]]]]]]],tF=[0,F,[0,h,[0,g,[0,m,[0,v,[0,d,0]]]]]],tG=[0,99,[0,g,[0,f,[0,b,[0,a,[0,aa,[0,b,[0,d,0]]]]]]]],tH=[0,m,[0,b,[0,e,[0,j,[0,e,[0,b,[0,L,0]]]]]]],tI=[0,d,[0,97,[0,j,[0,b,0]]]],tJ=[0,v,[0,h,[0,g,[0,A,[0,e,[0,j,[0,a,[0,d,0]]]]]]]],tK=[0,m,[0,f,[0,aL,[0,f,[0,g,[0,H,[0,f,0]]]]]]],tL=[0,b,[0,h,[0,m,[0,b,[0,l,[0,d,0]]]]]],tM=[0,H,[0,a,[0,e,[0,F,[0,l,[0,b,[0,d,0]]]]]]],tN=[0,t,[0,97,[0,d,[0,d,0]]]],tO=[0,j,[0,g,[0,99,[0,97,[0,j,0]]]]],tP=[0,F,[0,j,[0,g,[0,98,[0,97,[0,j,0]]]]]],ue=o([48,49,50,51,52,53,54,55,56,57,46,43,45,a]),uh=[0,cp,[0,m,[0,97,[0,f,[0,b,[0,e,[0,b,[0,L,0]]]]]]]],ui=[0,F,[0,97,[0,t,[0,t,[0,97,0]]]]],uj=[0,t,0],uk=[0,b,[0,97,[0,m,0]]],ul=[0,b,[0,97,[0,m,[0,95,[0,g,[0,f,0]]]]]],um=[0,98,[0,j,[0,e,[0,f,[0,p,0]]]]],un=[0,j,[0,e,[0,v,[0,d,[0,99,[0,l,[0,e,[0,b,[0,dd,0]]]]]]]]],uo=[0,t,[0,a,[0,b,[0,h,[0,e,[0,99,0]]]]]],up=[0,g,[0,h,[0,p,[0,a,[0,h,0]]]]],uq=[0,h,[0,g,[0,H,[0,d,0]]]],ur=[0,A,[0,97,[0,t,[0,e,[0,j,[0,L,0]]]]]],us=[0,b,[0,a,[0,h,[0,t,[0,d,0]]]]],ut=[0,98,[0,g,[0,m,[0,f,[0,p,0]]]]],uu=[0,f,[0,97,[0,t,[0,a,[0,d,0]]]]],uv=[0,j,[0,g,[0,H,[0,a,[0,h,0]]]]],uw=[0,m,[0,v,[0,v,[0,a,[0,h,0]]]]],ux=[0,A,[0,a,[0,97,[0,b,[0,m,[0,h,[0,a,[0,d,0]]]]]]]],uy=o([99,g,a,A,A,e,99,e,a,f,b,d]),uz=[0,v,[0,97,[0,e,[0,h,[0,d,0]]]]],uA=[0,b,[0,l,[0,a,[0,b,[0,97,0]]]]],uB=[0,l,[0,e,[0,F,[0,l,[0,a,[0,h,0]]]]]],uC=o([t,m,j,b,e,v,j,e,a,h,d]),vp=[0,d,[0,m,[0,98,[0,aB,[0,a,[0,99,[0,b,0]]]]]]],vq=[0,t,[0,a,[0,b,[0,h,[0,e,[0,99,[0,d,0]]]]]]],vr=o([f,g,b,95,99,g,t,v,97,h,a,p]),vs=[0,99,[0,j,[0,97,[0,e,[0,t,[0,d,0]]]]]],vt=[0,b,[0,97,[0,h,[0,F,[0,a,[0,b,[0,d,0]]]]]]],vu=[0,C,[0,a,[0,h,[0,p,[0,e,[0,99,[0,b,0]]]]]]],vv=[0,C,[0,a,[0,h,[0,d,[0,e,[0,g,[0,f,[0,d,0]]]]]]]],vw=[0,e,[0,f,[0,b,[0,a,[0,h,[0,C,[0,97,[0,j,[0,d,0]]]]]]]]],vx=[0,99,[0,l,[0,97,[0,f,[0,F,[0,a,[0,p,0]]]]]]],vy=[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]],vz=[0,d,[0,l,[0,97,[0,50,[0,53,[0,54,0]]]]]],vA=[0,99,[0,a,[0,j,[0,j,[0,d,0]]]]],vB=[0,l,[0,a,[0,97,[0,p,[0,a,[0,h,0]]]]]],vC=[0,99,[0,j,[0,97,[0,d,[0,d,0]]]]],vD=[0,v,[0,g,[0,d,[0,e,[0,b,[0,e,[0,C,[0,a,0]]]]]]]],vE=[0,v,[0,h,[0,e,[0,C,[0,97,[0,99,[0,L,0]]]]]]],vF=[0,p,[0,a,[0,99,[0,j,[0,97,[0,h,[0,a,[0,p,0]]]]]]]],vG=o([v,h,a,v,97,h,97,b,e,g,f]),vH=[0,d,[0,v,[0,a,[0,j,[0,j,[0,e,[0,f,[0,F,[0,d,0]]]]]]]]],vI=[0,m,[0,f,[0,p,[0,a,[0,99,[0,e,[0,p,[0,a,[0,p,0]]]]]]]]],vJ=o([m,f,aL,f,g,H,f,95,d,l,97,h,a,d]),vK=[0,t,[0,97,[0,aa,[0,95,[0,p,[0,h,[0,e,[0,A,[0,b,0]]]]]]]]],vL=[0,a,[0,C,[0,97,[0,j,[0,m,[0,97,[0,b,[0,e,[0,g,[0,f,0]]]]]]]]]],vM=o([p,a,v,a,f,p,d,95,g,f,95,F,h,g,m,v]),vN=[0,98,[0,m,[0,h,[0,p,[0,a,[0,f,0]]]]]],vO=[0,h,[0,97,[0,b,[0,e,[0,g,0]]]]],vP=[0,j,[0,g,[0,F,0]]],vQ=[0,C,[0,97,[0,j,[0,m,[0,a,0]]]]],vR=[0,H,[0,e,[0,b,[0,f,[0,a,[0,d,[0,d,0]]]]]]],vS=o([a,aa,v,a,99,b,97,b,e,g,f,d]),vT=o([v,h,g,98,97,98,e,j,e,b,e,a,d]),vU=[0,h,[0,97,[0,b,[0,a,0]]]],vV=[0,h,[0,97,[0,b,[0,a,[0,d,0]]]]],vX=[0,h,[0,a,[0,97,[0,d,[0,g,[0,f,0]]]]]],vY=[0,h,[0,a,[0,j,[0,97,[0,b,[0,e,[0,g,[0,f,0]]]]]]]],vZ=[0,d,[0,99,[0,g,[0,v,[0,a,0]]]]],v0=[0,98,[0,L,0]],v1=o([97,d,d,m,t,v,b,e,g,f,d]),v2=[0,a,[0,C,[0,e,[0,p,[0,a,[0,f,[0,99,[0,a,0]]]]]]]],v3=[0,d,[0,m,[0,v,[0,h,[0,a,[0,t,[0,m,[0,t,0]]]]]]]],v4=[0,j,[0,e,[0,t,[0,e,[0,b,0]]]]],v5=[0,m,[0,f,[0,e,[0,b,0]]]],v6=[0,aB,[0,m,[0,p,[0,F,[0,a,[0,p,0]]]]]],v7=[0,a,[0,d,[0,b,[0,e,[0,t,[0,97,[0,f,[0,p,0]]]]]]]],v8=[0,b,[0,e,[0,v,[0,d,0]]]],v9=[0,A,[0,h,[0,g,[0,f,[0,b,[0,e,[0,a,[0,h,0]]]]]]]],v_=[0,b,[0,g,0]],v$=[0,98,[0,97,[0,j,[0,97,[0,f,[0,99,[0,a,[0,p,0]]]]]]]],wf=o([A,97,j,d,a,95,v,g,d,e,b,e,C,a,95,h,97,b,a]),wh=o([b,h,m,a,95,v,g,d,e,b,e,C,a,95,h,97,b,a]),wq=o([f,g,32,p,a,99,e,d,e,g,f,d,32,H,e,b,l,32,97,f,g,b,l,a,h,32,b,h,m,a,32,j,97,98,a,j]),wt=o([f,g,32,p,a,99,e,d,e,g,f,d,32,H,e,b,l,32,b,l,a,32,v,g,d,e,b,e,C,a,32,b,h,m,a,32,j,97,98,a,j]),ww=o([97,32,F,h,g,m,v,32,e,d,32,t,e,d,d,e,f,F,32,e,f,32,97,32,99,g,f,b,a,aa,b,32,97,f,p,32,f,g,32,v,g,v,m,j,97,b,e,g,f,32,H,97,d,32,F,e,C,a,f]),wz=o([f,g,32,v,g,v,m,j,97,b,e,g,f]),wB=o([A,a,H,a,h,32,b,l,97,f,32,b,H,g,32,F,h,g,m,v,d]),wD=o([f,g,32,p,a,99,e,d,e,g,f,d,32,h,a,99,g,h,p,a,p]),wF=o([A,97,j,d,a,95,v,g,d,e,b,e,C,a,95,h,97,b,a,95,g,C,a,h,97,j,j]),wH=o([A,97,j,d,a,95,v,g,d,e,b,e,C,a,95,h,97,b,a]),wJ=o([b,h,m,a,95,v,g,d,e,b,e,C,a,95,h,97,b,a,95,g,C,a,h,97,j,j]),wL=o([b,h,m,a,95,v,g,d,e,b,e,C,a,95,h,97,b,a]),wQ=o([F,j,g,98,97,j,95,d,m,v,h,a,t,m,t]),wS=o([j,g,99,97,j,95,d,m,v,h,a,t,m,t]),wU=o([a,cp,m,97,j,e,dd,a,p,95,g,p,p,d]),wW=o([p,a,t,g,F,h,97,v,l,e,99,95,v,97,h,e,b,L]),wX=o([F,j,g,98,97,j,95,p,e,A,A,a,h,a,f,99,a]),wZ=o([j,g,99,97,j,95,p,e,A,A,a,h,a,f,99,a]),w9=o([a,cp,m,97,j,e,dd,a,p,95,g,p,p,d]),w$=o([p,a,t,g,F,h,97,v,l,e,99,95,v,97,h,e,b,L]),xb=o([F,j,g,98,97,j,95,h,97,b,e,g]),xd=o([j,g,99,97,j,95,h,97,b,e,g]),xf=[0,61,0],xg=[0,60,[0,61,0]],xh=[0,62,[0,61,0]],xi=[0,b,[0,l,[0,e,[0,d,[0,32,[0,j,[0,97,[0,H,0]]]]]]]],xj=o([a,C,a,h,L,32,m,b,e,j,e,b,L,32,g,A,32,b,l,a,32,99,j,97,d,d]),xl=o([a,f,m,t,a,h,97,b,e,g,f]),xm=[0,j,[0,v,[0,45,[0,p,[0,m,[0,97,[0,j,0]]]]]]],xn=[0,84,[0,53,0]],xo=[0,84,[0,54,0]],xp=[0,84,[0,55,0]],xq=[0,84,[0,49,[0,52,0]]],xr=o([j,g,99,97,j,95,h,97,b,e,g]),xs=o([F,j,g,98,97,j,95,h,97,b,e,g]),xN=o([44,32,H,l,97,b,a,C,a,h,32,b,l,a,32,m,f,p,a,99,e,p,a,p,32,t,a,97,f,b]),xP=o([44,32,H,e,b,l,e,f,32,b,l,a,32,p,a,99,j,97,h,a,p,32,p,h,e,A,b]),xR=o([44,32,H,e,b,l,32,b,l,a,32,p,a,99,j,97,h,a,p,32,l,e,p,p,a,f,32,99,g,f,b,a,aa,b]),xT=o([44,32,H,l,g,a,C,a,h,32,b,l,a,32,m,f,aL,f,g,H,f,32,97,h,a]),xV=[0,99,[0,g,[0,f,[0,A,[0,e,[0,p,[0,a,[0,f,[0,99,[0,a,0]]]]]]]]]],xW=[0,a,[0,f,[0,p,[0,d,0]]]],xX=[0,h,[0,a,[0,F,[0,e,[0,g,[0,f,0]]]]]],xY=o([e,f,p,a,v,a,f,p,a,f,b]),xZ=[0,t,[0,a,[0,b,[0,l,[0,g,[0,p,0]]]]]],x0=[0,j,[0,e,[0,t,[0,e,[0,b,[0,d,0]]]]]],x1=[0,j,[0,a,[0,C,[0,a,[0,j,[0,d,0]]]]]],x2=[0,m,[0,v,[0,v,[0,a,[0,h,0]]]]],x3=[0,j,[0,g,[0,H,[0,a,[0,h,0]]]]],x4=[0,v,[0,97,[0,e,[0,h,0]]]],x5=[0,e,[0,f,[0,b,[0,a,[0,h,[0,C,[0,97,[0,j,0]]]]]]]],x6=[0,m,[0,f,[0,e,[0,b,[0,d,0]]]]],x7=[0,aL,[0,f,[0,g,[0,b,[0,d,0]]]]],x8=[0,o([l,g,a,A,A,p,e,f,F,45,aL,j]),[0,o([a,t,v,e,h,e,99,97,j,45,98,a,h,f,d,b,a,e,f]),[0,o([e,f,b,a,h,d,a,99,b,e,g,f]),0]]],yy=o([v,g,v,m,j,97,b,e,g,f,32,97,b,32,99,g,f,A,e,p,a,f,99,a,32]),yz=o([v,g,v,m,j,97,b,e,g,f,44,32,g,f,a,45,d,e,p,a,p,32,97,b,32,99,g,f,A,e,p,a,f,99,a,32]),yS=o([b,l,a,32,p,h,97,H,d,32,H,e,b,l,e,f,32,97,32,99,a,j,j,32,97,h,a,32,e,f,p,a,v,a,f,p,a,f,b,44,32,a,97,99,l,32,H,e,b,l,32,b,l,a,32,j,97,H,32,g,A,32,b,l,a,32,99,a,j,j,44,32,97,f,p,32,l,g,H,32,t,97,f,L,32,b,l,a,h,a,32,97,h,a,32,p,g,a,d,32,f,g,b,32,p,a,v,a,f,p,32,g,f,32,l,g,H,32,b,l,a,L,32,99,97,t,a,32,g,m,b]),yU=o([b,l,a,32,99,g,f,b,a,aa,b,d,32,g,A,32,a,97,99,l,32,F,h,g,m,v,32,H,a,h,a,32,p,h,97,H,f,32,A,h,g,t,32,e,b,d,32,v,g,v,m,j,97,b,e,g,f,44,32,f,g,b,32,d,a,b,32,98,L,32,p,a,d,e,F,f]),yX=o([H,l,97,b,a,C,a,h,32,99,g,m,j,p,32,l,97,C,a,32,98,a,a,f,32,p,h,97,H,f,32,e,f,32,97,32,99,a,j,j,32,l,97,d,32,97,32,m,b,e,j,e,b,L,32,98,a,b,H,a,a,f,32,48,32,97,f,p,32,b,l,a,32,F,h,a,97,b,a,d,b,32,b,l,97,b,32,97,32,p,a,99,e,d,e,g,f,32,l,97,d,32,b,l,a,h,a]),yZ=o([m,b,e,j,e,b,L,44,32,t,a,b,l,g,p,32,97,f,p,32,99,g,f,A,e,p,a,f,99,a,32,H,a,h,a,32,99,l,g,d,a,f,32,H,e,b,l,g,m,b,32,j,g,g,aL,e,f,F,32,97,b,32,b,l,a,32,p,h,97,H,d]),y1=o([b,l,a,32,p,h,97,H,d,32,g,A,32,p,e,A,A,a,h,a,f,b,32,99,a,j,j,d,32,97,h,a,32,e,f,p,a,v,a,f,p,a,f,b,32,g,A,32,a,97,99,l,32,g,b,l,a,h]),y3=o([97,32,d,97,t,v,j,e,f,F,32,m,f,e,b,32,99,97,f,32,l,97,C,a,32,f,g,32,t,g,h,a,32,b,l,97,f,32,g,f,a,32,h,g,H,32,e,f,32,97,32,99,a,j,j,44,32,97,d,32,e,d,32,b,l,a,32,99,97,d,a,32,l,a,h,a]),y5=o([p,e,A,A,a,h,a,f,b,32,d,97,t,v,j,e,f,F,32,m,f,e,b,d,32,97,h,a,32,e,f,p,a,v,a,f,p,a,f,b,44,32,l,g,H,32,t,97,f,L,32,b,l,a,h,a,32,97,h,a,32,p,g,a,d,32,f,g,b,32,p,a,v,a,f,p,32,g,f,32,l,g,H,32,b,l,a,L,32,99,97,t,a,32,g,m,b,44,32,97,f,p,32,H,l,97,b,32,97,32,m,f,e,b,32,F,a,b,d,32,e,f,32,97,32,F,h,g,m,v,32,g,A,32,97,32,99,g,f,b,a,aa,b,44,32,b,l,a,32,t,a,97,f,32,g,C,a,h,32,e,b,d,32,h,g,H,d,32,b,l,a,h,a,44,32,l,97,d,32,b,l,a,32,d,97,t,a,32,a,aa,v,a,99,b,97,b,e,g,f,32,A,g,h,32,97,j,j,32,m,f,e,b,d,32,g,A,32,b,l,a,32,99,g,f,b,a,aa,b,44,32,97,j,d,g,32,A,g,h,32,b,l,g,d,a,32,f,g,b,32,d,a,a,f,32,e,f,32,b,l,97,b,32,F,h,g,m,v,59,32,H,l,97,b,32,97,32,m,f,e,b,32,F,a,b,d,32,e,f,32,g,f,a,32,F,h,g,m,v,32,t,97,L,32,p,a,v,a,f,p,32,e,f,32,97,f,L,32,H,97,L,32,g,f,32,H,l,97,b,32,e,b,32,F,a,b,d,32,e,f,32,97,f,g,b,l,a,h]),y7=o([e,f,32,H,l,e,99,l,32,F,h,g,m,v,d,32,97,32,m,f,e,b,32,H,97,d,32,f,g,b,32,d,a,a,f,32,e,d,32,98,L,32,p,a,d,e,F,f,58,32,e,b,32,p,g,a,d,32,f,g,b,32,p,a,v,a,f,p,32,g,f,32,H,l,97,b,32,b,l,a,32,m,f,e,b,32,F,g,b,44,32,g,h,32,H,g,m,j,p,32,l,97,C,a,32,F,g,b]),zb=[0,t,[0,e,[0,d,[0,d,[0,e,[0,f,[0,F,0]]]]]]],zc=[0,t,[0,a,[0,97,[0,d,[0,m,[0,h,[0,a,[0,p,0]]]]]]]],zN=o([t,a,97,f,32,g,C,a,h,32,m,f,e,b,d]),zP=[0,99,[0,l,[0,97,[0,f,[0,F,[0,a,[0,p,0]]]]]]],zR=[0,3],zS=[0,p,[0,a,[0,v,[0,a,[0,f,[0,p,[0,d,0]]]]]]],zU=[0,2],zV=o([e,f,99,g,f,99,j,m,d,e,C,a]),zX=[0,1],zY=[0,a,[0,aa,[0,99,[0,a,[0,a,[0,p,[0,d,0]]]]]]],z0=[0,0],z1=[0,H,[0,e,[0,b,[0,l,[0,e,[0,f,0]]]]]],Az=[0,A,[0,e,[0,j,[0,b,[0,a,[0,h,[0,d,0]]]]]]],AA=[0,e,[0,f,[0,v,[0,m,[0,b,[0,d,0]]]]]],AB=[0,g,[0,m,[0,b,[0,v,[0,m,[0,b,[0,d,0]]]]]]],AC=[0,h,[0,a,[0,j,[0,a,[0,97,[0,d,[0,a,[0,d,0]]]]]]]],AD=[0,p,[0,h,[0,97,[0,H,[0,d,0]]]]],AE=o([b,h,m,a,95,99,g,f,b,a,aa,b]),AF=[0,b,[0,h,[0,m,[0,a,[0,95,[0,F,[0,h,[0,g,[0,m,[0,v,0]]]]]]]]]],AG=[0,F,[0,j,[0,g,[0,98,[0,97,[0,j,[0,95,[0,b,[0,97,[0,m,0]]]]]]]]]],AH=[0,98,[0,L,[0,95,[0,99,[0,g,[0,f,[0,b,[0,a,[0,aa,[0,b,0]]]]]]]]]],AI=[0,v,[0,g,[0,j,[0,e,[0,99,[0,L,0]]]]]],A$=o([a,aa,v,95,a,v,d,e,j,g,f]),Ba=[0,97,[0,b,[0,b,[0,h,[0,e,[0,98,[0,m,[0,b,[0,a,[0,d,0]]]]]]]]]],Bb=o([t,m,j,b,e,v,j,e,a,h,d]),Bc=[0,h,[0,97,[0,H,[0,95,[0,h,[0,97,[0,b,[0,e,[0,g,0]]]]]]]]],Be=o([99,g,t,v,g,d,e,b,e,g,f]),Bg=[0,97,[0,b,[0,b,[0,97,[0,e,[0,f,[0,a,[0,p,0]]]]]]]],Bh=[0,m,[0,f,[0,A,[0,e,[0,j,[0,b,[0,a,[0,h,[0,a,[0,p,0]]]]]]]]]],Bi=[0,v,[0,g,[0,j,[0,e,[0,99,[0,L,0]]]]]],Bj=[0,A,[0,j,[0,g,[0,g,[0,h,[0,d,0]]]]]],Bu=o([97,f,L,32,v,g,j,e,99,L,32,98,a,l,e,f,p,32,b,l,e,d,32,A,e,j,b,a,h]),Bv=o([32,b,l,97,b,32,aL,a,a,v,d,32,b,l,a,32,p,a,99,j,97,h,a,p,32,A,j,g,g,h]),Bw=o([32,H,e,b,l,e,f,32,b,l,a,32,p,a,99,j,97,h,a,p,32,p,h,e,A,b,32,g,A,32,b,l,e,d,32,g,f,a]),Bx=o([44,32,97,f,L,32,m,b,e,j,e,b,L,32,g,A,32,b,l,a,32,p,a,99,j,97,h,a,p,32,h,97,f,F,a]),By=o([44,32,97,f,L,32,m,b,e,j,e,b,L,32,g,A,32,b,l,a,32,p,a,99,j,97,h,a,p,32,h,97,f,F,a]),Bz=o([b,l,e,d,32,v,g,j,e,99,L,32,97,f,p,32,99,g,f,b,a,aa,b,32,A,e,j,b,a,h,44,32,97,f,L,32,F,h,g,m,v,32,A,e,j,b,a,h,32,97,b,32,t,g,d,b,32,b,l,e,d,32,a,v,d,e,j,g,f,32,b,l,97,b,32,h,a,j,a,97,d,a,d,32,b,l,a,32,d,97,t,a,32,C,97,j,m,a,d]),BB=o([b,l,e,d,32,v,g,j,e,99,L,32,97,f,p,32,F,h,g,m,v,32,A,e,j,b,a,h,44,32,97,f,L,32,99,g,f,b,a,aa,b,32,A,e,j,b,a,h,32,b,l,97,b,32,h,a,j,a,97,d,a,d,32,b,l,a,d,a,32,99,g,f,b,a,aa,b,d]),BE=[0,84,[0,49,[0,51,0]]],BF=o([84,53,45,p,a,99,e,d,e,g,f]),BS=o([F,j,g,98,97,j,95,h,97,b,e,g,95,d,m,v,h,a,t,m,t]),BU=o([j,g,99,97,j,95,h,97,b,e,g,95,d,m,v,h,a,t,m,t]),Cf=o([b,l,a,32,A,e,j,b,a,h,39,d,32,p,h,97,H,d,32,A,g,h,32,F,h,g,m,v,32,97,f,p,32,99,g,f,b,a,aa,b,32,97,h,a,32,e,f,p,a,v,a,f,p,a,f,b,32,g,A,32,a,97,99,l,32,g,b,l,a,h,32,97,f,p,32,g,A,32,a,C,a,h,L,b,l,e,f,F,32,a,j,d,a,44,32,A,h,a,d,l,32,A,g,h,32,a,97,99,l,32,p,a,99,e,d,e,g,f,44,32,97,f,p,32,b,l,a,32,p,a,99,e,d,e,g,f,32,p,a,v,a,f,p,d,32,g,f,32,F,h,g,m,v,32,97,f,p,32,99,g,f,b,a,aa,b,32,g,f,j,L,32,b,l,h,g,m,F,l,32,H,l,97,b,32,b,l,a,32,A,e,j,b,a,h,d,32,h,a,j,a,97,d,a]),Ch=o([b,l,a,32,99,g,f,b,a,aa,b,d,32,g,A,32,a,97,99,l,32,F,h,g,m,v,32,97,h,a,32,p,e,d,b,h,e,98,m,b,a,p,32,97,d,32,e,f,32,b,l,a,32,d,b,97,b,a,p,32,v,g,v,m,j,97,b,e,g,f]),D0=w(": "),DY=[0,[0,w("nothing was judged: the certificate needs more memory than there is"),0],3],DZ=[0,[0,w("nothing was judged: the certificate does not embed its table; give it with --table"),0],3],D1=w("malformed: "),DU=w(oB),DV=w("FALSE"),DW=w("not covered"),DS=[0,[11,w("\\x"),[4,6,[0,2,2],0,0]],w("\\x%02x")],DT=w(ab),D2=w("\n");function
-aD(a){if(typeof
+Hl(){var
+a=ak;if(a.process&&a.process.on)a.process.on("uncaughtException",function(b,c){pZ(b);a.process.exit(2)});else
+if(a.addEventListener)a.addEventListener("error",function(a){if(a.error)pZ(a.error)})}Hl();function
+F(a,b){return a.length==1?a(b):c0(a,[b])}function
+aE(a,b,c){return a.length==2?a(b,c):c0(a,[b,c])}function
+oY(a,b,c,d){return a.length==3?a(b,c,d):c0(a,[b,c,d])}function
+oZ(a,b,c,d,e,f){return a.length==5?a(b,c,d,e,f):c0(a,[b,c,d,e,f])}GT();var
+jx=[bk,y(pI),-1],jz=[bk,y(o9),-2],jw=[bk,y(i1),-3],jv=[bk,y(po),-4],jy=[bk,y(pu),-9],aM=[bk,y(pD),-11],Gj=[0,[0,[0,[0,0]]]],Gk=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],Gl=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gk]]]]]]]]]]],Gm=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gl]]]]]]]]]]],Gn=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gm]]]]]]]]]]],Go=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gn]]]]]]]]]]],Gp=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]]],Gq=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gp]]]]]]]]]]],Gr=[0,0],Gs=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],Gt=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gs]]]]]]]]]]],Gu=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gt]]]]]]]]]]],Gv=[0,[0,[0,[0,[0,0]]]]],Gw=[0,[0,[0,[0,[0,0]]]]],Gx=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],Gy=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],eq=o([[0,48,[0,[0,[0,0,0],0],0]],[0,49,[0,[0,[0,0,0],0],1]],[0,50,[0,[0,[0,0,0],1],0]],[0,51,[0,[0,[0,0,0],1],1]],[0,52,[0,[0,[0,0,1],0],0]],[0,53,[0,[0,[0,0,1],0],1]],[0,54,[0,[0,[0,0,1],1],0]],[0,55,[0,[0,[0,0,1],1],1]],[0,56,[0,[0,[0,1,0],0],0]],[0,57,[0,[0,[0,1,0],0],1]],[0,97,[0,[0,[0,1,0],1],0]],[0,98,[0,[0,[0,1,0],1],1]],[0,99,[0,[0,[0,1,1],0],0]],[0,p,[0,[0,[0,1,1],0],1]],[0,a,[0,[0,[0,1,1],1],0]],[0,B,[0,[0,[0,1,1],1],1]],[0,65,[0,[0,[0,1,0],1],0]],[0,66,[0,[0,[0,1,0],1],1]],[0,67,[0,[0,[0,1,1],0],0]],[0,68,[0,[0,[0,1,1],0],1]],[0,69,[0,[0,[0,1,1],1],0]],[0,70,[0,[0,[0,1,1],1],1]]]),hm=[0,[0,[0,0,0],0],0],Gz=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],GA=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gz]]]]]]]]]]],GB=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,GA]]]]]]]]]]],GC=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,GB]]]]]]]]]]],GD=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,GC]]]]]]]]]]];bM(11,[bk,y(o1),-12],o1);bM(10,aM,pD);bM(9,[bk,y(pm),-10],pm);bM(8,jy,pu);bM(7,[bk,y(pg),-8],pg);bM(6,[bk,y(pr),-7],pr);bM(5,[bk,y(py),-6],py);bM(4,[bk,y(pa),-5],pa);bM(3,jv,po);bM(2,jw,i1);bM(1,jz,o9);bM(0,jx,pI);var
+qk=y(pp),ql=y("false"),qo=y("\\\\"),qp=y("\\'"),qq=y("\\b"),qr=y("\\t"),qs=y("\\n"),qt=y("\\r"),qn=y("Char.chr"),qw=y("String.blit / Bytes.blit_string"),qv=y("Bytes.blit"),qu=y("String.sub / Bytes.sub"),qy=y(ai),qx=y("String.concat"),qz=y("Array.blit"),qC=y("Buffer.add: cannot grow buffer"),qB=[0,y(pw),93,2],qA=[0,y(pw),94,2],qL=y("%c"),qM=y("%s"),qN=y(o0),qO=y(pf),qP=y(pn),qQ=y(o4),qR=y("%f"),qS=y("%B"),qT=y("%{"),qU=y("%}"),qV=y("%("),qW=y("%)"),qX=y("%a"),qY=y("%t"),qZ=y("%?"),q0=y("%r"),q1=y("%_r"),q2=[0,y(aW),850,23],rb=[0,y(aW),814,21],q5=[0,y(aW),815,21],rc=[0,y(aW),818,21],q6=[0,y(aW),819,21],rd=[0,y(aW),822,19],q7=[0,y(aW),823,19],re=[0,y(aW),826,22],q8=[0,y(aW),827,22],rf=[0,y(aW),831,30],q9=[0,y(aW),832,30],q$=[0,y(aW),836,26],q3=[0,y(aW),837,26],ra=[0,y(aW),846,28],q4=[0,y(aW),847,28],q_=[0,y(aW),851,23],si=y(pl),sg=[0,y(aW),1558,4],sh=y("Printf: bad conversion %["),sj=[0,y(aW),1626,39],sk=[0,y(aW),1649,31],sl=[0,y(aW),1650,31],sm=y("Printf: bad conversion %_"),sn=y("@{"),so=y("@["),se=y(i5),sc=y("neg_infinity"),sd=y(pH),sb=y(ec),r8=[0,C],rW=y("%+nd"),rX=y("% nd"),rZ=y("%+ni"),r0=y("% ni"),r1=y("%nx"),r2=y("%#nx"),r3=y("%nX"),r4=y("%#nX"),r5=y("%no"),r6=y("%#no"),rV=y("%nd"),rY=y(pn),r7=y("%nu"),rJ=y("%+ld"),rK=y("% ld"),rM=y("%+li"),rN=y("% li"),rO=y("%lx"),rP=y("%#lx"),rQ=y("%lX"),rR=y("%#lX"),rS=y("%lo"),rT=y("%#lo"),rI=y("%ld"),rL=y(pf),rU=y("%lu"),rw=y("%+Ld"),rx=y("% Ld"),rz=y("%+Li"),rA=y("% Li"),rB=y("%Lx"),rC=y("%#Lx"),rD=y("%LX"),rE=y("%#LX"),rF=y("%Lo"),rG=y("%#Lo"),rv=y("%Ld"),ry=y(o4),rH=y("%Lu"),rj=y("%+d"),rk=y("% d"),rm=y("%+i"),rn=y("% i"),ro=y("%x"),rp=y("%#x"),rq=y("%X"),rr=y("%#X"),rs=y("%o"),rt=y("%#o"),ri=y(px),rl=y(o0),ru=y(pl),qD=y("@]"),qE=y("@}"),qF=y("@?"),qG=y("@\n"),qH=y("@."),qI=y("@@"),qJ=y("@%"),qK=y("@"),rg=y("CamlinternalFormat.Type_mismatch"),ss=fj(8,0,0),st=[0,1779033703,-1150833019,1013904242,-1521486534,1359893119,-1694144372,528734635,1541459225],su=[0,[5,6,[0,2,8],0,0],y("%08lx")],sv=y(ai),sp=[0,1116352408,1899447441,-1245643825,-373957723,961987163,1508970993,-1841331548,-1424204075,-670586216,310598401,607225278,1426881987,1925078388,-2132889090,-1680079193,-1046744716,-459576895,-272742522,264347078,604807628,770255983,1249150122,1555081692,1996064986,-1740746414,-1473132947,-1341970488,-1084653625,-958395405,-710438585,113926993,338241895,666307205,773529912,1294757372,1396182291,1695183700,1986661051,-2117940946,-1838011259,-1564481375,-1474664885,-1035236496,-949202525,-778901479,-694614492,-200395387,275423344,430227734,506948616,659060556,883997877,958139571,1322822218,1537002063,1747873779,1955562222,2024104815,-2067236844,-1933114872,-1866530822,-1538233109,-1090935817,-965641998],sB=[0,0],sC=[0,0],ta=[0,g,[0,m,[0,j,[0,j,0]]]],tb=[0,b,[0,h,[0,m,[0,a,0]]]],tc=[0,B,[0,97,[0,j,[0,d,[0,a,0]]]]],tp=o([e,d,32,g,f,b,32,f,g,a,32,f,B,32,b,l,f,d,a,32,b,l,97,b,32,b,l,a,h,a,32,97,h,a]),tz=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gj]]]]]]]]]]],tV=[0,1],tW=[0,2],t5=[0,0,0],yW=[0,[12,0],0],BD=[0,[12,0],0],CV=[0,0,0],Dw=[0,[12,0],0],Dv=o([d,m,98,aF,a,99,b,46,p,a,99,j,97,h,a,p,46,98,N,95,99,f,g,b,a,ae,b]),E8=o([l,97,d,32,97,32,j,97,d,b,32,j,e,g,a,32,b,l,97,b,32,p,f,a,d,32,g,f,b,32,a,g,p]),F7=o([97,32,99,j,97,e,u,32,j,e,d,b,d,32,97,d,d,m,u,v,b,e,f,g,d,32,b,l,97,b,32,e,b,32,p,f,a,d,32,g,f,b,32,h,a,d,b,32,f,g]),F8=o([b,l,a,32,b,97,98,j,a,32,e,d,32,g,f,b,32,97,d,32,b,l,a,32,B,f,h,u,97,b,32,p,a,u,97,g,p,d]),F5=[0,v,[0,f,[0,j,[0,e,[0,99,[0,N,0]]]]]],F6=o([B,97,e,h,97,m,p,e,b,45,99,a,h,b,e,B,e,99,97,b,a,47,49]),FO=[12,0],FN=[0,0,0],F1=[0,0,0],F2=o([b,l,a,32,97,d,d,m,u,v,b,e,f,g,d,32,f,B,32,b,l,a,32,99,j,97,e,u,d]),F0=[12,0],FY=[0,0,0],FZ=o([d,m,98,aF,a,99,b,46,d,v,a,j,j,e,g,C,d]),FP=[0,d,[0,m,[0,98,[0,aF,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],FQ=o([b,l,a,32,b,97,98,j,a,32,B,e,j,a]),FR=o([d,m,98,aF,a,99,b,46,99,f,j,m,u,g,d]),FS=o([d,m,98,aF,a,99,b,46,v,f,v,m,j,97,b,e,f,g]),FT=o([d,m,98,aF,a,99,b,46,aO,e,g,p]),FU=o([d,m,98,aF,a,99,b,46,b,97,98,j,a,46,99,a,j,j,d]),FV=o([d,m,98,aF,a,99,b,46,b,97,98,j,a,46,d,l,97,50,53,54]),FW=o([b,l,a,32,b,97,98,j,a,32,C,e,D,a,d,32,p,h,97,H,d,32,B,f,h,32,d,f,u,a,32,h,f,H,d,32,f,B,32,b,l,a,32,v,f,j,e,99,N,32,f,g,j,N]),FX=o([b,l,a,32,h,f,H,d,32,f,B,32,b,l,a,32,v,f,j,e,99,N,32,97,h,a,32,g,f,b,32,e,g,32,f,h,p,a,h]),FM=o([b,l,a,32,b,97,98,j,a,32,j,97,99,aO,d,32,97,32,h,f,H,32,f,B,32,b,l,a,32,v,f,j,e,99,N,32,B,f,h,32,H,l,97,b,32,b,l,a,32,B,e,j,b,a,h,d,32,99,97,g,32,h,a,j,a,97,d,a]),F3=o([b,l,a,32,b,97,98,j,a,32,e,d,32,a,u,v,b,N]),F4=[0,0],FL=[0,[12,0],0],FE=[0,[12,0],0],FF=[0,[0,[12,0],0]],Fo=[12,0],Fn=[0,0,0],FD=[12,0],Fp=[0,0,0],Fq=o([b,l,a,32,m,b,e,j,e,b,N,32,e,d,32,e,g,32,d,m,98,aF,a,99,b,46,99,j,97,d,d]),FB=[0,0,0],FC=o([d,m,98,aF,a,99,b,46,d,v,a,j,j,e,g,C,d]),Fr=[0,d,[0,m,[0,98,[0,aF,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],Fs=o([b,l,a,32,b,97,98,j,a,32,B,e,j,a]),Ft=o([d,m,98,aF,a,99,b,46,99,f,j,m,u,g,d]),Fu=o([d,m,98,aF,a,99,b,46,v,f,v,m,j,97,b,e,f,g]),Fv=o([d,m,98,aF,a,99,b,46,aO,e,g,p]),Fw=o([d,m,98,aF,a,99,b,46,b,97,98,j,a,46,99,a,j,j,d]),Fx=o([d,m,98,aF,a,99,b,46,b,97,98,j,a,46,d,l,97,50,53,54]),Fy=o([l,97,d,32,m,b,e,j,e,b,e,a,d,32,98,a,j,f,H,32,48,44,32,f,B,32,H,l,e,99,l,32,p,e,B,B,a,h,a,g,99,a,d,32,l,97,D,a,32,b,f,32,98,a,32,d,b,97,b,a,p]),Fz=o([l,97,d,32,e,g,b,a,h,D,97,j,d,44,32,H,l,e,99,l,32,97,h,a,32,g,f,b,32,B,f,h,32,v,h,f,98,97,98,e,j,e,b,e,a,d]),FA=o([l,97,d,32,e,g,b,a,h,D,97,j,d,44,32,H,l,e,99,l,32,p,f,32,g,f,b,32,C,f,32,H,e,b,l,32,97,32,99,j,97,d,d,32,f,B,32,m,b,e,j,e,b,e,a,d]),FG=[0,0],FH=[0,0],FI=[0,0],FJ=o([b,l,a,32,b,97,98,j,a,32,e,d,32,a,u,v,b,N]),FK=[0,0],Fj=[0,0,0],Fh=[0,0,0],Fi=[0,0,0],Fk=[0,0,0],Fl=[0,0,0],Fm=[0,0,0],Ff=[0,0],Fd=[0,0,0],Fc=[0,u,[0,a,[0,b,[0,h,[0,e,[0,99,[0,d,[0,46,0]]]]]]]],Fa=o([d,m,98,aF,a,99,b,46,m,b,e,j,e,b,N,46]),Fb=o([98,m,h,p,a,g,32,u,m,d,b,32,98,a,32,b,h,m,a,32,H,l,a,h,a,32,e,b,32,e,d,32,d,b,97,b,a,p]),E$=[0,0],E_=o([b,l,a,32,b,97,98,j,a,32,e,d,32,g,f,b,32,b,l,a,32,99,97,g,f,g,e,99,97,j,32,b,a,ae,b,32,f,B,32,e,b,d,32,D,97,j,m,a,d]),E9=o([e,d,32,g,f,b,32,74,83,79,78,32,97,d,32,b,l,a,32,B,f,h,u,97,b,32,l,97,d,32,e,b]),E6=[0,0],E5=[0,0],E2=[0,0],E3=[0,0],E1=[0,0],E0=[0,0],EZ=[0,0,0],EY=[0,0],EV=o([C,j,f,98,97,j,95,h,97,b,e,f,95,d,m,v,h,a,u,m,u]),EU=[0,48,0],ER=[0,44,[0,32,0]],EQ=[0,93,0],ES=[0,91,0],ET=[0,91,[0,93,0]],EP=[0,91,[0,93,0]],EM=o([32,h,a,j,a,97,d,a,d,32,f,B,32,97,32,C,h,f,m,v,44,32,a,97,99,l,32,p,h,97,H,g,32,97,B,h,a,d,l,32,40,p,a,99,j,97,h,a,p,41]),EN=o([f,g,a,32,u,a,u,f,h,N,32,d,a,a,d,32,97,b,32,u,f,d,b,32]),EK=o([32,f,B,32,b,l,a,32,j,97,H,32,f,B,32,b,l,e,d,32,v,f,j,e,99,N,32,40,p,a,99,j,97,h,a,p,41]),EL=o([B,f,h,32,a,D,a,h,N,b,l,e,g,C,32,b,l,97,b,32,b,l,a,32,B,e,j,b,a,h,d,32,h,a,j,a,97,d,a,44,32,b,l,a,32,j,97,H,32,f,B,32,b,l,a,32,p,a,99,e,d,e,f,g,32,e,d,32,H,e,b,l,e,g,32,b,f,b,97,j,32,D,97,h,e,97,b,e,f,g,32]),EG=o([32,40,p,a,99,j,97,h,a,p,41]),EH=[0,32,[0,97,[0,g,[0,p,[0,32,0]]]]],EI=o([44,32,a,D,a,h,N,32,m,b,e,j,e,b,N,32,e,d,32,98,a,b,H,a,a,g,32]),EJ=o([e,g,32,99,f,g,b,a,ae,b,32]),EE=o([32,98,a,l,e,g,p,32,b,l,a,32,B,e,j,b,a,h,32,40,p,a,99,j,97,h,a,p,41]),EF=o([a,D,a,h,N,32,99,f,u,v,97,h,a,p,32,C,h,f,m,v,39,d,32,u,a,97,g,32,m,b,e,j,e,b,N,32,e,d,32,97,b,32,j,a,97,d,b,32]),EA=o([32,98,a,l,e,g,p,32,b,l,a,32,B,e,j,b,a,h,32,40,p,a,99,j,97,h,a,p,41]),EB=o([44,32,a,D,a,h,N,32,99,f,u,v,97,h,a,p,32,C,h,f,m,v,39,d,32,a,ae,v,a,99,b,a,p,32,m,b,e,j,e,b,N,32,e,d,32,97,b,32,j,a,97,d,b,32]),EC=o([e,g,32,99,f,g,b,a,ae,b,32]),Ew=o([32,40,p,a,99,j,97,h,a,p,41]),Ex=o([44,32,97,g,p,32,B,f,h,32,b,l,a,32,d,97,u,a,32,p,a,99,e,d,e,f,g,32,97,g,p,32,99,f,g,b,a,ae,b,32,b,l,a,32,m,b,e,j,e,b,e,a,d,32,f,B,32,b,H,f,32,C,h,f,m,v,d,32,p,e,B,B,a,h,32,98,N,32,97,b,32,u,f,d,b,32]),Ey=[0,32,[0,97,[0,g,[0,p,[0,32,0]]]]],Ez=o([a,D,a,h,N,32,m,b,e,j,e,b,N,32,e,d,32,98,a,b,H,a,a,g,32]),Eu=o([32,98,a,l,e,g,p,32,b,l,a,32,B,e,j,b,a,h,32,40,p,a,99,j,97,h,a,p,41]),Ev=o([a,D,a,h,N,32,99,f,u,v,97,h,a,p,32,C,h,f,m,v,39,d,32,a,ae,v,a,99,b,a,p,32,m,b,e,j,e,b,N,32,e,d,32,97,b,32,j,a,97,d,b,32]),Ep=[0,[12,0],0],Eo=[0,1],Eq=[0,0],En=[12,0],D5=o([u,m,d,b,32,98,a,32,v,f,d,e,b,e,D,a]),D4=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),D6=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),D7=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),D8=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),D3=o([e,d,32,f,m,b,32,f,B,32,h,97,g,C,a]),D1=o([u,m,d,b,32,98,a,32,97,g,32,f,98,aF,a,99,b,32,f,h,32,g,m,j,j]),D0=[0,[0,0]],D2=o([u,m,d,b,32,98,a,32,97,g,32,f,98,aF,a,99,b,32,f,h,32,g,m,j,j]),DU=[0,[12,0],0],DK=[0,B,[0,j,[0,f,[0,f,[0,h,0]]]]],DL=[0,84,[0,51,0]],DM=[0,84,[0,49,0]],DN=[0,84,[0,49,[0,45,[0,v,[0,97,[0,v,[0,a,[0,h,0]]]]]]]],DO=[0,84,[0,52,0]],DP=[0,84,[0,50,0]],DQ=[7,0],DR=[0,84,[0,49,[0,50,0]]],DS=[0,84,[0,51,0]],DT=[0,84,[0,56,0]],DH=o([u,m,d,b,32,l,97,D,a,32,u,m,j,b,e,v,j,e,a,h,d]),Dx=o([d,m,98,aF,a,99,b,46,p,a,99,j,97,h,a,p,46,C,j,f,98,97,j,95,b,97,m]),Du=o([d,m,98,aF,a,99,b,46,p,a,99,j,97,h,a,p,46]),Do=o([d,m,98,aF,a,99,b,46,v,h,e,D,97,99,N,46]),Dp=o([46,97,b,b,h,e,98,m,b,a,d]),Dq=o([46,a,ae,v,95,a,v,d,e,j,f,g]),Dr=[0,[12,0],0],Ds=[0,[12,0],0],Dt=[0,[12,1],0],Db=[0,[0,0]],Da=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Go]]]]]]]]]]],C9=o([j,e,d,b,d,32,97,32,99,f,g,b,a,ae,b,32,b,H,e,99,a]),C_=o([u,m,d,b,32,g,f,b,32,98,a,32,a,u,v,b,N]),C8=o([l,97,d,32,97,32,p,h,e,B,b,32,f,B,32,u,f,h,a,32,b,l,97,g,32,49]),C$=[0,0],C7=o([u,m,d,b,32,l,97,D,a,32,C,97,u,u,97,44,32,u,32,f,h,32,b,97,m]),C6=[0,0],C5=o([p,f,a,d,32,g,f,b,32,j,e,d,b,32,a,D,a,h,N,32,b,h,m,a,32,99,a,j,j,44,32,f,h,32,d,f,u,a,32,b,l,97,b,32,97,h,a,32,g,f,b,32,g,a,a,p,a,p]),C4=o([e,d,32,g,f,b,32,b,l,a,32,g,a,ae,b,32,b,h,m,a,32,99,a,j,j]),C1=[0,1],C2=o([l,97,d,32,p,h,97,H,d,32,b,l,97,b,32,p,f,32,g,f,b,32,B,e,b,32,e,b,d,32,H,a,e,C,l,b,d]),CZ=o([l,97,d,32,H,a,e,C,l,b,d,32,b,l,97,b,32,p,f,32,g,f,b,32,d,m,u,32,b,f,32,49]),C0=o([e,d,32,f,m,b,32,f,B,32,h,97,g,C,a]),C3=[0,0],CX=o([u,m,d,b,32,l,97,D,a,32,h,a,j,a,97,d,a,d,32,B,h,f,u,32,50,32,b,f,32,49,48,48,48,48]),CW=o([l,97,d,32,B,a,H,a,h,32,b,l,97,g,32,b,H,f,32,b,h,m,a,32,C,h,f,m,v,d]),CU=o([u,m,d,b,32,l,97,D,a,32,B,97,99,b,f,h,d,32,b,l,97,b,32,99,f,D,a,h,32,b,l,a,32,99,f,j,m,u,g,d,32,b,f,C,a,b,l,a,h]),CQ=o([l,97,d,32,v,h,f,98,97,98,e,j,e,b,e,a,d,32,b,l,97,b,32,p,f,32,g,f,b,32,d,m,u,32,b,f,32,49]),CR=o([u,m,d,b,32,j,e,d,b,32,j,97,98,a,j,d]),CS=o([u,m,d,b,32,j,e,d,b,32,j,97,98,a,j,d]),CT=o([u,m,d,b,32,j,e,d,b,32,j,97,98,a,j,d]),CO=o([v,h,f,98,97,98,e,j,e,b,e,a,d]),CA=[0,0,0],CB=[0,0,0],CC=[0,0,0],Cx=[0,[12,0],0],Ct=[0,[12,0],0],Cu=[0,0,0],Cv=[0,[12,0],0],Cw=[0,[12,0],0],Cy=[0,[12,0],0],Cz=[0,[12,0],0],Cq=[0,C,[0,j,[0,f,[0,98,[0,97,[0,j,0]]]]]],Co=o([32,40,p,a,99,j,97,h,a,p,41]),Cp=o([e,g,32,a,97,99,l,32,99,a,j,j,32,b,l,a,32,j,97,H,32,f,B,32,b,l,a,32,p,a,99,e,d,e,f,g,32,u,f,D,a,d,32,98,N,32,97,32,b,f,b,97,j,32,D,97,h,e,97,b,e,f,g,32,f,B,32,97,b,32,u,f,d,b,32]),Ci=[0,[12,0],0],Cg=o([u,m,d,b,32,98,a,32,97,b,32,j,a,97,d,b,32,49,44,32,98,a,e,g,C,32,b,l,a,32,j,e,u,e,b,32,f,B,32,97,32,h,97,b,e,f]),Ch=[0,0],Cj=[0,0],Cf=o([j,e,d,b,d,32,d,f,u,a,b,l,e,g,C,32,b,H,e,99,a]),Ce=[0,0],BN=o([u,m,d,b,32,98,a,32,97,b,32,u,f,d,b,32,49]),BO=[0,0],BE=[0,0,0],BF=[0,[12,0],0],BG=[0,[12,0],0],BH=[0,g,[0,f,[0,g,[0,a,0]]]],BI=[0,[0,0]],Bu=[0,0,0],Bv=[0,[12,0],0],Bw=[0,[12,0],0],Bx=[0,[12,0],0],By=[0,[12,0],0],Bs=o([l,97,d,32,97,32,aO,a,N,32,b,l,97,b,32,C,f,a,d,32,H,e,b,l,32,f,b,l,a,h,32,b,97,h,C,a,b,d,44,32,f,h,32,j,97,99,aO,d,32,f,g,a]),Bt=o([b,l,a,32,j,e,u,e,b,32,f,B,32,97,32,h,97,b,e,f,32,u,m,d,b,32,98,a,32,97,b,32,j,a,97,d,b,32,49]),Br=[0,b,[0,l,[0,e,[0,d,[0,32,[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]]]]]]],Bz=[0,0],Bl=[0,32,[0,B,[0,f,[0,h,[0,32,0]]]]],Bm=[0,58,[0,32,0]],Bn=[0,44,[0,32,[0,j,[0,e,[0,u,[0,e,[0,b,[0,32,0]]]]]]]],Bo=[0,32,0],Bp=[0,58,[0,32,0]],Bq=[0,b,[0,97,[0,h,[0,C,[0,a,[0,b,[0,d,0]]]]]]],BA=[0,[0,0]],BB=[0,0],BC=[0,p,[0,e,[0,B,[0,B,[0,a,[0,h,[0,a,[0,g,[0,99,[0,a,0]]]]]]]]]],Bf=[0,[12,0],0],Bg=[0,[12,0],0],Bh=[0,[12,0],0],Bi=[0,0,0],Bj=[0,[12,0],0],Bk=[0,[12,0],0],Bb=[0,[12,0],0],Bc=[0,[12,0],0],Bd=[0,[12,0],0],Be=[0,[12,0],0],Ba=o([u,m,d,b,32,l,97,D,a,32,97,32,99,f,g,B,e,p,a,g,99,a,32,98,a,b,H,a,a,g,32,48,32,97,g,p,32,49]),AN=o([u,m,d,b,32,l,97,D,a,32,97,32,99,f,g,B,e,p,a,g,99,a,32,98,a,b,H,a,a,g,32,48,32,97,g,p,32,49]),AO=o([u,m,d,b,32,l,97,D,a,32,b,l,a,32,j,f,H,a,h,32,f,g,a,32,B,e,h,d,b]),AP=[0,0],AQ=o([u,a,97,g,32,f,D,a,h,32,m,g,e,b,d]),AR=[0,0],AS=[0,0],AT=[0,p,[0,h,[0,f,[0,v,0]]]],AU=[0,H,[0,f,[0,h,[0,d,[0,b,0]]]]],AV=[0,a,[0,97,[0,99,[0,l,0]]]],AW=[0,b,[0,f,[0,C,[0,a,[0,b,[0,l,[0,a,[0,h,0]]]]]]]],AJ=[12,0],AK=[0,[12,0],0],AL=[0,0],AM=o([u,m,d,b,32,g,f,b,32,98,a,32,g,m,j,j]),AG=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),AH=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),AI=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),AF=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),AC=[0,32,[0,97,[0,g,[0,p,[0,32,0]]]]],AD=o([H,l,97,b,a,D,a,h,32,99,f,m,j,p,32,l,97,D,a,32,98,a,a,g,32,p,h,97,H,g,32,l,97,d,32,97,32,m,b,e,j,e,b,N,32,98,a,b,H,a,a,g,32]),Au=o([j,e,d,b,d,32,d,f,u,a,b,l,e,g,C,32,b,H,e,99,a]),Aq=o([u,m,d,b,32,g,f,b,32,98,a,32,g,f,b,l,e,g,C]),Ar=o([u,m,d,b,32,98,a,32,97,b,32,j,a,97,d,b,32,49]),Ap=o([u,m,d,b,32,98,a,32,97,32,j,e,d,b,32,f,B,32,50,32,a,g,b,h,e,a,d]),As=o([u,m,d,b,32,98,a,32,97,32,j,e,d,b,32,f,B,32,50,32,a,g,b,h,e,a,d]),At=o([u,m,d,b,32,98,a,32,97,32,j,e,d,b,32,f,B,32,50,32,a,g,b,h,e,a,d]),Ao=o([u,m,d,b,32,98,a,32,97,32,j,e,d,b,32,f,B,32,50,32,a,g,b,h,e,a,d]),An=[0,v,[0,97,[0,e,[0,h,[0,a,[0,p,0]]]]]],Ai=[0,0,0],Ah=[0,46,0],Aj=[0,0,0],Ak=[0,0,0],z6=o([H,l,97,b,a,D,a,h,32,99,f,m,j,p,32,l,97,D,a,32,98,a,a,g,32,p,h,97,H,g,32,l,97,d,32,97,32,m,b,e,j,e,b,N,32,98,a,b,H,a,a,g,32,48,32,97,g,p,32]),z0=o([C,j,f,98,97,j,95,l,e,p,p,a,g,95,99,f,g,b,a,ae,b]),z1=o([j,f,99,97,j,95,l,e,p,p,a,g,95,99,f,g,b,a,ae,b]),zZ=o([j,f,99,97,j,95,l,e,p,p,a,g,95,99,f,g,b,a,ae,b]),zW=[0,98,[0,e,[0,g,[0,f,[0,u,[0,e,[0,97,[0,j,0]]]]]]]],zX=[0,v,[0,97,[0,e,[0,h,[0,45,[0,a,[0,ae,[0,97,[0,99,[0,b,0]]]]]]]]]],zY=o([v,97,e,h,a,p,45,98,a,b,b,e,g,C]),zS=o([u,m,d,b,32,l,97,D,a,32,97,32,v,97,e,h]),zR=o([l,97,d,32,97,32,j,f,H,a,h,32,a,g,p,32,b,l,97,b,32,e,d,32,e,g,B,e,g,e,b,a]),zP=o([u,m,d,b,32,l,97,D,a,32,97,32,99,f,g,B,e,p,a,g,99,a,32,98,a,b,H,a,a,g,32,48,32,97,g,p,32,49]),zQ=[0,l,[0,97,[0,d,[0,32,[0,j,[0,e,[0,u,[0,e,[0,b,[0,d,0]]]]]]]]]],zT=[0,v,[0,97,[0,e,[0,h,[0,d,0]]]]],zU=[0,a,[0,97,[0,99,[0,l,0]]]],zV=[0,b,[0,f,[0,C,[0,a,[0,b,[0,l,[0,a,[0,h,0]]]]]]]],zK=o([u,m,d,b,32,l,97,D,a,32,97,32,99,f,g,B,e,p,a,g,99,a,32,98,a,b,H,a,a,g,32,48,32,97,g,p,32,49]),zL=[0,l,[0,97,[0,d,[0,32,[0,j,[0,e,[0,u,[0,e,[0,b,[0,d,0]]]]]]]]]],zM=[0,98,[0,f,[0,ae,0]]],zN=[0,a,[0,97,[0,99,[0,l,0]]]],zO=[0,b,[0,f,[0,C,[0,a,[0,b,[0,l,[0,a,[0,h,0]]]]]]]],zH=o([u,m,d,b,32,l,97,D,a,32,99,a,j,j,d,32,b,l,97,b,32,C,f,32,m,v]),zC=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zD=o([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),zE=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zF=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zG=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zx=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zy=o([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),zz=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zA=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zB=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zs=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zt=o([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),zu=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zv=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zw=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zn=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zo=o([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),zp=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zq=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zr=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zi=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zj=o([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),zk=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zl=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zm=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zh=[0,0],y4=[0,0],yV=[12,0],yU=[12,0],yP=[0,32,[0,98,[0,N,[0,32,0]]]],yQ=[0,32,0],yR=[0,32,0],yS=[0,58,[0,32,0]],yT=[0,99,[0,j,[0,97,[0,e,[0,u,[0,d,0]]]]]],yO=[0,0],yN=o([u,m,d,b,32,l,97,D,a,32,97,g,32,a,g,b,h,N]),yL=o([l,97,d,32,b,f,f,32,u,97,g,N,32,a,g,b,h,e,a,d]),yD=o([C,j,f,98,97,j,95,h,97,b,e,f,95,d,m,v,h,a,u,m,u]),yE=o([j,f,99,97,j,95,h,97,b,e,f,95,d,m,v,h,a,u,m,u]),yF=[0,0,3],yG=o([p,a,u,f,C,h,97,v,l,e,99,95,v,97,h,e,b,N]),yH=[0,1,2],yI=o([a,cA,m,97,j,e,dt,a,p,95,f,p,p,d]),yJ=o([C,j,f,98,97,j,95,l,e,p,p,a,g,95,99,f,g,b,a,ae,b]),yK=o([j,f,99,97,j,95,l,e,p,p,a,g,95,99,f,g,b,a,ae,b]),x_=[1,1],x$=o([a,cA,m,97,j,e,dt,a,p,95,f,p,p,d,95,b,h,m,a,95,j,97,98,a,j,95,f,D,a,h,97,j,j]),ya=[0,1],yb=o([a,cA,m,97,j,95,f,v,v,f,h,b,m,g,e,b,N,95,f,D,a,h,97,j,j]),yc=[1,0],yd=o([a,cA,m,97,j,e,dt,a,p,95,f,p,p,d,95,b,h,m,a,95,j,97,98,a,j]),ye=[0,0],yf=o([a,cA,m,97,j,95,f,v,v,f,h,b,m,g,e,b,N]),xW=[0,0],xX=[0,1],xY=[0,0],xZ=o([l,97,d,32,f,b,l,a,h,32,aO,a,N,d,32,b,l,97,g,32,e,b,32,u,97,N,32,l,97,D,a]),xy=o([u,m,d,b,32,l,97,D,a,32,b,H,a,j,D,a,32,p,a,99,e,u,97,j,d]),xw=[0,48,0],xv=[0,0],xt=[0,0,1,0,1,0,0],xu=[0,0,0,0,1,0,0],xm=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),xn=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),xo=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),xk=[0,93,0],xl=[0,91,0],wv=[0,0],ww=[0,2],wx=[0,2],wy=[0,1],wu=[0,0],ws=[0,0],wk=[0,[0,0]],wi=[0,0],wg=o([v,97,e,h,d,32,u,m,d,b,32,e,g,99,h,a,97,d,a]),wh=[0,0],we=o([g,m,u,98,a,h,d,32,u,m,d,b,32,e,g,99,h,a,97,d,a]),wa=o([u,m,d,b,32,98,a,32,v,f,d,e,b,e,D,a]),v$=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),wb=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),wc=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),v5=[0,0],v6=o([B,a,97,b,m,h,a,d,32,p,e,B,B,a,h,32,98,a,b,H,a,a,g,32,C,h,f,m,v,d,44,32,98,m,b,32,b,l,a,32,99,j,97,d,d,32,e,d,32,98,j,e,g,p]),v7=o([B,a,97,b,m,h,a,d,32,u,m,d,b,32,l,97,D,a,32,f,g,a,32,j,e,d,b,32,B,f,h,32,a,97,99,l,32,99,a,j,j,32,97,g,p,32,p,a,99,e,d,e,f,g]),v9=[0,0],v8=o([97,32,99,f,g,d,b,h,97,e,g,b,32,g,97,u,a,d,32,H,l,97,b,32,b,l,a,32,b,97,98,j,a,32,p,f,a,d,32,g,f,b,32,l,97,D,a]),vZ=o([b,l,a,32,u,a,b,h,e,99,32,u,m,d,b,32,l,97,D,a,32,97,32,h,f,H,32,B,f,h,32,a,97,99,l,32,C,h,f,m,v]),v0=o([97,32,98,j,e,g,p,32,99,j,97,d,d,32,l,97,d,32,g,f,32,76,e,v,d,99,l,e,b,dt,32,99,f,g,d,b,97,g,b]),v1=o([b,97,m,32,u,m,d,b,32,98,a,32,97,b,32,u,f,d,b,32,C,97,u,u,97]),v2=o([C,97,u,u,97,32,u,m,d,b,32,98,a,32,v,f,d,e,b,e,D,a,32,97,g,p,32,97,b,32,j,a,97,d,b,32,u]),v3=[0,97,[0,j,[0,j,0]]],v4=[0,v,[0,97,[0,e,[0,h,0]]]],vV=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),vW=o([g,97,u,a,d,32,97,32,p,a,99,e,d,e,f,g,32,b,l,97,b,32,b,l,a,32,b,97,98,j,a,32,p,f,a,d,32,g,f,b,32,l,97,D,a]),vX=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),vY=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),vU=o([l,97,d,32,97,32,j,f,H,a,h,32,a,g,p,32,97,98,f,D,a,32,b,l,a,32,m,v,v,a,h,32,a,g,p]),vO=o([g,97,u,a,d,32,97,32,C,h,f,m,v,44,32,98,m,b,32,b,l,a,32,99,j,97,d,d,32,e,d,32,98,j,e,g,p]),vN=o([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,h,e,a,d]),vP=o([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,h,e,a,d]),vQ=o([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,h,e,a,d]),vR=o([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,h,e,a,d]),vS=o([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,h,e,a,d]),vM=o([e,d,32,g,f,b,32,97,32,u,a,b,h,e,99]),vk=o([v,f,d,e,b,e,D,a,32,p,a,99,e,d,e,f,g,d,32,97,h,a,32,g,f,b,32,e,g,32,b,l,a,32,f,h,p,a,h,32,f,B,32,b,l,a,32,p,a,99,e,d,e,f,g,d]),vl=[0,0],vi=o([l,97,d,32,g,f,32,p,a,99,e,d,e,f,g,d,32,f,B,32,m,g,aO,g,f,H,g,32,C,h,f,m,v]),vj=o([l,97,d,32,97,32,99,a,j,j,32,97,B,b,a,h,32,b,l,a,32,p,a,99,e,d,e,f,g,d,32,f,B,32,m,g,aO,g,f,H,g,32,C,h,f,m,v]),vg=[0,0],vh=[0,0],u8=[0,0],u_=[0,1],u$=o([p,a,99,e,d,e,f,g,d,32,f,B,32,m,g,aO,g,f,H,g,32,C,h,f,m,v,32,p,f,32,g,f,b,32,C,f,32,H,e,b,l,32,b,l,97,b]),va=o([u,m,d,b,32,98,a,32,b,h,m,a,32,H,l,a,h,a,32,e,b,32,e,d,32,d,b,97,b,a,p]),u9=o([u,m,d,b,32,98,a,32,b,h,m,a,32,H,l,a,h,a,32,e,b,32,e,d,32,d,b,97,b,a,p]),vb=[0,0],vc=[0,0],vd=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gq]]]]]]]]]]],ve=[0,0],vf=o([B,97,e,h,97,m,p,e,b,45,b,97,98,j,a,47,49]),u2=o([f,g,j,N,32,99,f,m,g,b,d,32,l,97,D,a,32,b,h,m,a,32,j,97,98,a,j,d]),u3=[0,a,[0,cA,[0,m,[0,97,[0,j,0]]]]],u4=[0,H,[0,a,[0,e,[0,C,[0,l,[0,b,[0,d,0]]]]]]],u5=[0,99,[0,f,[0,m,[0,g,[0,b,[0,d,0]]]]]],u6=o([v,h,f,98,97,98,e,j,e,b,e,a,d]),u7=[0,99,[0,f,[0,m,[0,g,[0,b,[0,d,0]]]]]],uZ=o([g,97,u,a,d,32,97,32,99,f,j,m,u,g,32,b,H,e,99,a]),u0=o([u,m,d,b,32,g,97,u,a,32,97,b,32,j,a,97,d,b,32,f,g,a,32,99,f,j,m,u,g,32,f,B,32,C,h,f,m,v,d]),u1=[0,0],uC=[0,0],uy=[0,1],uz=[0,3],uA=[0,2],uB=[0,0],uu=[0,[0,0],[0,[0,1],[0,[1,0],[0,[1,1],0]]]],uv=[0,0,[0,1,[0,2,[0,3,[0,4,[0,5,[0,6,[0,7,0]]]]]]]],ur=[0,0],us=[0,0],uq=[0,0],up=[0,1],uo=[0,0],ul=[0,0],um=[0,0],un=[0,0],ui=[0,1],uj=[0,1],uk=[0,0],uf=[0,0],ug=[0,1],uh=[0,1],ud=[0,0],ue=[0,0],t9=[0,0],t_=[0,0],t$=[0,0],t6=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gr]]]]]]]]]]],t3=[0,0],t2=[0,1],t1=[0,0],t4=[0,0],t0=[0,0],tX=[0,1],tY=[0,1],tZ=[0,2],tO=[0,0,0],tI=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gu]]]]]]]]]]],tH=[0,0],tG=o([u,m,d,b,32,98,a,32,97,32,h,97,b,e,f,g,97,j,44,32,97,32,d,b,h,e,g,C]),tE=o([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),tD=o([u,m,d,b,32,98,a,32,97,32,h,97,b,e,f,g,97,j,32,e,g,32,j,f,H,a,d,b,32,b,a,h,u,d]),tC=o([u,m,d,b,32,98,a,32,97,32,h,97,b,e,f,g,97,j,44,32,97,32,d,b,h,e,g,C]),tA=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gv]]]]]]]]]]],tB=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gw]]]]]]]]]]],tw=o([u,m,d,b,32,98,a,32,l,a,ae,97,p,a,99,e,u,97,j,32,p,e,C,e,b,d]),tu=o([j,e,d,b,d,32,d,f,u,a,b,l,e,g,C,32,b,H,e,99,a]),tv=o([u,m,d,b,32,g,f,b,32,98,a,32,a,u,v,b,N]),ts=o([j,e,d,b,d,32,d,f,u,a,b,l,e,g,C,32,b,H,e,99,a]),tt=o([u,m,d,b,32,g,f,b,32,98,a,32,a,u,v,b,N]),tr=[0,44,[0,44,0]],tq=[0,44,[0,46,0]],to=o([u,m,d,b,32,98,a,32,b,h,m,a,32,f,h,32,B,97,j,d,a]),tn=o([e,d,32,f,m,b,32,f,B,32,h,97,g,C,a]),tm=o([u,m,d,b,32,98,a,32,97,g,32,e,g,b,a,C,a,h]),tl=o([l,f,j,p,d,32,97,32,j,f,g,a,32,d,m,h,h,f,C,97,b,a]),tk=o([u,m,d,b,32,98,a,32,97,32,d,b,h,e,g,C]),tj=o([l,97,d,32,97,g,f,b,l,a,h,32,j,a,g,C,b,l]),ti=o([j,97,99,aO,d,32,97,32,aO,a,N]),tg=o([l,97,d,32,97,g,32,m,g,aO,g,f,H,g,32,aO,a,N]),th=o([j,97,99,aO,d,32,97,32,aO,a,N]),tf=o([u,m,d,b,32,98,a,32,97,32,j,e,d,b]),te=o([u,m,d,b,32,98,a,32,97,g,32,f,98,aF,a,99,b]),td=[0,0],s_=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gx]]]]]]]]]]],s4=[0,[0,1,1],1],s5=[0,1,1],s6=[0,[0,[0,1,1],0],1],s7=[0,1,0],s8=[0,[0,[0,1,1],0],1],sY=[0,92,[0,92,0]],sZ=[0,92,[0,98,0]],s0=[0,92,[0,B,0]],s1=[0,92,[0,g,0]],s2=[0,92,[0,h,0]],s3=[0,92,[0,b,0]],sX=[0,0],sU=[6,[4,0]],sV=[0,0],sK=[3,0,0,0],sL=[0,0],sM=[0,1],sN=[1,0,1],sO=[0,m,[0,j,[0,j,0]]],sP=[0,1],sQ=[0,h,[0,m,[0,a,0]]],sR=[0,0],sS=[0,97,[0,j,[0,d,[0,a,0]]]],sT=[6,[3,0]],sJ=[0,0],sF=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gy]]]]]]]]]]],sw=[0,0],sz=[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]],sG=[0,[0,92,92],[0,[0,47,47],[0,[0,98,8],[0,[0,B,12],[0,[0,g,10],[0,[0,h,13],[0,[0,b,9],0]]]]]]],ty=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,GD]]]]]]]]]]],tF=[0,e,[0,g,[0,B,0]]],t7=[0,48,0],t8=[0,e,[0,g,[0,B,0]]],uE=[0,aO,[0,e,[0,g,[0,p,0]]]],uF=[0,99,[0,f,[0,j,[0,m,[0,u,[0,g,[0,d,0]]]]]]],uG=[0,v,[0,f,[0,v,[0,m,[0,j,[0,97,[0,b,[0,e,[0,f,[0,g,0]]]]]]]]]],uH=[0,p,[0,a,[0,99,[0,e,[0,d,[0,e,[0,f,[0,g,0]]]]]]]],uI=[0,C,[0,h,[0,f,[0,m,[0,v,0]]]]],uJ=[0,99,[0,f,[0,g,[0,b,[0,a,[0,ae,[0,b,0]]]]]]],uK=[0,b,[0,h,[0,m,[0,b,[0,l,0]]]]],uL=[0,B,[0,f,[0,h,[0,u,[0,97,[0,b,0]]]]]],uM=[0,p,[0,a,[0,99,[0,e,[0,d,[0,e,[0,f,[0,g,[0,d,0]]]]]]]]],uN=[0,C,[0,h,[0,f,[0,m,[0,v,[0,d,0]]]]]],uO=[0,99,[0,f,[0,g,[0,b,[0,a,[0,ae,[0,b,[0,d,0]]]]]]]],uP=[0,m,[0,b,[0,e,[0,j,[0,e,[0,b,[0,N,0]]]]]]],uQ=[0,d,[0,97,[0,j,[0,b,0]]]],uR=[0,v,[0,h,[0,f,[0,B,[0,e,[0,j,[0,a,[0,d,0]]]]]]]],uS=[0,m,[0,g,[0,aO,[0,g,[0,f,[0,H,[0,g,0]]]]]]],uT=[0,b,[0,h,[0,m,[0,b,[0,l,[0,d,0]]]]]],uU=[0,H,[0,a,[0,e,[0,C,[0,l,[0,b,[0,d,0]]]]]]],uV=[0,u,[0,97,[0,d,[0,d,0]]]],uW=[0,j,[0,f,[0,99,[0,97,[0,j,0]]]]],uX=[0,C,[0,j,[0,f,[0,98,[0,97,[0,j,0]]]]]],vm=o([48,49,50,51,52,53,54,55,56,57,46,43,45,a]),vp=[0,cA,[0,m,[0,97,[0,g,[0,b,[0,e,[0,b,[0,N,0]]]]]]]],vq=[0,C,[0,97,[0,u,[0,u,[0,97,0]]]]],vr=[0,u,0],vs=[0,b,[0,97,[0,m,0]]],vt=[0,b,[0,97,[0,m,[0,95,[0,f,[0,g,0]]]]]],vu=[0,98,[0,j,[0,e,[0,g,[0,p,0]]]]],vv=[0,j,[0,e,[0,v,[0,d,[0,99,[0,l,[0,e,[0,b,[0,dt,0]]]]]]]]],vw=[0,u,[0,a,[0,b,[0,h,[0,e,[0,99,0]]]]]],vx=[0,f,[0,h,[0,p,[0,a,[0,h,0]]]]],vy=[0,h,[0,f,[0,H,[0,d,0]]]],vz=[0,B,[0,97,[0,u,[0,e,[0,j,[0,N,0]]]]]],vA=[0,b,[0,a,[0,h,[0,u,[0,d,0]]]]],vB=[0,98,[0,f,[0,m,[0,g,[0,p,0]]]]],vC=[0,g,[0,97,[0,u,[0,a,[0,d,0]]]]],vD=[0,j,[0,f,[0,H,[0,a,[0,h,0]]]]],vE=[0,m,[0,v,[0,v,[0,a,[0,h,0]]]]],vF=[0,B,[0,a,[0,97,[0,b,[0,m,[0,h,[0,a,[0,d,0]]]]]]]],vG=o([99,f,a,B,B,e,99,e,a,g,b,d]),vH=[0,v,[0,97,[0,e,[0,h,[0,d,0]]]]],vI=[0,b,[0,l,[0,a,[0,b,[0,97,0]]]]],vJ=[0,l,[0,e,[0,C,[0,l,[0,a,[0,h,0]]]]]],vK=o([u,m,j,b,e,v,j,e,a,h,d]),wz=[0,d,[0,m,[0,98,[0,aF,[0,a,[0,99,[0,b,0]]]]]]],wA=[0,u,[0,a,[0,b,[0,h,[0,e,[0,99,[0,d,0]]]]]]],wB=o([g,f,b,95,99,f,u,v,97,h,a,p]),wC=[0,99,[0,j,[0,97,[0,e,[0,u,[0,d,0]]]]]],wD=[0,b,[0,97,[0,h,[0,C,[0,a,[0,b,[0,d,0]]]]]]],wE=[0,D,[0,a,[0,h,[0,p,[0,e,[0,99,[0,b,0]]]]]]],wF=[0,D,[0,a,[0,h,[0,d,[0,e,[0,f,[0,g,[0,d,0]]]]]]]],wG=[0,e,[0,g,[0,b,[0,a,[0,h,[0,D,[0,97,[0,j,[0,d,0]]]]]]]]],wH=[0,99,[0,l,[0,97,[0,g,[0,C,[0,a,[0,p,0]]]]]]],wI=[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]],wJ=[0,d,[0,l,[0,97,[0,50,[0,53,[0,54,0]]]]]],wK=[0,99,[0,a,[0,j,[0,j,[0,d,0]]]]],wL=[0,l,[0,a,[0,97,[0,p,[0,a,[0,h,0]]]]]],wM=[0,99,[0,j,[0,97,[0,d,[0,d,0]]]]],wN=[0,v,[0,f,[0,d,[0,e,[0,b,[0,e,[0,D,[0,a,0]]]]]]]],wO=[0,v,[0,h,[0,e,[0,D,[0,97,[0,99,[0,N,0]]]]]]],wP=[0,p,[0,a,[0,99,[0,j,[0,97,[0,h,[0,a,[0,p,0]]]]]]]],wQ=o([v,h,a,v,97,h,97,b,e,f,g]),wR=[0,d,[0,v,[0,a,[0,j,[0,j,[0,e,[0,g,[0,C,[0,d,0]]]]]]]]],wS=[0,m,[0,g,[0,p,[0,a,[0,99,[0,e,[0,p,[0,a,[0,p,0]]]]]]]]],wT=o([m,g,aO,g,f,H,g,95,d,l,97,h,a,d]),wU=[0,u,[0,97,[0,ae,[0,95,[0,p,[0,h,[0,e,[0,B,[0,b,0]]]]]]]]],wV=[0,a,[0,D,[0,97,[0,j,[0,m,[0,97,[0,b,[0,e,[0,f,[0,g,0]]]]]]]]]],wW=o([p,a,v,a,g,p,d,95,f,g,95,C,h,f,m,v]),wX=[0,98,[0,m,[0,h,[0,p,[0,a,[0,g,0]]]]]],wY=[0,h,[0,97,[0,b,[0,e,[0,f,0]]]]],wZ=[0,j,[0,f,[0,C,0]]],w0=[0,D,[0,97,[0,j,[0,m,[0,a,0]]]]],w1=[0,H,[0,e,[0,b,[0,g,[0,a,[0,d,[0,d,0]]]]]]],w2=o([a,ae,v,a,99,b,97,b,e,f,g,d]),w3=o([v,h,f,98,97,98,e,j,e,b,e,a,d]),w4=[0,h,[0,97,[0,b,[0,a,0]]]],w5=[0,h,[0,97,[0,b,[0,a,[0,d,0]]]]],w7=[0,h,[0,a,[0,97,[0,d,[0,f,[0,g,0]]]]]],w8=[0,h,[0,a,[0,j,[0,97,[0,b,[0,e,[0,f,[0,g,0]]]]]]]],w9=[0,d,[0,99,[0,f,[0,v,[0,a,0]]]]],w_=[0,98,[0,N,0]],w$=o([97,d,d,m,u,v,b,e,f,g,d]),xa=[0,a,[0,D,[0,e,[0,p,[0,a,[0,g,[0,99,[0,a,0]]]]]]]],xb=[0,d,[0,m,[0,v,[0,h,[0,a,[0,u,[0,m,[0,u,0]]]]]]]],xc=[0,j,[0,e,[0,u,[0,e,[0,b,0]]]]],xd=[0,m,[0,g,[0,e,[0,b,0]]]],xe=[0,aF,[0,m,[0,p,[0,C,[0,a,[0,p,0]]]]]],xf=[0,a,[0,d,[0,b,[0,e,[0,u,[0,97,[0,g,[0,p,0]]]]]]]],xg=[0,b,[0,e,[0,v,[0,d,0]]]],xh=[0,B,[0,h,[0,f,[0,g,[0,b,[0,e,[0,a,[0,h,0]]]]]]]],xi=[0,b,[0,f,0]],xj=[0,98,[0,97,[0,j,[0,97,[0,g,[0,99,[0,a,[0,p,0]]]]]]]],xp=o([B,97,j,d,a,95,v,f,d,e,b,e,D,a,95,h,97,b,a]),xr=o([b,h,m,a,95,v,f,d,e,b,e,D,a,95,h,97,b,a]),xA=o([g,f,32,p,a,99,e,d,e,f,g,d,32,H,e,b,l,32,97,g,f,b,l,a,h,32,b,h,m,a,32,j,97,98,a,j]),xD=o([g,f,32,p,a,99,e,d,e,f,g,d,32,H,e,b,l,32,b,l,a,32,v,f,d,e,b,e,D,a,32,b,h,m,a,32,j,97,98,a,j]),xG=o([97,32,C,h,f,m,v,32,e,d,32,u,e,d,d,e,g,C,32,e,g,32,97,32,99,f,g,b,a,ae,b,32,97,g,p,32,g,f,32,v,f,v,m,j,97,b,e,f,g,32,H,97,d,32,C,e,D,a,g]),xJ=o([g,f,32,v,f,v,m,j,97,b,e,f,g]),xL=o([B,a,H,a,h,32,b,l,97,g,32,b,H,f,32,C,h,f,m,v,d]),xN=o([g,f,32,p,a,99,e,d,e,f,g,d,32,h,a,99,f,h,p,a,p]),xP=o([B,97,j,d,a,95,v,f,d,e,b,e,D,a,95,h,97,b,a,95,f,D,a,h,97,j,j]),xR=o([B,97,j,d,a,95,v,f,d,e,b,e,D,a,95,h,97,b,a]),xT=o([b,h,m,a,95,v,f,d,e,b,e,D,a,95,h,97,b,a,95,f,D,a,h,97,j,j]),xV=o([b,h,m,a,95,v,f,d,e,b,e,D,a,95,h,97,b,a]),x0=o([C,j,f,98,97,j,95,d,m,v,h,a,u,m,u]),x2=o([j,f,99,97,j,95,d,m,v,h,a,u,m,u]),x4=o([a,cA,m,97,j,e,dt,a,p,95,f,p,p,d]),x6=o([p,a,u,f,C,h,97,v,l,e,99,95,v,97,h,e,b,N]),x7=o([C,j,f,98,97,j,95,p,e,B,B,a,h,a,g,99,a]),x9=o([j,f,99,97,j,95,p,e,B,B,a,h,a,g,99,a]),yh=o([a,cA,m,97,j,e,dt,a,p,95,f,p,p,d]),yj=o([p,a,u,f,C,h,97,v,l,e,99,95,v,97,h,e,b,N]),yl=o([C,j,f,98,97,j,95,h,97,b,e,f]),yn=o([j,f,99,97,j,95,h,97,b,e,f]),yp=[0,61,0],yq=[0,60,[0,61,0]],yr=[0,62,[0,61,0]],ys=[0,b,[0,l,[0,e,[0,d,[0,32,[0,j,[0,97,[0,H,0]]]]]]]],yt=o([a,D,a,h,N,32,m,b,e,j,e,b,N,32,f,B,32,b,l,a,32,99,j,97,d,d]),yv=o([a,g,m,u,a,h,97,b,e,f,g]),yw=[0,j,[0,v,[0,45,[0,p,[0,m,[0,97,[0,j,0]]]]]]],yx=[0,84,[0,53,0]],yy=[0,84,[0,54,0]],yz=[0,84,[0,55,0]],yA=[0,84,[0,49,[0,52,0]]],yB=o([j,f,99,97,j,95,h,97,b,e,f]),yC=o([C,j,f,98,97,j,95,h,97,b,e,f]),yX=o([44,32,H,l,97,b,a,D,a,h,32,b,l,a,32,m,g,p,a,99,e,p,a,p,32,u,a,97,g,b]),yZ=o([44,32,H,e,b,l,e,g,32,b,l,a,32,p,a,99,j,97,h,a,p,32,p,h,e,B,b]),y1=o([44,32,H,e,b,l,32,b,l,a,32,p,a,99,j,97,h,a,p,32,l,e,p,p,a,g,32,99,f,g,b,a,ae,b]),y3=o([44,32,H,l,f,a,D,a,h,32,b,l,a,32,m,g,aO,g,f,H,g,32,97,h,a]),y5=[0,99,[0,f,[0,g,[0,B,[0,e,[0,p,[0,a,[0,g,[0,99,[0,a,0]]]]]]]]]],y6=[0,a,[0,g,[0,p,[0,d,0]]]],y7=[0,h,[0,a,[0,C,[0,e,[0,f,[0,g,0]]]]]],y8=o([e,g,p,a,v,a,g,p,a,g,b]),y9=[0,u,[0,a,[0,b,[0,l,[0,f,[0,p,0]]]]]],y_=[0,j,[0,e,[0,u,[0,e,[0,b,[0,d,0]]]]]],y$=[0,j,[0,a,[0,D,[0,a,[0,j,[0,d,0]]]]]],za=[0,m,[0,v,[0,v,[0,a,[0,h,0]]]]],zb=[0,j,[0,f,[0,H,[0,a,[0,h,0]]]]],zc=[0,v,[0,97,[0,e,[0,h,0]]]],zd=[0,e,[0,g,[0,b,[0,a,[0,h,[0,D,[0,97,[0,j,0]]]]]]]],ze=[0,m,[0,g,[0,e,[0,b,[0,d,0]]]]],zf=[0,aO,[0,g,[0,f,[0,b,[0,d,0]]]]],zg=[0,o([l,f,a,B,B,p,e,g,C,45,aO,j]),[0,o([a,u,v,e,h,e,99,97,j,45,98,a,h,g,d,b,a,e,g]),[0,o([e,g,b,a,h,d,a,99,b,e,f,g]),0]]],zI=o([v,f,v,m,j,97,b,e,f,g,32,97,b,32,99,f,g,B,e,p,a,g,99,a,32]),zJ=o([v,f,v,m,j,97,b,e,f,g,44,32,f,g,a,45,d,e,p,a,p,32,97,b,32,99,f,g,B,e,p,a,g,99,a,32]),z2=o([b,l,a,32,p,h,97,H,d,32,H,e,b,l,e,g,32,97,32,99,a,j,j,32,97,h,a,32,e,g,p,a,v,a,g,p,a,g,b,44,32,a,97,99,l,32,H,e,b,l,32,b,l,a,32,j,97,H,32,f,B,32,b,l,a,32,99,a,j,j,44,32,97,g,p,32,l,f,H,32,u,97,g,N,32,b,l,a,h,a,32,97,h,a,32,p,f,a,d,32,g,f,b,32,p,a,v,a,g,p,32,f,g,32,l,f,H,32,b,l,a,N,32,99,97,u,a,32,f,m,b]),z4=o([b,l,a,32,99,f,g,b,a,ae,b,d,32,f,B,32,a,97,99,l,32,C,h,f,m,v,32,H,a,h,a,32,p,h,97,H,g,32,B,h,f,u,32,e,b,d,32,v,f,v,m,j,97,b,e,f,g,44,32,g,f,b,32,d,a,b,32,98,N,32,p,a,d,e,C,g]),z7=o([H,l,97,b,a,D,a,h,32,99,f,m,j,p,32,l,97,D,a,32,98,a,a,g,32,p,h,97,H,g,32,e,g,32,97,32,99,a,j,j,32,l,97,d,32,97,32,m,b,e,j,e,b,N,32,98,a,b,H,a,a,g,32,48,32,97,g,p,32,b,l,a,32,C,h,a,97,b,a,d,b,32,b,l,97,b,32,97,32,p,a,99,e,d,e,f,g,32,l,97,d,32,b,l,a,h,a]),z9=o([m,b,e,j,e,b,N,44,32,u,a,b,l,f,p,32,97,g,p,32,99,f,g,B,e,p,a,g,99,a,32,H,a,h,a,32,99,l,f,d,a,g,32,H,e,b,l,f,m,b,32,j,f,f,aO,e,g,C,32,97,b,32,b,l,a,32,p,h,97,H,d]),z$=o([b,l,a,32,p,h,97,H,d,32,f,B,32,p,e,B,B,a,h,a,g,b,32,99,a,j,j,d,32,97,h,a,32,e,g,p,a,v,a,g,p,a,g,b,32,f,B,32,a,97,99,l,32,f,b,l,a,h]),Ab=o([97,32,d,97,u,v,j,e,g,C,32,m,g,e,b,32,99,97,g,32,l,97,D,a,32,g,f,32,u,f,h,a,32,b,l,97,g,32,f,g,a,32,h,f,H,32,e,g,32,97,32,99,a,j,j,44,32,97,d,32,e,d,32,b,l,a,32,99,97,d,a,32,l,a,h,a]),Ad=o([p,e,B,B,a,h,a,g,b,32,d,97,u,v,j,e,g,C,32,m,g,e,b,d,32,97,h,a,32,e,g,p,a,v,a,g,p,a,g,b,44,32,l,f,H,32,u,97,g,N,32,b,l,a,h,a,32,97,h,a,32,p,f,a,d,32,g,f,b,32,p,a,v,a,g,p,32,f,g,32,l,f,H,32,b,l,a,N,32,99,97,u,a,32,f,m,b,44,32,97,g,p,32,H,l,97,b,32,97,32,m,g,e,b,32,C,a,b,d,32,e,g,32,97,32,C,h,f,m,v,32,f,B,32,97,32,99,f,g,b,a,ae,b,44,32,b,l,a,32,u,a,97,g,32,f,D,a,h,32,e,b,d,32,h,f,H,d,32,b,l,a,h,a,44,32,l,97,d,32,b,l,a,32,d,97,u,a,32,a,ae,v,a,99,b,97,b,e,f,g,32,B,f,h,32,97,j,j,32,m,g,e,b,d,32,f,B,32,b,l,a,32,99,f,g,b,a,ae,b,44,32,97,j,d,f,32,B,f,h,32,b,l,f,d,a,32,g,f,b,32,d,a,a,g,32,e,g,32,b,l,97,b,32,C,h,f,m,v,59,32,H,l,97,b,32,97,32,m,g,e,b,32,C,a,b,d,32,e,g,32,f,g,a,32,C,h,f,m,v,32,u,97,N,32,p,a,v,a,g,p,32,e,g,32,97,g,N,32,H,97,N,32,f,g,32,H,l,97,b,32,e,b,32,C,a,b,d,32,e,g,32,97,g,f,b,l,a,h]),Af=o([e,g,32,H,l,e,99,l,32,C,h,f,m,v,d,32,97,32,m,g,e,b,32,H,97,d,32,g,f,b,32,d,a,a,g,32,e,d,32,98,N,32,p,a,d,e,C,g,58,32,e,b,32,p,f,a,d,32,g,f,b,32,p,a,v,a,g,p,32,f,g,32,H,l,97,b,32,b,l,a,32,m,g,e,b,32,C,f,b,44,32,f,h,32,H,f,m,j,p,32,l,97,D,a,32,C,f,b]),Al=[0,u,[0,e,[0,d,[0,d,[0,e,[0,g,[0,C,0]]]]]]],Am=[0,u,[0,a,[0,97,[0,d,[0,m,[0,h,[0,a,[0,p,0]]]]]]]],AX=o([u,a,97,g,32,f,D,a,h,32,m,g,e,b,d]),AZ=[0,99,[0,l,[0,97,[0,g,[0,C,[0,a,[0,p,0]]]]]]],A1=[0,3],A2=[0,p,[0,a,[0,v,[0,a,[0,g,[0,p,[0,d,0]]]]]]],A4=[0,2],A5=o([e,g,99,f,g,99,j,m,d,e,D,a]),A7=[0,1],A8=[0,a,[0,ae,[0,99,[0,a,[0,a,[0,p,[0,d,0]]]]]]],A_=[0,0],A$=[0,H,[0,e,[0,b,[0,l,[0,e,[0,g,0]]]]]],BJ=[0,v,[0,97,[0,e,[0,h,0]]]],BK=[0,B,[0,f,[0,j,[0,j,[0,f,[0,H,[0,a,[0,p,0]]]]]]]],BL=[0,84,[0,49,[0,54,0]]],BM=o([b,l,e,d,32,j,97,H,44,32,H,e,b,l,e,g,32,b,l,a,32,p,a,99,j,97,h,a,p,32,p,h,e,B,b]),BP=[0,0,[0,1,1]],BQ=o([C,j,f,98,97,j,95,j,f,C,95,B,97,99,b,f,h]),BS=[0,0,[0,0,1]],BT=o([C,j,f,98,97,j,95,h,97,b,e,f,95,B,97,99,b,f,h]),BV=[0,1,[0,1,1]],BW=o([j,f,99,97,j,95,j,f,C,95,B,97,99,b,f,h]),BY=[0,1,[0,0,1]],BZ=o([j,f,99,97,j,95,h,97,b,e,f,95,B,97,99,b,f,h]),B1=[0,0,[0,1,0]],B2=o([C,j,f,98,97,j,95,j,f,C,95,h,97,p,e,m,d]),B4=[0,0,[0,0,0]],B5=o([C,j,f,98,97,j,95,h,97,b,e,f,95,h,97,p,e,m,d]),B7=[0,1,[0,1,0]],B8=o([j,f,99,97,j,95,j,f,C,95,h,97,p,e,m,d]),B_=[0,1,[0,0,0]],B$=o([j,f,99,97,j,95,h,97,b,e,f,95,h,97,p,e,m,d]),Ca=[0,a,[0,ae,[0,99,[0,a,[0,a,[0,p,[0,d,0]]]]]]],Cc=[0,H,[0,e,[0,b,[0,l,[0,e,[0,g,0]]]]]],Ck=o([97,g,32,m,v,p,97,b,a,32,98,h,e,g,C,d,32,g,f,32,p,a,99,e,d,e,f,g,32,H,l,f,d,a,32,m,b,e,j,e,b,N,32,e,d,32,f,m,b,d,e,p,a,32,b,l,a,32,h,97,g,C,a,32,b,l,97,b,32,e,b,d,32,99,a,j,j,32,l,97,d,32,l,a,h,a]),Cm=o([b,l,a,32,99,f,g,b,a,ae,b,d,32,f,B,32,a,97,99,l,32,C,h,f,m,v,32,d,b,97,N,32,p,e,d,b,h,e,98,m,b,a,p,32,97,d,32,b,l,a,N,32,97,h,a,32,l,a,h,a]),Cr=o([b,l,e,d,32,b,97,98,j,a,44,32,H,e,b,l,e,g,32,b,l,a,32,p,a,99,j,97,h,a,p,32,p,h,e,B,b]),CD=[0,B,[0,e,[0,j,[0,b,[0,a,[0,h,[0,d,0]]]]]]],CE=[0,e,[0,g,[0,v,[0,m,[0,b,[0,d,0]]]]]],CF=[0,f,[0,m,[0,b,[0,v,[0,m,[0,b,[0,d,0]]]]]]],CG=[0,h,[0,a,[0,j,[0,a,[0,97,[0,d,[0,a,[0,d,0]]]]]]]],CH=[0,p,[0,h,[0,97,[0,H,[0,d,0]]]]],CI=o([b,h,m,a,95,99,f,g,b,a,ae,b]),CJ=[0,b,[0,h,[0,m,[0,a,[0,95,[0,C,[0,h,[0,f,[0,m,[0,v,0]]]]]]]]]],CK=[0,C,[0,j,[0,f,[0,98,[0,97,[0,j,[0,95,[0,b,[0,97,[0,m,0]]]]]]]]]],CL=[0,98,[0,N,[0,95,[0,99,[0,f,[0,g,[0,b,[0,a,[0,ae,[0,b,0]]]]]]]]]],CM=[0,v,[0,f,[0,j,[0,e,[0,99,[0,N,0]]]]]],Dd=o([a,ae,v,95,a,v,d,e,j,f,g]),De=[0,97,[0,b,[0,b,[0,h,[0,e,[0,98,[0,m,[0,b,[0,a,[0,d,0]]]]]]]]]],Df=o([u,m,j,b,e,v,j,e,a,h,d]),Dg=[0,h,[0,97,[0,H,[0,95,[0,h,[0,97,[0,b,[0,e,[0,f,0]]]]]]]]],Di=o([99,f,u,v,f,d,e,b,e,f,g]),Dk=[0,97,[0,b,[0,b,[0,97,[0,e,[0,g,[0,a,[0,p,0]]]]]]]],Dl=[0,m,[0,g,[0,B,[0,e,[0,j,[0,b,[0,a,[0,h,[0,a,[0,p,0]]]]]]]]]],Dm=[0,v,[0,f,[0,j,[0,e,[0,99,[0,N,0]]]]]],Dn=[0,B,[0,j,[0,f,[0,f,[0,h,[0,d,0]]]]]],Dy=o([97,g,N,32,v,f,j,e,99,N,32,98,a,l,e,g,p,32,b,l,e,d,32,B,e,j,b,a,h]),Dz=o([32,b,l,97,b,32,aO,a,a,v,d,32,b,l,a,32,p,a,99,j,97,h,a,p,32,B,j,f,f,h]),DA=o([32,H,e,b,l,e,g,32,b,l,a,32,p,a,99,j,97,h,a,p,32,p,h,e,B,b,32,f,B,32,b,l,e,d,32,f,g,a]),DB=o([44,32,97,g,N,32,m,b,e,j,e,b,N,32,f,B,32,b,l,a,32,p,a,99,j,97,h,a,p,32,h,97,g,C,a]),DC=o([44,32,97,g,N,32,m,b,e,j,e,b,N,32,f,B,32,b,l,a,32,p,a,99,j,97,h,a,p,32,h,97,g,C,a]),DD=o([b,l,e,d,32,v,f,j,e,99,N,32,97,g,p,32,99,f,g,b,a,ae,b,32,B,e,j,b,a,h,44,32,97,g,N,32,C,h,f,m,v,32,B,e,j,b,a,h,32,97,b,32,u,f,d,b,32,b,l,e,d,32,a,v,d,e,j,f,g,32,b,l,97,b,32,h,a,j,a,97,d,a,d,32,b,l,a,32,d,97,u,a,32,D,97,j,m,a,d]),DF=o([b,l,e,d,32,v,f,j,e,99,N,32,97,g,p,32,C,h,f,m,v,32,B,e,j,b,a,h,44,32,97,g,N,32,99,f,g,b,a,ae,b,32,B,e,j,b,a,h,32,b,l,97,b,32,h,a,j,a,97,d,a,d,32,b,l,a,d,a,32,99,f,g,b,a,ae,b,d]),DI=[0,84,[0,49,[0,51,0]]],DJ=o([84,53,45,p,a,99,e,d,e,f,g]),DW=o([C,j,f,98,97,j,95,h,97,b,e,f,95,d,m,v,h,a,u,m,u]),DY=o([j,f,99,97,j,95,h,97,b,e,f,95,d,m,v,h,a,u,m,u]),D9=[0,B,[0,j,[0,f,[0,f,[0,h,0]]]]],D$=[0,84,[0,49,[0,50,0]]],Eb=[0,84,[0,56,0]],Ed=[0,84,[0,52,0]],Ef=[0,84,[0,51,0]],Eh=[0,84,[0,50,0]],Ej=[0,84,[0,49,[0,45,[0,v,[0,97,[0,v,[0,a,[0,h,0]]]]]]]],El=[0,84,[0,49,0]],Er=o([b,l,a,32,B,e,j,b,a,h,39,d,32,p,h,97,H,d,32,B,f,h,32,C,h,f,m,v,32,97,g,p,32,99,f,g,b,a,ae,b,32,97,h,a,32,e,g,p,a,v,a,g,p,a,g,b,32,f,B,32,a,97,99,l,32,f,b,l,a,h,32,97,g,p,32,f,B,32,a,D,a,h,N,b,l,e,g,C,32,a,j,d,a,44,32,B,h,a,d,l,32,B,f,h,32,a,97,99,l,32,p,a,99,e,d,e,f,g,44,32,97,g,p,32,b,l,a,32,p,a,99,e,d,e,f,g,32,p,a,v,a,g,p,d,32,f,g,32,C,h,f,m,v,32,97,g,p,32,99,f,g,b,a,ae,b,32,f,g,j,N,32,b,l,h,f,m,C,l,32,H,l,97,b,32,b,l,a,32,B,e,j,b,a,h,d,32,h,a,j,a,97,d,a]),Et=o([b,l,a,32,99,f,g,b,a,ae,b,d,32,f,B,32,a,97,99,l,32,C,h,f,m,v,32,97,h,a,32,p,e,d,b,h,e,98,m,b,a,p,32,97,d,32,e,g,32,b,l,a,32,d,b,97,b,a,p,32,v,f,v,m,j,97,b,e,f,g]),Gg=y(": "),Ge=[0,[0,y("nothing was judged: the certificate needs more memory than there is"),0],3],Gf=[0,[0,y("nothing was judged: the certificate does not embed its table; give it with --table"),0],3],Gh=y("malformed: "),Ga=y(pp),Gb=y("FALSE"),Gc=y("not covered"),F_=[0,[11,y("\\x"),[4,6,[0,2,2],0,0]],y("\\x%02x")],F$=y(ai),Gi=y("\n");function
+aH(a){if(typeof
 a==="number")return 0;else
 switch(a[0]){case
-0:return[0,aD(a[1])];case
-1:return[1,aD(a[1])];case
-2:return[2,aD(a[1])];case
-3:return[3,aD(a[1])];case
-4:return[4,aD(a[1])];case
-5:return[5,aD(a[1])];case
-6:return[6,aD(a[1])];case
-7:return[7,aD(a[1])];case
+0:return[0,aH(a[1])];case
+1:return[1,aH(a[1])];case
+2:return[2,aH(a[1])];case
+3:return[3,aH(a[1])];case
+4:return[4,aH(a[1])];case
+5:return[5,aH(a[1])];case
+6:return[6,aH(a[1])];case
+7:return[7,aH(a[1])];case
 8:var
-c=a[1];return[8,c,aD(a[2])];case
+c=a[1];return[8,c,aH(a[2])];case
 9:var
-b=a[1];return[9,b,b,aD(a[3])];case
-10:return[10,aD(a[1])];case
-11:return[11,aD(a[1])];case
-12:return[12,aD(a[1])];case
-13:return[13,aD(a[1])];default:return[14,aD(a[1])]}}function
-a_(a,b){if(typeof
+b=a[1];return[9,b,b,aH(a[3])];case
+10:return[10,aH(a[1])];case
+11:return[11,aH(a[1])];case
+12:return[12,aH(a[1])];case
+13:return[13,aH(a[1])];default:return[14,aH(a[1])]}}function
+bg(a,b){if(typeof
 a==="number")return b;else
 switch(a[0]){case
-0:return[0,a_(a[1],b)];case
-1:return[1,a_(a[1],b)];case
-2:return[2,a_(a[1],b)];case
-3:return[3,a_(a[1],b)];case
-4:return[4,a_(a[1],b)];case
-5:return[5,a_(a[1],b)];case
-6:return[6,a_(a[1],b)];case
-7:return[7,a_(a[1],b)];case
+0:return[0,bg(a[1],b)];case
+1:return[1,bg(a[1],b)];case
+2:return[2,bg(a[1],b)];case
+3:return[3,bg(a[1],b)];case
+4:return[4,bg(a[1],b)];case
+5:return[5,bg(a[1],b)];case
+6:return[6,bg(a[1],b)];case
+7:return[7,bg(a[1],b)];case
 8:var
-c=a[1];return[8,c,a_(a[2],b)];case
+c=a[1];return[8,c,bg(a[2],b)];case
 9:var
-d=a[2],e=a[1];return[9,e,d,a_(a[3],b)];case
-10:return[10,a_(a[1],b)];case
-11:return[11,a_(a[1],b)];case
-12:return[12,a_(a[1],b)];case
-13:return[13,a_(a[1],b)];default:return[14,a_(a[1],b)]}}function
-av(a,b){if(typeof
+d=a[2],e=a[1];return[9,e,d,bg(a[3],b)];case
+10:return[10,bg(a[1],b)];case
+11:return[11,bg(a[1],b)];case
+12:return[12,bg(a[1],b)];case
+13:return[13,bg(a[1],b)];default:return[14,bg(a[1],b)]}}function
+aB(a,b){if(typeof
 a==="number")return b;else
 switch(a[0]){case
-0:return[0,av(a[1],b)];case
-1:return[1,av(a[1],b)];case
+0:return[0,aB(a[1],b)];case
+1:return[1,aB(a[1],b)];case
 2:var
-c=a[1];return[2,c,av(a[2],b)];case
+c=a[1];return[2,c,aB(a[2],b)];case
 3:var
-d=a[1];return[3,d,av(a[2],b)];case
+d=a[1];return[3,d,aB(a[2],b)];case
 4:var
-e=a[3],f=a[2],g=a[1];return[4,g,f,e,av(a[4],b)];case
+e=a[3],f=a[2],g=a[1];return[4,g,f,e,aB(a[4],b)];case
 5:var
-h=a[3],i=a[2],j=a[1];return[5,j,i,h,av(a[4],b)];case
+h=a[3],i=a[2],j=a[1];return[5,j,i,h,aB(a[4],b)];case
 6:var
-k=a[3],l=a[2],m=a[1];return[6,m,l,k,av(a[4],b)];case
+k=a[3],l=a[2],m=a[1];return[6,m,l,k,aB(a[4],b)];case
 7:var
-n=a[3],o=a[2],p=a[1];return[7,p,o,n,av(a[4],b)];case
+n=a[3],o=a[2],p=a[1];return[7,p,o,n,aB(a[4],b)];case
 8:var
-q=a[3],r=a[2],s=a[1];return[8,s,r,q,av(a[4],b)];case
+q=a[3],r=a[2],s=a[1];return[8,s,r,q,aB(a[4],b)];case
 9:var
-t=a[1];return[9,t,av(a[2],b)];case
-10:return[10,av(a[1],b)];case
+t=a[1];return[9,t,aB(a[2],b)];case
+10:return[10,aB(a[1],b)];case
 11:var
-u=a[1];return[11,u,av(a[2],b)];case
+u=a[1];return[11,u,aB(a[2],b)];case
 12:var
-v=a[1];return[12,v,av(a[2],b)];case
+v=a[1];return[12,v,aB(a[2],b)];case
 13:var
-w=a[2],x=a[1];return[13,x,w,av(a[3],b)];case
+w=a[2],x=a[1];return[13,x,w,aB(a[3],b)];case
 14:var
-y=a[2],z=a[1];return[14,z,y,av(a[3],b)];case
-15:return[15,av(a[1],b)];case
-16:return[16,av(a[1],b)];case
+y=a[2],z=a[1];return[14,z,y,aB(a[3],b)];case
+15:return[15,aB(a[1],b)];case
+16:return[16,aB(a[1],b)];case
 17:var
-A=a[1];return[17,A,av(a[2],b)];case
+A=a[1];return[17,A,aB(a[2],b)];case
 18:var
-B=a[1];return[18,B,av(a[2],b)];case
-19:return[19,av(a[1],b)];case
+B=a[1];return[18,B,aB(a[2],b)];case
+19:return[19,aB(a[1],b)];case
 20:var
-C=a[2],D=a[1];return[20,D,C,av(a[3],b)];case
+C=a[2],D=a[1];return[20,D,C,aB(a[3],b)];case
 21:var
-E=a[1];return[21,E,av(a[2],b)];case
-22:return[22,av(a[1],b)];case
+E=a[1];return[21,E,aB(a[2],b)];case
+22:return[22,aB(a[1],b)];case
 23:var
-F=a[1];return[23,F,av(a[2],b)];default:var
-G=a[2],H=a[1];return[24,H,G,av(a[3],b)]}}function
-cT(a){throw[0,i8,a]}function
-gH(a){return 0<=a?a:-a|0}function
-d1(d,c){var
-a=aC(d),e=aC(c),b=aT(a+e|0);b7(d,0,b,0,a);b7(c,0,b,a,e);return bo(b)}function
-pv(a){return a?pw:px}EX(0);ph(1);ph(2);function
-jb(b){function
+F=a[1];return[23,F,aB(a[2],b)];default:var
+G=a[2],H=a[1];return[24,H,G,aB(a[3],b)]}}function
+c2(a){throw[0,jv,a]}function
+g3(a){return 0<=a?a:-a|0}function
+eh(d,c){var
+a=aG(d),e=aG(c),b=aX(a+e|0);cc(d,0,b,0,a);cc(c,0,b,a,e);return bv(b)}function
+qj(a){return a?qk:ql}Hd(0);p7(1);p7(2);function
+jA(b){function
 a(b){var
 a=b;for(;;){if(a){var
-c=a[2],d=a[1];try{EW(d)}catch(a){a=po(a);if(a[1]!==ja)throw a;var
+c=a[2],d=a[1];try{Hc(d)}catch(a){a=qc(a);if(a[1]!==jz)throw a;var
 e=a}var
-a=c;continue}return 0}}return a(EY(0))}E4(w(oc),jb);function
-py(b,a){return a?[0,E(b,a[1])]:0}function
-gI(a){if(0<=a&&!(iD<a))return a;return cT(pz)}var
-d2=(4*E7(0)|0)-1|0;function
-gJ(d){var
+a=c;continue}return 0}}return a(He(0))}Hk(y(o2),jA);function
+qm(b,a){return a?[0,F(b,a[1])]:0}function
+g4(a){if(0<=a&&!(i2<a))return a;return c2(qn)}var
+ei=(4*Hn(0)|0)-1|0;function
+g5(d){var
 a=d,b=0;for(;;){if(a){var
 c=[0,a[1],b],a=a[2],b=c;continue}return b}}function
-jc(d,c){var
+jB(d,c){var
 b=0,a=c;for(;;){if(a){var
-e=a[2],b=[0,E(d,a[1]),b],a=e;continue}return b}}function
-cw(a,c){var
-b=aT(a);Ey(b,0,a,c);return b}function
-jd(d,b,a){var
-f=0;if(0<=b&&0<=a&&!((bn(d)-a|0)<b)){var
-c=aT(a);de(d,b,c,0,a);var
+e=a[2],b=[0,F(d,a[1]),b],a=e;continue}return b}}function
+cH(a,c){var
+b=aX(a);GQ(b,0,a,c);return b}function
+jC(d,b,a){var
+f=0;if(0<=b&&0<=a&&!((bu(d)-a|0)<b)){var
+c=aX(a);du(d,b,c,0,a);var
 e=c;f=1}if(!f)var
-e=cT(pG);return bo(e)}function
-je(e,c,d,b,a){if(0<=a&&0<=c&&!((bn(e)-a|0)<c)&&0<=b&&!((bn(d)-a|0)<b))return de(e,c,d,b,a);return cT(pH)}function
-b8(e,c,d,b,a){if(0<=a&&0<=c&&!((aC(e)-a|0)<c)&&0<=b&&!((bn(d)-a|0)<b))return b7(e,c,d,b,a);return cT(pI)}function
-jf(b,a){return bo(cw(b,a))}function
-gK(k,g){if(g){var
-h=aC(k),c=0,b=g,p=0;for(;;){if(b){var
+e=c2(qu);return bv(e)}function
+jD(e,c,d,b,a){if(0<=a&&0<=c&&!((bu(e)-a|0)<c)&&0<=b&&!((bu(d)-a|0)<b))return du(e,c,d,b,a);return c2(qv)}function
+cd(e,c,d,b,a){if(0<=a&&0<=c&&!((aG(e)-a|0)<c)&&0<=b&&!((bu(d)-a|0)<b))return cc(e,c,d,b,a);return c2(qw)}function
+jE(b,a){return bv(cH(b,a))}function
+g6(k,g){if(g){var
+h=aG(k),c=0,b=g,p=0;for(;;){if(b){var
 i=b[1];if(b[2]){var
-j=(aC(i)+h|0)+c|0,m=b[2],n=c<=j?j:cT(pJ),c=n,b=m;continue}var
-l=aC(i)+c|0}else
+j=(aG(i)+h|0)+c|0,m=b[2],n=c<=j?j:c2(qx),c=n,b=m;continue}var
+l=aG(i)+c|0}else
 var
 l=c;var
-f=aT(l),e=p,d=g;for(;;){if(d){var
+f=aX(l),e=p,d=g;for(;;){if(d){var
 a=d[1];if(d[2]){var
-o=d[2];b7(a,0,f,e,aC(a));b7(k,0,f,e+aC(a)|0,h);var
-e=(e+aC(a)|0)+h|0,d=o;continue}b7(a,0,f,e,aC(a))}return bo(f)}}}return pK}function
-jg(a,c){var
-d=a[2],b=[0,a[3]];for(;;){if(b[1]<(d+c|0)){b[1]=2*b[1]|0;continue}if(d2<b[1]){if(!((d+c|0)<=d2))throw[0,i9,pO];b[1]=d2}var
-e=aT(b[1]);je(a[1],0,e,0,a[2]);a[1]=e;a[3]=b[1];if((a[2]+c|0)<=a[3]){if((d+c|0)<=a[3])return 0;throw[0,aJ,pM]}throw[0,aJ,pN]}}function
-d3(a,c){var
-b=aC(c),d=a[2]+b|0;if(a[3]<d)jg(a,b);b7(c,0,a[1],a[2],b);a[2]=d;return 0}function
-gL(a){return 5===a[2]?12:-6}function
-jh(a){return[0,0,aT(a)]}function
-ji(a,h){var
-b=bn(a[2]),c=a[1]+h|0,d=b<c?1:0;if(d){var
-e=b*2|0,i=c<=e?e:c,f=aT(i);je(a[2],0,f,0,b);a[2]=f;var
+o=d[2];cc(a,0,f,e,aG(a));cc(k,0,f,e+aG(a)|0,h);var
+e=(e+aG(a)|0)+h|0,d=o;continue}cc(a,0,f,e,aG(a))}return bv(f)}}}return qy}function
+jF(a,c){var
+d=a[2],b=[0,a[3]];for(;;){if(b[1]<(d+c|0)){b[1]=2*b[1]|0;continue}if(ei<b[1]){if(!((d+c|0)<=ei))throw[0,jw,qC];b[1]=ei}var
+e=aX(b[1]);jD(a[1],0,e,0,a[2]);a[1]=e;a[3]=b[1];if((a[2]+c|0)<=a[3]){if((d+c|0)<=a[3])return 0;throw[0,aM,qA]}throw[0,aM,qB]}}function
+ej(a,c){var
+b=aG(c),d=a[2]+b|0;if(a[3]<d)jF(a,b);cc(c,0,a[1],a[2],b);a[2]=d;return 0}function
+g7(a){return 5===a[2]?12:-6}function
+jG(a){return[0,0,aX(a)]}function
+jH(a,h){var
+b=bu(a[2]),c=a[1]+h|0,d=b<c?1:0;if(d){var
+e=b*2|0,i=c<=e?e:c,f=aX(i);jD(a[2],0,f,0,b);a[2]=f;var
 g=0}else
 var
 g=d;return g}function
-dl(a,b){ji(a,1);cr(a[2],a[1],b);a[1]=a[1]+1|0;return 0}function
-a1(a,c){var
-b=aC(c);ji(a,b);b8(c,0,a[2],a[1],b);a[1]=a[1]+b|0;return 0}function
-jj(a){return jd(a[2],0,a[1])}function
-gM(b,c){var
+dB(a,b){jH(a,1);cC(a[2],a[1],b);a[1]=a[1]+1|0;return 0}function
+a8(a,c){var
+b=aG(c);jH(a,b);cd(c,0,a[2],a[1],b);a[1]=a[1]+b|0;return 0}function
+jI(a){return jC(a[2],0,a[1])}function
+g8(b,c){var
 a=c;for(;;)if(typeof
 a==="number")return 0;else
 switch(a[0]){case
 0:var
-d=a[1];a1(b,pX);var
+d=a[1];a8(b,qL);var
 a=d;continue;case
 1:var
-e=a[1];a1(b,pY);var
+e=a[1];a8(b,qM);var
 a=e;continue;case
 2:var
-f=a[1];a1(b,pZ);var
+f=a[1];a8(b,qN);var
 a=f;continue;case
 3:var
-g=a[1];a1(b,p0);var
+g=a[1];a8(b,qO);var
 a=g;continue;case
 4:var
-h=a[1];a1(b,p1);var
+h=a[1];a8(b,qP);var
 a=h;continue;case
 5:var
-i=a[1];a1(b,p2);var
+i=a[1];a8(b,qQ);var
 a=i;continue;case
 6:var
-j=a[1];a1(b,p3);var
+j=a[1];a8(b,qR);var
 a=j;continue;case
 7:var
-k=a[1];a1(b,p4);var
+k=a[1];a8(b,qS);var
 a=k;continue;case
 8:var
-l=a[2],m=a[1];a1(b,p5);gM(b,m);a1(b,p6);var
+l=a[2],m=a[1];a8(b,qT);g8(b,m);a8(b,qU);var
 a=l;continue;case
 9:var
-n=a[3],o=a[1];a1(b,p7);gM(b,o);a1(b,p8);var
+n=a[3],o=a[1];a8(b,qV);g8(b,o);a8(b,qW);var
 a=n;continue;case
 10:var
-p=a[1];a1(b,p9);var
+p=a[1];a8(b,qX);var
 a=p;continue;case
 11:var
-q=a[1];a1(b,p_);var
+q=a[1];a8(b,qY);var
 a=q;continue;case
 12:var
-r=a[1];a1(b,p$);var
+r=a[1];a8(b,qZ);var
 a=r;continue;case
 13:var
-s=a[1];a1(b,qa);var
+s=a[1];a8(b,q0);var
 a=s;continue;default:var
-t=a[1];a1(b,qb);var
+t=a[1];a8(b,q1);var
 a=t;continue}}function
-aM(a){if(typeof
+aS(a){if(typeof
 a==="number")return 0;else
 switch(a[0]){case
-0:return[0,aM(a[1])];case
-1:return[1,aM(a[1])];case
-2:return[2,aM(a[1])];case
-3:return[3,aM(a[1])];case
-4:return[4,aM(a[1])];case
-5:return[5,aM(a[1])];case
-6:return[6,aM(a[1])];case
-7:return[7,aM(a[1])];case
+0:return[0,aS(a[1])];case
+1:return[1,aS(a[1])];case
+2:return[2,aS(a[1])];case
+3:return[3,aS(a[1])];case
+4:return[4,aS(a[1])];case
+5:return[5,aS(a[1])];case
+6:return[6,aS(a[1])];case
+7:return[7,aS(a[1])];case
 8:var
-b=a[1];return[8,b,aM(a[2])];case
+b=a[1];return[8,b,aS(a[2])];case
 9:var
-c=a[2],d=a[1];return[9,c,d,aM(a[3])];case
-10:return[10,aM(a[1])];case
-11:return[11,aM(a[1])];case
-12:return[12,aM(a[1])];case
-13:return[13,aM(a[1])];default:return[14,aM(a[1])]}}function
-a2(a){if(typeof
+c=a[2],d=a[1];return[9,c,d,aS(a[3])];case
+10:return[10,aS(a[1])];case
+11:return[11,aS(a[1])];case
+12:return[12,aS(a[1])];case
+13:return[13,aS(a[1])];default:return[14,aS(a[1])]}}function
+a9(a){if(typeof
 a==="number"){var
 r=function(a){return 0},s=function(a){return 0},t=function(a){return 0};return[0,function(a){return 0},t,s,r]}else
 switch(a[0]){case
 0:var
-b=a2(a[1]),u=b[4],v=b[3],w=b[2],x=b[1],y=function(a){E(w,0);return 0};return[0,function(a){E(x,0);return 0},y,v,u];case
+b=a9(a[1]),u=b[4],v=b[3],w=b[2],x=b[1],y=function(a){F(w,0);return 0};return[0,function(a){F(x,0);return 0},y,v,u];case
 1:var
-c=a2(a[1]),z=c[4],A=c[3],B=c[2],C=c[1],D=function(a){E(B,0);return 0};return[0,function(a){E(C,0);return 0},D,A,z];case
+c=a9(a[1]),z=c[4],A=c[3],B=c[2],C=c[1],D=function(a){F(B,0);return 0};return[0,function(a){F(C,0);return 0},D,A,z];case
 2:var
-d=a2(a[1]),F=d[4],G=d[3],H=d[2],I=d[1],J=function(a){E(H,0);return 0};return[0,function(a){E(I,0);return 0},J,G,F];case
+d=a9(a[1]),E=d[4],G=d[3],H=d[2],I=d[1],J=function(a){F(H,0);return 0};return[0,function(a){F(I,0);return 0},J,G,E];case
 3:var
-e=a2(a[1]),K=e[4],L=e[3],M=e[2],N=e[1],O=function(a){E(M,0);return 0};return[0,function(a){E(N,0);return 0},O,L,K];case
+e=a9(a[1]),K=e[4],L=e[3],M=e[2],N=e[1],O=function(a){F(M,0);return 0};return[0,function(a){F(N,0);return 0},O,L,K];case
 4:var
-f=a2(a[1]),P=f[4],Q=f[3],R=f[2],S=f[1],T=function(a){E(R,0);return 0};return[0,function(a){E(S,0);return 0},T,Q,P];case
+f=a9(a[1]),P=f[4],Q=f[3],R=f[2],S=f[1],T=function(a){F(R,0);return 0};return[0,function(a){F(S,0);return 0},T,Q,P];case
 5:var
-g=a2(a[1]),U=g[4],V=g[3],W=g[2],X=g[1],Y=function(a){E(W,0);return 0};return[0,function(a){E(X,0);return 0},Y,V,U];case
+g=a9(a[1]),U=g[4],V=g[3],W=g[2],X=g[1],Y=function(a){F(W,0);return 0};return[0,function(a){F(X,0);return 0},Y,V,U];case
 6:var
-h=a2(a[1]),Z=h[4],_=h[3],$=h[2],aa=h[1],ab=function(a){E($,0);return 0};return[0,function(a){E(aa,0);return 0},ab,_,Z];case
+h=a9(a[1]),Z=h[4],_=h[3],$=h[2],aa=h[1],ab=function(a){F($,0);return 0};return[0,function(a){F(aa,0);return 0},ab,_,Z];case
 7:var
-i=a2(a[1]),ac=i[4],ad=i[3],ae=i[2],af=i[1],ag=function(a){E(ae,0);return 0};return[0,function(a){E(af,0);return 0},ag,ad,ac];case
+i=a9(a[1]),ac=i[4],ad=i[3],ae=i[2],af=i[1],ag=function(a){F(ae,0);return 0};return[0,function(a){F(af,0);return 0},ag,ad,ac];case
 8:var
-j=a2(a[2]),ah=j[4],ai=j[3],aj=j[2],ak=j[1],al=function(a){E(aj,0);return 0};return[0,function(a){E(ak,0);return 0},al,ai,ah];case
+j=a9(a[2]),ah=j[4],ai=j[3],aj=j[2],ak=j[1],al=function(a){F(aj,0);return 0};return[0,function(a){F(ak,0);return 0},al,ai,ah];case
 9:var
-am=a[2],an=a[1],k=a2(a[3]),ao=k[4],ap=k[3],aq=k[2],ar=k[1],l=a2(aP(aM(an),am)),as=l[4],at=l[3],au=l[2],av=l[1],aw=function(a){E(as,0);E(ao,0);return 0},ax=function(a){E(ap,0);E(at,0);return 0},ay=function(a){E(au,0);E(aq,0);return 0};return[0,function(a){E(ar,0);E(av,0);return 0},ay,ax,aw];case
+am=a[2],an=a[1],k=a9(a[3]),ao=k[4],ap=k[3],aq=k[2],ar=k[1],l=a9(aU(aS(an),am)),as=l[4],at=l[3],au=l[2],av=l[1],aw=function(a){F(as,0);F(ao,0);return 0},ax=function(a){F(ap,0);F(at,0);return 0},ay=function(a){F(au,0);F(aq,0);return 0};return[0,function(a){F(ar,0);F(av,0);return 0},ay,ax,aw];case
 10:var
-m=a2(a[1]),az=m[4],aA=m[3],aB=m[2],aC=m[1],aD=function(a){E(aB,0);return 0};return[0,function(a){E(aC,0);return 0},aD,aA,az];case
+m=a9(a[1]),az=m[4],aA=m[3],aB=m[2],aC=m[1],aD=function(a){F(aB,0);return 0};return[0,function(a){F(aC,0);return 0},aD,aA,az];case
 11:var
-n=a2(a[1]),aE=n[4],aF=n[3],aG=n[2],aH=n[1],aI=function(a){E(aG,0);return 0};return[0,function(a){E(aH,0);return 0},aI,aF,aE];case
+n=a9(a[1]),aE=n[4],aF=n[3],aG=n[2],aH=n[1],aI=function(a){F(aG,0);return 0};return[0,function(a){F(aH,0);return 0},aI,aF,aE];case
 12:var
-o=a2(a[1]),aJ=o[4],aK=o[3],aL=o[2],aN=o[1],aO=function(a){E(aL,0);return 0};return[0,function(a){E(aN,0);return 0},aO,aK,aJ];case
+o=a9(a[1]),aJ=o[4],aK=o[3],aL=o[2],aM=o[1],aN=function(a){F(aL,0);return 0};return[0,function(a){F(aM,0);return 0},aN,aK,aJ];case
 13:var
-p=a2(a[1]),aQ=p[4],aR=p[3],aS=p[2],aT=p[1],aU=function(a){E(aQ,0);return 0},aV=function(a){E(aR,0);return 0},aW=function(a){E(aS,0);return 0};return[0,function(a){E(aT,0);return 0},aW,aV,aU];default:var
-q=a2(a[1]),aX=q[4],aY=q[3],aZ=q[2],a0=q[1],a1=function(a){E(aX,0);return 0},a3=function(a){E(aY,0);return 0},a4=function(a){E(aZ,0);return 0};return[0,function(a){E(a0,0);return 0},a4,a3,a1]}}function
-aP(c,b){var
+p=a9(a[1]),aO=p[4],aP=p[3],aQ=p[2],aR=p[1],aT=function(a){F(aO,0);return 0},aV=function(a){F(aP,0);return 0},aW=function(a){F(aQ,0);return 0};return[0,function(a){F(aR,0);return 0},aW,aV,aT];default:var
+q=a9(a[1]),aX=q[4],aY=q[3],aZ=q[2],a0=q[1],a1=function(a){F(aX,0);return 0},a2=function(a){F(aY,0);return 0},a3=function(a){F(aZ,0);return 0};return[0,function(a){F(a0,0);return 0},a3,a2,a1]}}function
+aU(c,b){var
 a=0;if(typeof
 c==="number")if(typeof
 b==="number")return 0;else
@@ -1014,12 +1014,12 @@ switch(b[0]){case
 13:a=3;break;case
 14:a=4;break;case
 8:a=5;break;case
-9:a=6;break;default:throw[0,aJ,qc]}else
+9:a=6;break;default:throw[0,aM,q2]}else
 switch(c[0]){case
 0:var
 d=0,s=c[1];if(typeof
 b!=="number")switch(b[0]){case
-0:return[0,aP(s,b[1])];case
+0:return[0,aU(s,b[1])];case
 8:a=5;d=1;break;case
 9:a=6;d=1;break;case
 10:d=1;break;case
@@ -1030,7 +1030,7 @@ b!=="number")switch(b[0]){case
 1:var
 e=0,t=c[1];if(typeof
 b!=="number")switch(b[0]){case
-1:return[1,aP(t,b[1])];case
+1:return[1,aU(t,b[1])];case
 8:a=5;e=1;break;case
 9:a=6;e=1;break;case
 10:e=1;break;case
@@ -1042,7 +1042,7 @@ b!=="number")switch(b[0]){case
 f=0,u=c[1];if(typeof
 b==="number")f=1;else
 switch(b[0]){case
-2:return[2,aP(u,b[1])];case
+2:return[2,aU(u,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1054,7 +1054,7 @@ switch(b[0]){case
 g=0,v=c[1];if(typeof
 b==="number")g=1;else
 switch(b[0]){case
-3:return[3,aP(v,b[1])];case
+3:return[3,aU(v,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1066,7 +1066,7 @@ switch(b[0]){case
 h=0,w=c[1];if(typeof
 b==="number")h=1;else
 switch(b[0]){case
-4:return[4,aP(w,b[1])];case
+4:return[4,aU(w,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1078,7 +1078,7 @@ switch(b[0]){case
 i=0,x=c[1];if(typeof
 b==="number")i=1;else
 switch(b[0]){case
-5:return[5,aP(x,b[1])];case
+5:return[5,aU(x,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1090,7 +1090,7 @@ switch(b[0]){case
 j=0,y=c[1];if(typeof
 b==="number")j=1;else
 switch(b[0]){case
-6:return[6,aP(y,b[1])];case
+6:return[6,aU(y,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1102,7 +1102,7 @@ switch(b[0]){case
 k=0,z=c[1];if(typeof
 b==="number")k=1;else
 switch(b[0]){case
-7:return[7,aP(z,b[1])];case
+7:return[7,aU(z,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1115,40 +1115,40 @@ l=0,A=c[2],B=c[1];if(typeof
 b==="number")l=1;else
 switch(b[0]){case
 8:var
-C=b[1],D=aP(A,b[2]);return[8,aP(B,C),D];case
+C=b[1],D=aU(A,b[2]);return[8,aU(B,C),D];case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:a=4;break;default:l=1}if(l)throw[0,aJ,ql];break;case
+14:a=4;break;default:l=1}if(l)throw[0,aM,q$];break;case
 9:var
-m=0,F=c[3],G=c[2],H=c[1];if(typeof
+m=0,E=c[3],G=c[2],H=c[1];if(typeof
 b==="number")m=1;else
 switch(b[0]){case
 8:a=5;break;case
 9:var
-I=b[3],J=b[2],K=b[1],r=a2(aP(aM(G),K)),L=r[4];E(r[2],0);E(L,0);return[9,H,J,aP(F,I)];case
+I=b[3],J=b[2],K=b[1],r=a9(aU(aS(G),K)),L=r[4];F(r[2],0);F(L,0);return[9,H,J,aU(E,I)];case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:a=4;break;default:m=1}if(m)throw[0,aJ,qm];break;case
+14:a=4;break;default:m=1}if(m)throw[0,aM,ra];break;case
 10:var
 M=c[1];if(typeof
-b!=="number"&&10===b[0])return[10,aP(M,b[1])];throw[0,aJ,qn];case
+b!=="number"&&10===b[0])return[10,aU(M,b[1])];throw[0,aM,rb];case
 11:var
 n=0,N=c[1];if(typeof
 b==="number")n=1;else
 switch(b[0]){case
 10:break;case
-11:return[11,aP(N,b[1])];default:n=1}if(n)throw[0,aJ,qo];break;case
+11:return[11,aU(N,b[1])];default:n=1}if(n)throw[0,aM,rc];break;case
 12:var
 o=0,O=c[1];if(typeof
 b==="number")o=1;else
 switch(b[0]){case
 10:break;case
 11:a=1;break;case
-12:return[12,aP(O,b[1])];default:o=1}if(o)throw[0,aJ,qp];break;case
+12:return[12,aU(O,b[1])];default:o=1}if(o)throw[0,aM,rd];break;case
 13:var
 p=0,P=c[1];if(typeof
 b==="number")p=1;else
@@ -1156,7 +1156,7 @@ switch(b[0]){case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
-13:return[13,aP(P,b[1])];default:p=1}if(p)throw[0,aJ,qq];break;default:var
+13:return[13,aU(P,b[1])];default:p=1}if(p)throw[0,aM,re];break;default:var
 q=0,Q=c[1];if(typeof
 b==="number")q=1;else
 switch(b[0]){case
@@ -1164,206 +1164,206 @@ switch(b[0]){case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:return[14,aP(Q,b[1])];default:q=1}if(q)throw[0,aJ,qr]}switch(a){case
-0:throw[0,aJ,qf];case
-1:throw[0,aJ,qg];case
-2:throw[0,aJ,qh];case
-3:throw[0,aJ,qi];case
-4:throw[0,aJ,qj];case
-5:throw[0,aJ,qd];case
-6:throw[0,aJ,qe];default:throw[0,aJ,qk]}}var
-aV=[a$,qs,EA(0)];function
-e1(b,a){if(typeof
+14:return[14,aU(Q,b[1])];default:q=1}if(q)throw[0,aM,rf]}switch(a){case
+0:throw[0,aM,q5];case
+1:throw[0,aM,q6];case
+2:throw[0,aM,q7];case
+3:throw[0,aM,q8];case
+4:throw[0,aM,q9];case
+5:throw[0,aM,q3];case
+6:throw[0,aM,q4];default:throw[0,aM,q_]}}var
+aZ=[bk,rg,GS(0)];function
+fn(b,a){if(typeof
 b==="number")return[0,0,a];else{if(0===b[0])return[0,[0,b[1],b[2]],a];if(typeof
-a!=="number"&&2===a[0])return[0,[1,b[1]],a[1]];throw aV}}function
-d4(e,b,d){var
-a=e1(e,d);if(typeof
+a!=="number"&&2===a[0])return[0,[1,b[1]],a[1]];throw aZ}}function
+ek(e,b,d){var
+a=fn(e,d);if(typeof
 b==="number"){if(b){var
 c=a[2];if(typeof
-c!=="number"&&2===c[0])return[0,a[1],1,c[1]];throw aV}return[0,a[1],0,a[2]]}return[0,a[1],[0,b[1]],a[2]]}function
-bb(b,c,a){if(typeof
-b==="number")return[0,0,aq(c,a)];else
+c!=="number"&&2===c[0])return[0,a[1],1,c[1]];throw aZ}return[0,a[1],0,a[2]]}return[0,a[1],[0,b[1]],a[2]]}function
+bm(b,c,a){if(typeof
+b==="number")return[0,0,ar(c,a)];else
 switch(b[0]){case
 0:if(typeof
 a!=="number"&&0===a[0]){var
-f=bb(b[1],c,a[1]);return[0,[0,f[1]],f[2]]}break;case
+f=bm(b[1],c,a[1]);return[0,[0,f[1]],f[2]]}break;case
 1:if(typeof
 a!=="number"&&1===a[0]){var
-g=bb(b[1],c,a[1]);return[0,[1,g[1]],g[2]]}break;case
+g=bm(b[1],c,a[1]);return[0,[1,g[1]],g[2]]}break;case
 2:if(typeof
 a!=="number"&&2===a[0]){var
-h=bb(b[1],c,a[1]);return[0,[2,h[1]],h[2]]}break;case
+h=bm(b[1],c,a[1]);return[0,[2,h[1]],h[2]]}break;case
 3:if(typeof
 a!=="number"&&3===a[0]){var
-i=bb(b[1],c,a[1]);return[0,[3,i[1]],i[2]]}break;case
+i=bm(b[1],c,a[1]);return[0,[3,i[1]],i[2]]}break;case
 4:if(typeof
 a!=="number"&&4===a[0]){var
-j=bb(b[1],c,a[1]);return[0,[4,j[1]],j[2]]}break;case
+j=bm(b[1],c,a[1]);return[0,[4,j[1]],j[2]]}break;case
 5:if(typeof
 a!=="number"&&5===a[0]){var
-k=bb(b[1],c,a[1]);return[0,[5,k[1]],k[2]]}break;case
+k=bm(b[1],c,a[1]);return[0,[5,k[1]],k[2]]}break;case
 6:if(typeof
 a!=="number"&&6===a[0]){var
-l=bb(b[1],c,a[1]);return[0,[6,l[1]],l[2]]}break;case
+l=bm(b[1],c,a[1]);return[0,[6,l[1]],l[2]]}break;case
 7:if(typeof
 a!=="number"&&7===a[0]){var
-m=bb(b[1],c,a[1]);return[0,[7,m[1]],m[2]]}break;case
+m=bm(b[1],c,a[1]);return[0,[7,m[1]],m[2]]}break;case
 8:if(typeof
 a!=="number"&&8===a[0]){var
-n=a[1],v=a[2],w=b[2];if(eY([0,b[1]],[0,n]))throw aV;var
-o=bb(w,c,v);return[0,[8,n,o[1]],o[2]]}break;case
+n=a[1],v=a[2],w=b[2];if(fk([0,b[1]],[0,n]))throw aZ;var
+o=bm(w,c,v);return[0,[8,n,o[1]],o[2]]}break;case
 9:if(typeof
 a!=="number"&&9===a[0]){var
-d=a[2],e=a[1],x=a[3],y=b[3],z=b[2],A=b[1],B=[0,aD(e)];if(eY([0,aD(A)],B))throw aV;var
-C=[0,aD(d)];if(eY([0,aD(z)],C))throw aV;var
-p=a2(aP(aM(e),d)),D=p[4];E(p[2],0);E(D,0);var
-q=bb(aD(y),c,x),F=q[2];return[0,[9,e,d,aM(q[1])],F]}break;case
+d=a[2],e=a[1],x=a[3],y=b[3],z=b[2],A=b[1],B=[0,aH(e)];if(fk([0,aH(A)],B))throw aZ;var
+C=[0,aH(d)];if(fk([0,aH(z)],C))throw aZ;var
+p=a9(aU(aS(e),d)),D=p[4];F(p[2],0);F(D,0);var
+q=bm(aH(y),c,x),E=q[2];return[0,[9,e,d,aS(q[1])],E]}break;case
 10:if(typeof
 a!=="number"&&10===a[0]){var
-r=bb(b[1],c,a[1]);return[0,[10,r[1]],r[2]]}break;case
+r=bm(b[1],c,a[1]);return[0,[10,r[1]],r[2]]}break;case
 11:if(typeof
 a!=="number"&&11===a[0]){var
-s=bb(b[1],c,a[1]);return[0,[11,s[1]],s[2]]}break;case
+s=bm(b[1],c,a[1]);return[0,[11,s[1]],s[2]]}break;case
 13:if(typeof
 a!=="number"&&13===a[0]){var
-t=bb(b[1],c,a[1]);return[0,[13,t[1]],t[2]]}break;case
+t=bm(b[1],c,a[1]);return[0,[13,t[1]],t[2]]}break;case
 14:if(typeof
 a!=="number"&&14===a[0]){var
-u=bb(b[1],c,a[1]);return[0,[14,u[1]],u[2]]}break}throw aV}function
-aq(b,a){if(typeof
+u=bm(b[1],c,a[1]);return[0,[14,u[1]],u[2]]}break}throw aZ}function
+ar(b,a){if(typeof
 b==="number")return[0,0,a];else
 switch(b[0]){case
 0:if(typeof
 a!=="number"&&0===a[0]){var
-s=aq(b[1],a[1]);return[0,[0,s[1]],s[2]]}break;case
+s=ar(b[1],a[1]);return[0,[0,s[1]],s[2]]}break;case
 1:if(typeof
 a!=="number"&&0===a[0]){var
-t=aq(b[1],a[1]);return[0,[1,t[1]],t[2]]}break;case
+t=ar(b[1],a[1]);return[0,[1,t[1]],t[2]]}break;case
 2:var
-aa=b[2],u=e1(b[1],a),e=u[2],ab=u[1];if(typeof
+aa=b[2],u=fn(b[1],a),e=u[2],ab=u[1];if(typeof
 e!=="number"&&1===e[0]){var
-v=aq(aa,e[1]);return[0,[2,ab,v[1]],v[2]]}throw aV;case
+v=ar(aa,e[1]);return[0,[2,ab,v[1]],v[2]]}throw aZ;case
 3:var
-ac=b[2],w=e1(b[1],a),f=w[2],ad=w[1];if(typeof
+ac=b[2],w=fn(b[1],a),f=w[2],ad=w[1];if(typeof
 f!=="number"&&1===f[0]){var
-x=aq(ac,f[1]);return[0,[3,ad,x[1]],x[2]]}throw aV;case
+x=ar(ac,f[1]);return[0,[3,ad,x[1]],x[2]]}throw aZ;case
 4:var
-ae=b[4],af=b[1],g=d4(b[2],b[3],a),h=g[3],ag=g[1];if(typeof
+ae=b[4],af=b[1],g=ek(b[2],b[3],a),h=g[3],ag=g[1];if(typeof
 h!=="number"&&2===h[0]){var
-ah=g[2],y=aq(ae,h[1]);return[0,[4,af,ag,ah,y[1]],y[2]]}throw aV;case
+ah=g[2],y=ar(ae,h[1]);return[0,[4,af,ag,ah,y[1]],y[2]]}throw aZ;case
 5:var
-ai=b[4],aj=b[1],i=d4(b[2],b[3],a),j=i[3],ak=i[1];if(typeof
+ai=b[4],aj=b[1],i=ek(b[2],b[3],a),j=i[3],ak=i[1];if(typeof
 j!=="number"&&3===j[0]){var
-al=i[2],z=aq(ai,j[1]);return[0,[5,aj,ak,al,z[1]],z[2]]}throw aV;case
+al=i[2],z=ar(ai,j[1]);return[0,[5,aj,ak,al,z[1]],z[2]]}throw aZ;case
 6:var
-am=b[4],an=b[1],k=d4(b[2],b[3],a),l=k[3],ao=k[1];if(typeof
+am=b[4],an=b[1],k=ek(b[2],b[3],a),l=k[3],ao=k[1];if(typeof
 l!=="number"&&4===l[0]){var
-ap=k[2],A=aq(am,l[1]);return[0,[6,an,ao,ap,A[1]],A[2]]}throw aV;case
+ap=k[2],A=ar(am,l[1]);return[0,[6,an,ao,ap,A[1]],A[2]]}throw aZ;case
 7:var
-ar=b[4],as=b[1],m=d4(b[2],b[3],a),n=m[3],at=m[1];if(typeof
+aq=b[4],as=b[1],m=ek(b[2],b[3],a),n=m[3],at=m[1];if(typeof
 n!=="number"&&5===n[0]){var
-au=m[2],B=aq(ar,n[1]);return[0,[7,as,at,au,B[1]],B[2]]}throw aV;case
+au=m[2],B=ar(aq,n[1]);return[0,[7,as,at,au,B[1]],B[2]]}throw aZ;case
 8:var
-av=b[4],aw=b[1],o=d4(b[2],b[3],a),p=o[3],ax=o[1];if(typeof
+av=b[4],aw=b[1],o=ek(b[2],b[3],a),p=o[3],ax=o[1];if(typeof
 p!=="number"&&6===p[0]){var
-ay=o[2],C=aq(av,p[1]);return[0,[8,aw,ax,ay,C[1]],C[2]]}throw aV;case
+ay=o[2],C=ar(av,p[1]);return[0,[8,aw,ax,ay,C[1]],C[2]]}throw aZ;case
 9:var
-az=b[2],D=e1(b[1],a),q=D[2],aA=D[1];if(typeof
+az=b[2],D=fn(b[1],a),q=D[2],aA=D[1];if(typeof
 q!=="number"&&7===q[0]){var
-E=aq(az,q[1]);return[0,[9,aA,E[1]],E[2]]}throw aV;case
+E=ar(az,q[1]);return[0,[9,aA,E[1]],E[2]]}throw aZ;case
 10:var
-F=aq(b[1],a);return[0,[10,F[1]],F[2]];case
+F=ar(b[1],a);return[0,[10,F[1]],F[2]];case
 11:var
-aB=b[1],G=aq(b[2],a);return[0,[11,aB,G[1]],G[2]];case
+aB=b[1],G=ar(b[2],a);return[0,[11,aB,G[1]],G[2]];case
 12:var
-aC=b[1],H=aq(b[2],a);return[0,[12,aC,H[1]],H[2]];case
+aC=b[1],H=ar(b[2],a);return[0,[12,aC,H[1]],H[2]];case
 13:if(typeof
 a!=="number"&&8===a[0]){var
-I=a[1],aE=a[2],aF=b[3],aG=b[1];if(eY([0,b[2]],[0,I]))throw aV;var
-J=aq(aF,aE);return[0,[13,aG,I,J[1]],J[2]]}break;case
+I=a[1],aD=a[2],aE=b[3],aF=b[1];if(fk([0,b[2]],[0,I]))throw aZ;var
+J=ar(aE,aD);return[0,[13,aF,I,J[1]],J[2]]}break;case
 14:if(typeof
 a!=="number"&&9===a[0]){var
-K=a[1],aH=a[3],aI=b[3],aJ=b[2],aK=b[1],aL=[0,aD(K)];if(eY([0,aD(aJ)],aL))throw aV;var
-L=aq(aI,aD(aH));return[0,[14,aK,K,L[1]],L[2]]}break;case
+K=a[1],aG=a[3],aI=b[3],aJ=b[2],aK=b[1],aL=[0,aH(K)];if(fk([0,aH(aJ)],aL))throw aZ;var
+L=ar(aI,aH(aG));return[0,[14,aK,K,L[1]],L[2]]}break;case
 15:if(typeof
 a!=="number"&&10===a[0]){var
-M=aq(b[1],a[1]);return[0,[15,M[1]],M[2]]}break;case
+M=ar(b[1],a[1]);return[0,[15,M[1]],M[2]]}break;case
 16:if(typeof
 a!=="number"&&11===a[0]){var
-N=aq(b[1],a[1]);return[0,[16,N[1]],N[2]]}break;case
+N=ar(b[1],a[1]);return[0,[16,N[1]],N[2]]}break;case
 17:var
-aM=b[1],O=aq(b[2],a);return[0,[17,aM,O[1]],O[2]];case
+aM=b[1],O=ar(b[2],a);return[0,[17,aM,O[1]],O[2]];case
 18:var
 P=b[2],r=b[1];if(0===r[0]){var
-T=r[1],aQ=T[2],U=aq(T[1],a),aR=U[1],V=aq(P,U[2]);return[0,[18,[0,[0,aR,aQ]],V[1]],V[2]]}var
-W=r[1],aS=W[2],X=aq(W[1],a),aT=X[1],Y=aq(P,X[2]);return[0,[18,[1,[0,aT,aS]],Y[1]],Y[2]];case
+T=r[1],aQ=T[2],U=ar(T[1],a),aR=U[1],V=ar(P,U[2]);return[0,[18,[0,[0,aR,aQ]],V[1]],V[2]]}var
+W=r[1],aS=W[2],X=ar(W[1],a),aT=X[1],Y=ar(P,X[2]);return[0,[18,[1,[0,aT,aS]],Y[1]],Y[2]];case
 19:if(typeof
 a!=="number"&&13===a[0]){var
-Q=aq(b[1],a[1]);return[0,[19,Q[1]],Q[2]]}break;case
+Q=ar(b[1],a[1]);return[0,[19,Q[1]],Q[2]]}break;case
 20:if(typeof
 a!=="number"&&1===a[0]){var
-aN=b[2],aO=b[1],R=aq(b[3],a[1]);return[0,[20,aO,aN,R[1]],R[2]]}break;case
+aN=b[2],aO=b[1],R=ar(b[3],a[1]);return[0,[20,aO,aN,R[1]],R[2]]}break;case
 21:if(typeof
 a!=="number"&&2===a[0]){var
-aP=b[1],S=aq(b[2],a[1]);return[0,[21,aP,S[1]],S[2]]}break;case
+aP=b[1],S=ar(b[2],a[1]);return[0,[21,aP,S[1]],S[2]]}break;case
 23:var
 d=b[2],c=b[1];if(typeof
 c==="number")switch(c){case
-0:return bp(c,d,a);case
-1:return bp(c,d,a);case
+0:return bw(c,d,a);case
+1:return bw(c,d,a);case
 2:if(typeof
 a!=="number"&&14===a[0]){var
-Z=aq(d,a[1]);return[0,[23,2,Z[1]],Z[2]]}throw aV;default:return bp(c,d,a)}else
+Z=ar(d,a[1]);return[0,[23,2,Z[1]],Z[2]]}throw aZ;default:return bw(c,d,a)}else
 switch(c[0]){case
-0:return bp(c,d,a);case
-1:return bp(c,d,a);case
-2:return bp(c,d,a);case
-3:return bp(c,d,a);case
-4:return bp(c,d,a);case
-5:return bp(c,d,a);case
-6:return bp(c,d,a);case
-7:return bp(c,d,a);case
-8:return bp([8,c[1],c[2]],d,a);case
+0:return bw(c,d,a);case
+1:return bw(c,d,a);case
+2:return bw(c,d,a);case
+3:return bw(c,d,a);case
+4:return bw(c,d,a);case
+5:return bw(c,d,a);case
+6:return bw(c,d,a);case
+7:return bw(c,d,a);case
+8:return bw([8,c[1],c[2]],d,a);case
 9:var
-aU=c[1],_=bb(c[2],d,a),$=_[2];return[0,[23,[9,aU,_[1]],$[1]],$[2]];case
-10:return bp(c,d,a);default:return bp(c,d,a)}}throw aV}function
-bp(d,c,b){var
-a=aq(c,b);return[0,[23,d,a[1]],a[2]]}function
-bq(k,g,a){var
-b=aC(a),h=0<=g?k:0,d=gH(g);if(d<=b)return a;var
-l=2===h?48:32,c=cw(d,l);switch(h){case
-0:b8(a,0,c,0,b);break;case
-1:b8(a,0,c,d-b|0,b);break;default:var
+aU=c[1],_=bm(c[2],d,a),$=_[2];return[0,[23,[9,aU,_[1]],$[1]],$[2]];case
+10:return bw(c,d,a);default:return bw(c,d,a)}}throw aZ}function
+bw(d,c,b){var
+a=ar(c,b);return[0,[23,d,a[1]],a[2]]}function
+bx(k,g,a){var
+b=aG(a),h=0<=g?k:0,d=g3(g);if(d<=b)return a;var
+l=2===h?48:32,c=cH(d,l);switch(h){case
+0:cd(a,0,c,0,b);break;case
+1:cd(a,0,c,d-b|0,b);break;default:var
 e=0;if(0<b){var
-i=0;if(43!==bv(a,0)&&45!==bv(a,0)&&32!==bv(a,0)){e=1;i=1}if(!i){cr(c,0,bv(a,0));b8(a,1,c,(d-b|0)+1|0,b-1|0)}}else
+i=0;if(43!==bC(a,0)&&45!==bC(a,0)&&32!==bC(a,0)){e=1;i=1}if(!i){cC(c,0,bC(a,0));cd(a,1,c,(d-b|0)+1|0,b-1|0)}}else
 e=1;if(e){var
-f=0;if(1<b&&48===bv(a,0)){var
-j=0;if(aa!==bv(a,1)&&88!==bv(a,1)){f=1;j=1}if(!j){cr(c,1,bv(a,1));b8(a,2,c,(d-b|0)+2|0,b-2|0)}}else
-f=1;if(f)b8(a,0,c,d-b|0,b)}}return bo(c)}function
-dm(k,b){var
-c=gH(k),a=aC(b),d=bv(b,0),e=0;if(58<=d){if(71<=d){if(!(5<d+oE>>>0))e=1}else
+f=0;if(1<b&&48===bC(a,0)){var
+j=0;if(ae!==bC(a,1)&&88!==bC(a,1)){f=1;j=1}if(!j){cC(c,1,bC(a,1));cd(a,2,c,(d-b|0)+2|0,b-2|0)}}else
+f=1;if(f)cd(a,0,c,d-b|0,b)}}return bv(c)}function
+dC(k,b){var
+c=g3(k),a=aG(b),d=bC(b,0),e=0;if(58<=d){if(71<=d){if(!(5<d+ps>>>0))e=1}else
 if(65<=d)e=1}else{var
 f=0;if(32!==d)if(43<=d)switch(d-43|0){case
 5:if(a<(c+2|0)&&1<a){var
-j=0;if(aa===bv(b,1)||88===bv(b,1))j=1;if(j){var
-h=cw(c+2|0,48);cr(h,1,bv(b,1));b8(b,2,h,(c-a|0)+4|0,a-2|0);return bo(h)}}e=1;f=1;break;case
+j=0;if(ae===bC(b,1)||88===bC(b,1))j=1;if(j){var
+h=cH(c+2|0,48);cC(h,1,bC(b,1));cd(b,2,h,(c-a|0)+4|0,a-2|0);return bv(h)}}e=1;f=1;break;case
 0:case
 2:break;case
 1:case
 3:case
 4:f=1;break;default:e=1;f=1}else
 f=1;if(!f&&a<(c+1|0)){var
-g=cw(c+1|0,48);cr(g,0,d);b8(b,1,g,(c-a|0)+2|0,a-1|0);return bo(g)}}if(e&&a<c){var
-i=cw(c,48);b8(b,0,i,c-a|0,a);return bo(i)}return b}function
-qt(n){var
-m=0,G=aC(n);for(;;){if(G<=m)var
+g=cH(c+1|0,48);cC(g,0,d);cd(b,1,g,(c-a|0)+2|0,a-1|0);return bv(g)}}if(e&&a<c){var
+i=cH(c,48);cd(b,0,i,c-a|0,a);return bv(i)}return b}function
+rh(n){var
+m=0,G=aG(n);for(;;){if(G<=m)var
 s=n;else{var
-r=eZ(n,m)+oQ|0,t=0;if(59<r>>>0){if(33<r-61>>>0)t=1}else
+r=fl(n,m)+pE|0,t=0;if(59<r>>>0){if(33<r-61>>>0)t=1}else
 if(2===r)t=1;if(!t){var
 m=m+1|0;continue}var
-g=df(n),a=[0,0],x=bn(g)-1|0,C=0;if(!(x<0)){var
+f=dv(n),a=[0,0],x=bu(f)-1|0,C=0;if(!(x<0)){var
 l=C;for(;;){var
-i=cs(g,l),j=0;if(32<=i){var
+i=cD(f,l),j=0;if(32<=i){var
 o=i-34|0,u=0;if(58<o>>>0){if(93<=o)u=1}else
 if(56<o-1>>>0){j=1;u=1}if(!u){var
 q=1;j=2}}else
@@ -1374,41 +1374,41 @@ q=4;break;case
 1:var
 q=2;break}a[1]=a[1]+q|0;var
 F=l+1|0;if(x!==l){var
-l=F;continue}break}}if(a[1]===bn(g)){var
-v=bn(g),w=aT(v);de(g,0,w,0,v);var
+l=F;continue}break}}if(a[1]===bu(f)){var
+v=bu(f),w=aX(v);du(f,0,w,0,v);var
 z=w}else{var
-c=aT(a[1]);a[1]=0;var
-y=bn(g)-1|0,D=0;if(!(y<0)){var
+c=aX(a[1]);a[1]=0;var
+y=bu(f)-1|0,D=0;if(!(y<0)){var
 k=D;for(;;){var
-d=cs(g,k),e=0;if(35<=d)if(92===d)e=2;else
-if(eR<=d)e=1;else
+d=cD(f,k),e=0;if(35<=d)if(92===d)e=2;else
+if(fd<=d)e=1;else
 e=3;else
 if(32<=d)if(34<=d)e=2;else
 e=3;else
 if(14<=d)e=1;else
 switch(d){case
-8:aG(c,a[1],92);a[1]++;aG(c,a[1],98);break;case
-9:aG(c,a[1],92);a[1]++;aG(c,a[1],b);break;case
-10:aG(c,a[1],92);a[1]++;aG(c,a[1],f);break;case
-13:aG(c,a[1],92);a[1]++;aG(c,a[1],h);break;default:e=1}switch(e){case
-1:aG(c,a[1],92);a[1]++;aG(c,a[1],48+(d/p|0)|0);a[1]++;aG(c,a[1],48+((d/10|0)%10|0)|0);a[1]++;aG(c,a[1],48+(d%10|0)|0);break;case
-2:aG(c,a[1],92);a[1]++;aG(c,a[1],d);break;case
-3:aG(c,a[1],d);break}a[1]++;var
+8:aJ(c,a[1],92);a[1]++;aJ(c,a[1],98);break;case
+9:aJ(c,a[1],92);a[1]++;aJ(c,a[1],b);break;case
+10:aJ(c,a[1],92);a[1]++;aJ(c,a[1],g);break;case
+13:aJ(c,a[1],92);a[1]++;aJ(c,a[1],h);break;default:e=1}switch(e){case
+1:aJ(c,a[1],92);a[1]++;aJ(c,a[1],48+(d/p|0)|0);a[1]++;aJ(c,a[1],48+((d/10|0)%10|0)|0);a[1]++;aJ(c,a[1],48+(d%10|0)|0);break;case
+2:aJ(c,a[1],92);a[1]++;aJ(c,a[1],d);break;case
+3:aJ(c,a[1],d);break}a[1]++;var
 E=k+1|0;if(y!==k){var
 k=E;continue}break}}var
 z=c}var
-s=bo(z)}var
-A=aC(s),B=cw(A+2|0,34);b7(s,0,B,1,A);return bo(B)}}function
-jk(d,f){var
-g=gH(f),e=ri[1];switch(d[2]){case
+s=bv(z)}var
+A=aG(s),B=cH(A+2|0,34);cc(s,0,B,1,A);return bv(B)}}function
+jJ(d,f){var
+g=g3(f),e=r8[1];switch(d[2]){case
 0:var
-b=A;break;case
+b=B;break;case
 1:var
 b=a;break;case
 2:var
 b=69;break;case
 3:var
-b=F;break;case
+b=C;break;case
 4:var
 b=71;break;case
 5:var
@@ -1418,210 +1418,210 @@ b=l;break;case
 7:var
 b=72;break;default:var
 b=70}var
-c=jh(16);dl(c,37);switch(d[1]){case
+c=jG(16);dB(c,37);switch(d[1]){case
 0:break;case
-1:dl(c,43);break;default:dl(c,32)}if(8<=d[2])dl(c,35);dl(c,46);a1(c,w(ab+g));dl(c,b);return jj(c)}function
-e2(m,a){if(13<=m){var
-g=[0,0],h=aC(a)-1|0,n=0;if(!(h<0)){var
-c=n;for(;;){if(!(9<eZ(a,c)+ok>>>0))g[1]++;var
+1:dB(c,43);break;default:dB(c,32)}if(8<=d[2])dB(c,35);dB(c,46);a8(c,y(ai+g));dB(c,b);return jI(c)}function
+fo(m,a){if(13<=m){var
+g=[0,0],h=aG(a)-1|0,n=0;if(!(h<0)){var
+c=n;for(;;){if(!(9<fl(a,c)+o_>>>0))g[1]++;var
 q=c+1|0;if(h!==c){var
 c=q;continue}break}}var
-i=g[1],j=aT(aC(a)+((i-1|0)/3|0)|0),k=[0,0],d=function(a){cr(j,k[1],a);k[1]++;return 0},e=[0,((i-1|0)%3|0)+1|0],l=aC(a)-1|0,o=0;if(!(l<0)){var
+i=g[1],j=aX(aG(a)+((i-1|0)/3|0)|0),k=[0,0],d=function(a){cC(j,k[1],a);k[1]++;return 0},e=[0,((i-1|0)%3|0)+1|0],l=aG(a)-1|0,o=0;if(!(l<0)){var
 b=o;for(;;){var
-f=eZ(a,b);if(9<f+ok>>>0)d(f);else{if(0===e[1]){d(95);e[1]=3}e[1]+=-1;d(f)}var
+f=fl(a,b);if(9<f+o_>>>0)d(f);else{if(0===e[1]){d(95);e[1]=3}e[1]+=-1;d(f)}var
 p=b+1|0;if(l!==b){var
-b=p;continue}break}}return bo(j)}return a}function
-rj(b,c){switch(b){case
+b=p;continue}break}}return bv(j)}return a}function
+r9(b,c){switch(b){case
 1:var
-a=qv;break;case
+a=rj;break;case
 2:var
-a=qw;break;case
+a=rk;break;case
 4:var
-a=qy;break;case
+a=rm;break;case
 5:var
-a=qz;break;case
+a=rn;break;case
 6:var
-a=qA;break;case
+a=ro;break;case
 7:var
-a=qB;break;case
+a=rp;break;case
 8:var
-a=qC;break;case
+a=rq;break;case
 9:var
-a=qD;break;case
+a=rr;break;case
 10:var
-a=qE;break;case
+a=rs;break;case
 11:var
-a=qF;break;case
+a=rt;break;case
 0:case
 13:var
-a=qu;break;case
+a=ri;break;case
 3:case
 14:var
-a=qx;break;default:var
-a=qG}return e2(b,gD(a,c))}function
-rk(b,c){switch(b){case
+a=rl;break;default:var
+a=ru}return fo(b,gZ(a,c))}function
+r_(b,c){switch(b){case
 1:var
-a=qV;break;case
+a=rJ;break;case
 2:var
-a=qW;break;case
+a=rK;break;case
 4:var
-a=qY;break;case
+a=rM;break;case
 5:var
-a=qZ;break;case
+a=rN;break;case
 6:var
-a=q0;break;case
+a=rO;break;case
 7:var
-a=q1;break;case
+a=rP;break;case
 8:var
-a=q2;break;case
+a=rQ;break;case
 9:var
-a=q3;break;case
+a=rR;break;case
 10:var
-a=q4;break;case
+a=rS;break;case
 11:var
-a=q5;break;case
+a=rT;break;case
 0:case
 13:var
-a=qU;break;case
+a=rI;break;case
 3:case
 14:var
-a=qX;break;default:var
-a=q6}return e2(b,gD(a,c))}function
-rl(b,c){switch(b){case
+a=rL;break;default:var
+a=rU}return fo(b,gZ(a,c))}function
+r$(b,c){switch(b){case
 1:var
-a=q8;break;case
+a=rW;break;case
 2:var
-a=q9;break;case
+a=rX;break;case
 4:var
-a=q$;break;case
+a=rZ;break;case
 5:var
-a=ra;break;case
+a=r0;break;case
 6:var
-a=rb;break;case
+a=r1;break;case
 7:var
-a=rc;break;case
+a=r2;break;case
 8:var
-a=rd;break;case
+a=r3;break;case
 9:var
-a=re;break;case
+a=r4;break;case
 10:var
-a=rf;break;case
+a=r5;break;case
 11:var
-a=rg;break;case
+a=r6;break;case
 0:case
 13:var
-a=q7;break;case
+a=rV;break;case
 3:case
 14:var
-a=q_;break;default:var
-a=rh}return e2(b,gD(a,c))}function
-rm(b,c){switch(b){case
+a=rY;break;default:var
+a=r7}return fo(b,gZ(a,c))}function
+sa(b,c){switch(b){case
 1:var
-a=qI;break;case
+a=rw;break;case
 2:var
-a=qJ;break;case
+a=rx;break;case
 4:var
-a=qL;break;case
+a=rz;break;case
 5:var
-a=qM;break;case
+a=rA;break;case
 6:var
-a=qN;break;case
+a=rB;break;case
 7:var
-a=qO;break;case
+a=rC;break;case
 8:var
-a=qP;break;case
+a=rD;break;case
 9:var
-a=qQ;break;case
+a=rE;break;case
 10:var
-a=qR;break;case
+a=rF;break;case
 11:var
-a=qS;break;case
+a=rG;break;case
 0:case
 13:var
-a=qH;break;case
+a=rv;break;case
 3:case
 14:var
-a=qK;break;default:var
-a=qT}return e2(b,EJ(a,c))}function
-b9(c,i,b){function
+a=ry;break;default:var
+a=rH}return fo(b,G1(a,c))}function
+ce(c,i,b){function
 j(d){switch(c[1]){case
 0:var
 a=45;break;case
 1:var
 a=43;break;default:var
-a=32}return ED(b,i,a)}function
+a=32}return GV(b,i,a)}function
 q(c){var
-a=Ew(b);return 3===a?b<0.?ro:rp:4<=a?rq:c}switch(c[2]){case
+a=GO(b);return 3===a?b<0.?sc:sd:4<=a?se:c}switch(c[2]){case
 5:var
-e=pa(jk(c,i),b),d=0,u=aC(e);for(;;){if(d===u)var
+e=p0(jJ(c,i),b),d=0,u=aG(e);for(;;){if(d===u)var
 p=0;else{var
-k=bv(e,d)-46|0,l=0;if(23<k>>>0){if(55===k)l=1}else
+k=bC(e,d)-46|0,l=0;if(23<k>>>0){if(55===k)l=1}else
 if(21<k-1>>>0)l=1;if(!l){var
 d=d+1|0;continue}var
 p=1}var
-v=p?e:d1(e,rn);return q(v)}case
+v=p?e:eh(e,sb);return q(v)}case
 6:return j(0);case
 7:var
-h=df(j(0)),f=bn(h);if(0===f)var
+h=dv(j(0)),f=bu(h);if(0===f)var
 o=h;else{var
-m=aT(f),n=f-1|0,r=0;if(!(n<0)){var
+m=aX(f),n=f-1|0,r=0;if(!(n<0)){var
 a=r;for(;;){var
-g=cs(h,a),s=25<g+oE>>>0?g:g+oQ|0;aG(m,a,s);var
+g=cD(h,a),s=25<g+ps>>>0?g:g+pE|0;aJ(m,a,s);var
 t=a+1|0;if(n!==a){var
 a=t;continue}break}}var
-o=m}return bo(o);case
-8:return q(j(0));default:return pa(jk(c,i),b)}}function
-eQ(d,x,w,v){var
+o=m}return bv(o);case
+8:return q(j(0));default:return p0(jJ(c,i),b)}}function
+fc(d,x,w,v){var
 b=x,a=w,c=v;for(;;)if(typeof
-c==="number")return E(b,a);else
+c==="number")return F(b,a);else
 switch(c[0]){case
 0:var
-y=c[1];return function(c){return aj(b,[5,a,c],y)};case
+y=c[1];return function(c){return an(b,[5,a,c],y)};case
 1:var
 z=c[1];return function(c){var
 e=0;if(40<=c)if(92===c)var
-d=pA;else
-if(eR<=c)e=1;else
+d=qo;else
+if(fd<=c)e=1;else
 e=2;else
 if(32<=c)if(39<=c)var
-d=pB;else
+d=qp;else
 e=2;else
 if(14<=c)e=1;else
 switch(c){case
 8:var
-d=pC;break;case
+d=qq;break;case
 9:var
-d=pD;break;case
+d=qr;break;case
 10:var
-d=pE;break;case
+d=qs;break;case
 13:var
-d=pF;break;default:e=1}switch(e){case
+d=qt;break;default:e=1}switch(e){case
 1:var
-f=aT(4);aG(f,0,92);aG(f,1,48+(c/p|0)|0);aG(f,2,48+((c/10|0)%10|0)|0);aG(f,3,48+(c%10|0)|0);var
-d=bo(f);break;case
+f=aX(4);aJ(f,0,92);aJ(f,1,48+(c/p|0)|0);aJ(f,2,48+((c/10|0)%10|0)|0);aJ(f,3,48+(c%10|0)|0);var
+d=bv(f);break;case
 2:var
-g=aT(1);aG(g,0,c);var
-d=bo(g);break}var
-h=aC(d),i=cw(h+2|0,39);b7(d,0,i,1,h);return aj(b,[4,a,bo(i)],z)};case
+g=aX(1);aJ(g,0,c);var
+d=bv(g);break}var
+h=aG(d),i=cH(h+2|0,39);cc(d,0,i,1,h);return an(b,[4,a,bv(i)],z)};case
 2:var
-A=c[2],B=c[1];return gN(b,a,A,B,function(a){return a});case
-3:return gN(b,a,c[2],c[1],qt);case
-4:return e3(b,a,c[4],c[2],c[3],rj,c[1]);case
-5:return e3(b,a,c[4],c[2],c[3],rk,c[1]);case
-6:return e3(b,a,c[4],c[2],c[3],rl,c[1]);case
-7:return e3(b,a,c[4],c[2],c[3],rm,c[1]);case
+A=c[2],B=c[1];return g9(b,a,A,B,function(a){return a});case
+3:return g9(b,a,c[2],c[1],rh);case
+4:return fp(b,a,c[4],c[2],c[3],r9,c[1]);case
+5:return fp(b,a,c[4],c[2],c[3],r_,c[1]);case
+6:return fp(b,a,c[4],c[2],c[3],r$,c[1]);case
+7:return fp(b,a,c[4],c[2],c[3],sa,c[1]);case
 8:var
 g=c[4],h=c[3],i=c[2],f=c[1];if(typeof
 i==="number"){if(typeof
-h==="number")return h?function(d,c){return aj(b,[4,a,b9(f,d,c)],g)}:function(c){return aj(b,[4,a,b9(f,gL(f),c)],g)};var
-T=h[1];return function(c){return aj(b,[4,a,b9(f,T,c)],g)}}else{if(0===i[0]){var
+h==="number")return h?function(d,c){return an(b,[4,a,ce(f,d,c)],g)}:function(c){return an(b,[4,a,ce(f,g7(f),c)],g)};var
+T=h[1];return function(c){return an(b,[4,a,ce(f,T,c)],g)}}else{if(0===i[0]){var
 l=i[2],m=i[1];if(typeof
-h==="number")return h?function(d,c){return aj(b,[4,a,bq(m,l,b9(f,d,c))],g)}:function(c){return aj(b,[4,a,bq(m,l,b9(f,gL(f),c))],g)};var
-U=h[1];return function(c){return aj(b,[4,a,bq(m,l,b9(f,U,c))],g)}}var
+h==="number")return h?function(d,c){return an(b,[4,a,bx(m,l,ce(f,d,c))],g)}:function(c){return an(b,[4,a,bx(m,l,ce(f,g7(f),c))],g)};var
+U=h[1];return function(c){return an(b,[4,a,bx(m,l,ce(f,U,c))],g)}}var
 n=i[1];if(typeof
-h==="number")return h?function(e,d,c){return aj(b,[4,a,bq(n,e,b9(f,d,c))],g)}:function(d,c){return aj(b,[4,a,bq(n,d,b9(f,gL(f),c))],g)};var
-V=h[1];return function(d,c){return aj(b,[4,a,bq(n,d,b9(f,V,c))],g)}}case
-9:return gN(b,a,c[2],c[1],pv);case
+h==="number")return h?function(e,d,c){return an(b,[4,a,bx(n,e,ce(f,d,c))],g)}:function(d,c){return an(b,[4,a,bx(n,d,ce(f,g7(f),c))],g)};var
+V=h[1];return function(d,c){return an(b,[4,a,bx(n,d,ce(f,V,c))],g)}}case
+9:return g9(b,a,c[2],c[1],qj);case
 10:var
 a=[7,a],c=c[1];continue;case
 11:var
@@ -1629,102 +1629,102 @@ a=[2,a,c[1]],c=c[2];continue;case
 12:var
 a=[3,a,c[1]],c=c[2];continue;case
 13:var
-C=c[3],D=c[2],o=jh(16);gM(o,D);var
-u=jj(o);return function(c){return aj(b,[4,a,u],C)};case
+C=c[3],D=c[2],o=jG(16);g8(o,D);var
+u=jI(o);return function(c){return an(b,[4,a,u],C)};case
 14:var
-F=c[3],G=c[2];return function(d){var
-e=d[1],c=aq(e,aD(aM(G)));if(typeof
-c[2]==="number")return aj(b,a,av(c[1],F));throw aV};case
+E=c[3],G=c[2];return function(d){var
+e=d[1],c=ar(e,aH(aS(G)));if(typeof
+c[2]==="number")return an(b,a,aB(c[1],E));throw aZ};case
 15:var
-H=c[1];return function(d,c){return aj(b,[6,a,function(a){return aA(d,a,c)}],H)};case
+H=c[1];return function(d,c){return an(b,[6,a,function(a){return aE(d,a,c)}],H)};case
 16:var
-I=c[1];return function(c){return aj(b,[6,a,c],I)};case
+I=c[1];return function(c){return an(b,[6,a,c],I)};case
 17:var
 a=[0,a,c[1]],c=c[2];continue;case
 18:var
 k=c[1];if(0===k[0]){var
-J=c[2],K=k[1][1],L=0,b=function(b,c,d){return function(a){return aj(c,[1,b,[0,a]],d)}}(a,b,J),a=L,c=K;continue}var
-M=c[2],N=k[1][1],O=0,b=function(b,c,d){return function(a){return aj(c,[1,b,[1,a]],d)}}(a,b,M),a=O,c=N;continue;case
-19:throw[0,aJ,rs];case
+J=c[2],K=k[1][1],L=0,b=function(b,c,d){return function(a){return an(c,[1,b,[0,a]],d)}}(a,b,J),a=L,c=K;continue}var
+M=c[2],N=k[1][1],O=0,b=function(b,c,d){return function(a){return an(c,[1,b,[1,a]],d)}}(a,b,M),a=O,c=N;continue;case
+19:throw[0,aM,sg];case
 20:var
-P=c[3],Q=[8,a,rt];return function(a){return aj(b,Q,P)};case
+P=c[3],Q=[8,a,sh];return function(a){return an(b,Q,P)};case
 21:var
-R=c[2];return function(c){return aj(b,[4,a,gD(ru,c)],R)};case
+R=c[2];return function(c){return an(b,[4,a,gZ(si,c)],R)};case
 22:var
-S=c[1];return function(c){return aj(b,[5,a,c],S)};case
+S=c[1];return function(c){return an(b,[5,a,c],S)};case
 23:var
 e=c[2],j=c[1];if(typeof
 j==="number")switch(j){case
-0:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e]);case
-1:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e]);case
-2:throw[0,aJ,rv];default:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e])}else
+0:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e]);case
+1:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e]);case
+2:throw[0,aM,sj];default:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e])}else
 switch(j[0]){case
-0:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e]);case
-1:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e]);case
-2:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e]);case
-3:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e]);case
-4:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e]);case
-5:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e]);case
-6:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e]);case
-7:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e]);case
-8:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e]);case
+0:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e]);case
+1:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e]);case
+2:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e]);case
+3:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e]);case
+4:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e]);case
+5:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e]);case
+6:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e]);case
+7:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e]);case
+8:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e]);case
 9:var
-t=j[2];return d<50?iA(d+1|0,b,a,t,e):a0(iA,[0,b,a,t,e]);case
-10:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e]);default:return d<50?ap(d+1|0,b,a,e):a0(ap,[0,b,a,e])}default:var
-q=c[3],r=c[1],s=E(c[2],0);return d<50?iz(d+1|0,b,a,q,r,s):a0(iz,[0,b,a,q,r,s])}}function
-iA(e,d,c,a,b){if(typeof
-a==="number")return e<50?ap(e+1|0,d,c,b):a0(ap,[0,d,c,b]);else
+t=j[2];return d<50?iZ(d+1|0,b,a,t,e):a7(iZ,[0,b,a,t,e]);case
+10:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e]);default:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e])}default:var
+q=c[3],r=c[1],s=F(c[2],0);return d<50?iY(d+1|0,b,a,q,r,s):a7(iY,[0,b,a,q,r,s])}}function
+iZ(e,d,c,a,b){if(typeof
+a==="number")return e<50?aq(e+1|0,d,c,b):a7(aq,[0,d,c,b]);else
 switch(a[0]){case
 0:var
-f=a[1];return function(a){return bw(d,c,f,b)};case
+f=a[1];return function(a){return bD(d,c,f,b)};case
 1:var
-g=a[1];return function(a){return bw(d,c,g,b)};case
+g=a[1];return function(a){return bD(d,c,g,b)};case
 2:var
-h=a[1];return function(a){return bw(d,c,h,b)};case
+h=a[1];return function(a){return bD(d,c,h,b)};case
 3:var
-i=a[1];return function(a){return bw(d,c,i,b)};case
+i=a[1];return function(a){return bD(d,c,i,b)};case
 4:var
-j=a[1];return function(a){return bw(d,c,j,b)};case
+j=a[1];return function(a){return bD(d,c,j,b)};case
 5:var
-k=a[1];return function(a){return bw(d,c,k,b)};case
+k=a[1];return function(a){return bD(d,c,k,b)};case
 6:var
-l=a[1];return function(a){return bw(d,c,l,b)};case
+l=a[1];return function(a){return bD(d,c,l,b)};case
 7:var
-m=a[1];return function(a){return bw(d,c,m,b)};case
+m=a[1];return function(a){return bD(d,c,m,b)};case
 8:var
-n=a[2];return function(a){return bw(d,c,n,b)};case
+n=a[2];return function(a){return bD(d,c,n,b)};case
 9:var
-o=a[3],p=a[2],q=aP(aM(a[1]),p);return function(a){return bw(d,c,a_(q,o),b)};case
+o=a[3],p=a[2],q=aU(aS(a[1]),p);return function(a){return bD(d,c,bg(q,o),b)};case
 10:var
-r=a[1];return function(e,a){return bw(d,c,r,b)};case
+r=a[1];return function(e,a){return bD(d,c,r,b)};case
 11:var
-s=a[1];return function(a){return bw(d,c,s,b)};case
+s=a[1];return function(a){return bD(d,c,s,b)};case
 12:var
-t=a[1];return function(a){return bw(d,c,t,b)};case
-13:throw[0,aJ,rw];default:throw[0,aJ,rx]}}function
-ap(d,b,e,a){var
-c=[8,e,ry];return d<50?eQ(d+1|0,b,c,a):a0(eQ,[0,b,c,a])}function
-iz(g,b,e,a,d,c){if(d){var
-h=d[1];return function(d){return rr(b,e,a,h,E(c,d))}}var
-f=[4,e,c];return g<50?eQ(g+1|0,b,f,a):a0(eQ,[0,b,f,a])}function
-aj(a,b,c){return i3(eQ(0,a,b,c))}function
-bw(a,b,c,d){return i3(iA(0,a,b,c,d))}function
-rr(a,b,c,d,e){return i3(iz(0,a,b,c,d,e))}function
-gN(e,d,c,a,b){if(typeof
-a==="number")return function(a){return aj(e,[4,d,E(b,a)],c)};else{if(0===a[0]){var
-f=a[2],g=a[1];return function(a){return aj(e,[4,d,bq(g,f,E(b,a))],c)}}var
-h=a[1];return function(f,a){return aj(e,[4,d,bq(h,f,E(b,a))],c)}}}function
-e3(f,e,d,g,c,b,a){if(typeof
+t=a[1];return function(a){return bD(d,c,t,b)};case
+13:throw[0,aM,sk];default:throw[0,aM,sl]}}function
+aq(d,b,e,a){var
+c=[8,e,sm];return d<50?fc(d+1|0,b,c,a):a7(fc,[0,b,c,a])}function
+iY(g,b,e,a,d,c){if(d){var
+h=d[1];return function(d){return sf(b,e,a,h,F(c,d))}}var
+f=[4,e,c];return g<50?fc(g+1|0,b,f,a):a7(fc,[0,b,f,a])}function
+an(a,b,c){return jq(fc(0,a,b,c))}function
+bD(a,b,c,d){return jq(iZ(0,a,b,c,d))}function
+sf(a,b,c,d,e){return jq(iY(0,a,b,c,d,e))}function
+g9(e,d,c,a,b){if(typeof
+a==="number")return function(a){return an(e,[4,d,F(b,a)],c)};else{if(0===a[0]){var
+f=a[2],g=a[1];return function(a){return an(e,[4,d,bx(g,f,F(b,a))],c)}}var
+h=a[1];return function(f,a){return an(e,[4,d,bx(h,f,F(b,a))],c)}}}function
+fp(f,e,d,g,c,b,a){if(typeof
 g==="number"){if(typeof
-c==="number")return c?function(g,c){return aj(f,[4,e,dm(g,aA(b,a,c))],d)}:function(c){return aj(f,[4,e,aA(b,a,c)],d)};var
-k=c[1];return function(c){return aj(f,[4,e,dm(k,aA(b,a,c))],d)}}else{if(0===g[0]){var
+c==="number")return c?function(g,c){return an(f,[4,e,dC(g,aE(b,a,c))],d)}:function(c){return an(f,[4,e,aE(b,a,c)],d)};var
+k=c[1];return function(c){return an(f,[4,e,dC(k,aE(b,a,c))],d)}}else{if(0===g[0]){var
 h=g[2],i=g[1];if(typeof
-c==="number")return c?function(g,c){return aj(f,[4,e,bq(i,h,dm(g,aA(b,a,c)))],d)}:function(c){return aj(f,[4,e,bq(i,h,aA(b,a,c))],d)};var
-l=c[1];return function(c){return aj(f,[4,e,bq(i,h,dm(l,aA(b,a,c)))],d)}}var
+c==="number")return c?function(g,c){return an(f,[4,e,bx(i,h,dC(g,aE(b,a,c)))],d)}:function(c){return an(f,[4,e,bx(i,h,aE(b,a,c))],d)};var
+l=c[1];return function(c){return an(f,[4,e,bx(i,h,dC(l,aE(b,a,c)))],d)}}var
 j=g[1];if(typeof
-c==="number")return c?function(h,g,c){return aj(f,[4,e,bq(j,h,dm(g,aA(b,a,c)))],d)}:function(g,c){return aj(f,[4,e,bq(j,g,aA(b,a,c))],d)};var
-m=c[1];return function(g,c){return aj(f,[4,e,bq(j,g,dm(m,aA(b,a,c)))],d)}}}function
-cx(b,h){var
+c==="number")return c?function(h,g,c){return an(f,[4,e,bx(j,h,dC(g,aE(b,a,c)))],d)}:function(g,c){return an(f,[4,e,bx(j,g,aE(b,a,c))],d)};var
+m=c[1];return function(g,c){return an(f,[4,e,bx(j,g,dC(m,aE(b,a,c)))],d)}}}function
+cI(b,h){var
 a=h;for(;;)if(typeof
 a==="number")return 0;else
 switch(a[0]){case
@@ -1732,507 +1732,506 @@ switch(a[0]){case
 d=a[2],i=a[1];if(typeof
 d==="number")switch(d){case
 0:var
-c=pP;break;case
+c=qD;break;case
 1:var
-c=pQ;break;case
+c=qE;break;case
 2:var
-c=pR;break;case
+c=qF;break;case
 3:var
-c=pS;break;case
+c=qG;break;case
 4:var
-c=pT;break;case
+c=qH;break;case
 5:var
-c=pU;break;default:var
-c=pV}else
+c=qI;break;default:var
+c=qJ}else
 switch(d[0]){case
 0:var
 c=d[1];break;case
 1:var
 c=d[1];break;default:var
-c=d1(pW,jf(1,d[1]))}cx(b,i);return d3(b,c);case
+c=eh(qK,jE(1,d[1]))}cI(b,i);return ej(b,c);case
 1:var
 f=a[2],g=a[1];if(0===f[0]){var
-j=f[1];cx(b,g);d3(b,rz);var
+j=f[1];cI(b,g);ej(b,sn);var
 a=j;continue}var
-k=f[1];cx(b,g);d3(b,rA);var
+k=f[1];cI(b,g);ej(b,so);var
 a=k;continue;case
 6:var
-n=a[2];cx(b,a[1]);return d3(b,E(n,0));case
+n=a[2];cI(b,a[1]);return ej(b,F(n,0));case
 7:var
 a=a[1];continue;case
 8:var
-o=a[2];cx(b,a[1]);return cT(o);case
+o=a[2];cI(b,a[1]);return c2(o);case
 2:case
 4:var
-l=a[2];cx(b,a[1]);return d3(b,l);default:var
-m=a[2];cx(b,a[1]);var
-e=b[2];if(b[3]<=e)jg(b,1);aG(b[1],e,m);b[2]=e+1|0;return 0}}function
-jl(b){var
-a=b[1];return aj(function(d){var
-e=64,b=d2<64?d2:e,c=aT(b),a=[0,c,0,b,c];cx(a,d);return jd(a[1],0,a[2])},0,a)}var
-q=at(0),n=at(1);function
-aQ(a){return i5(a,q)}function
-jm(a){return M(a,q)?aI(a):a}function
-b_(b,a){return M(b,a)?a:b}function
-gO(b,a){return G(b,a)?b:a}function
-cU(b,a){return B(at(b),a)}function
-c(b,a){return r(at(b),a)}function
-z(a){return B(a,n)}function
-au(d,a){var
-b=pr(d,a),c=S(d,r(b,a));return G(q,c)?[0,b,c]:M(q,a)?[0,S(b,n),B(c,a)]:[0,z(b),S(c,a)]}function
-jn(b,a){return au(b,a)[1]}function
-jo(b,a){return au(b,a)[2]}function
-gP(d,c){var
-b=d,a=c;for(;;){if(y(a,q))return jm(b);var
-e=S(b,r(pr(b,a),a)),b=a,a=e;continue}}var
-rC=rB.slice();function
-bQ(b,a){return b>>>a|0|b<<(32-a|0)}function
-rD(M){var
+l=a[2];cI(b,a[1]);return ej(b,l);default:var
+m=a[2];cI(b,a[1]);var
+e=b[2];if(b[3]<=e)jF(b,1);aJ(b[1],e,m);b[2]=e+1|0;return 0}}function
+jK(b){var
+a=b[1];return an(function(d){var
+e=64,b=ei<64?ei:e,c=aX(b),a=[0,c,0,b,c];cI(a,d);return jC(a[1],0,a[2])},0,a)}var
+r=ax(0),n=ax(1);function
+aV(a){return js(a,r)}function
+jL(a){return P(a,r)?aL(a):a}function
+cf(b,a){return P(b,a)?a:b}function
+c3(b,a){return E(ax(b),a)}function
+c(b,a){return s(ax(b),a)}function
+w(a){return E(a,n)}function
+ay(d,a){var
+b=qf(d,a),c=S(d,s(b,a));return J(r,c)?[0,b,c]:P(r,a)?[0,S(b,n),E(c,a)]:[0,w(b),S(c,a)]}function
+jM(b,a){return ay(b,a)[1]}function
+jN(b,a){return ay(b,a)[2]}function
+g_(d,c){var
+b=d,a=c;for(;;){if(x(a,r))return jL(b);var
+e=S(b,s(qf(b,a),a)),b=a,a=e;continue}}var
+sq=sp.slice();function
+bY(b,a){return b>>>a|0|b<<(32-a|0)}function
+sr(M){var
 h=0,p=M;for(;;){if(p){var
 h=h+1|0,p=p[2];continue}var
-g=cw(((h+72|0)/64|0)*64|0,0),q=0,m=M;for(;;){if(m){var
-Q=m[2];cr(g,q,m[1]);var
-q=q+1|0,m=Q;continue}cr(g,h,dc);Ev(g,bn(g)-8|0,EG(EO(rE,pd(h))));var
-f=rF.slice(),N=(bn(g)/64|0)-1|0,av=0;if(!(N<0)){var
+g=cH(((h+72|0)/64|0)*64|0,0),q=0,m=M;for(;;){if(m){var
+Q=m[2];cC(g,q,m[1]);var
+q=q+1|0,m=Q;continue}cC(g,h,ds);GN(g,bu(g)-8|0,GY(G6(ss,p3(h))));var
+f=st.slice(),N=(bu(g)/64|0)-1|0,av=0;if(!(N<0)){var
 o=av;a:for(;;){var
-aw=64*o|0,B=function(b){return function(a){return 16<=a?0:EE(Es(g,b+(4*a|0)|0))}}(aw),c=pg(64,B(0)),i=1;for(;;){c[1+i]=B(i);var
+aw=64*o|0,B=function(b){return function(a){return 16<=a?0:GW(GK(g,b+(4*a|0)|0))}}(aw),c=p6(64,B(0)),i=1;for(;;){c[1+i]=B(i);var
 T=i+1|0;if(63!==i){var
 i=T;continue}var
 b=16;for(;;){var
-D=b+iK|0,F=b+iK|0,am=aZ(c,D)[1+D]>>>3|0,G=b+iK|0,an=bQ(aZ(c,F)[1+F],18)^am,H=b-2|0,ao=bQ(aZ(c,G)[1+G],7)^an,I=b-2|0,ap=aZ(c,H)[1+H]>>>10|0,J=b-2|0,aq=bQ(aZ(c,I)[1+I],19)^ap,K=b-7|0,ar=bQ(aZ(c,J)[1+J],17)^aq,L=b-16|0,as=aZ(c,K)[1+K],at=((aZ(c,L)[1+L]+ao|0)+as|0)+ar|0;aZ(c,b)[1+b]=at;var
+D=b+i9|0,E=b+i9|0,am=a6(c,D)[1+D]>>>3|0,G=b+i9|0,an=bY(a6(c,E)[1+E],18)^am,H=b-2|0,ao=bY(a6(c,G)[1+G],7)^an,I=b-2|0,ap=a6(c,H)[1+H]>>>10|0,J=b-2|0,aq=bY(a6(c,I)[1+I],19)^ap,K=b-7|0,ar=bY(a6(c,J)[1+J],17)^aq,L=b-16|0,as=a6(c,K)[1+K],at=((a6(c,L)[1+L]+ao|0)+as|0)+ar|0;a6(c,b)[1+b]=at;var
 au=b+1|0;if(63!==b){var
 b=au;continue}var
-x=f.length-1,a=0===x?[0]:Ep(f,0,x),e=0;for(;;){var
-k=aZ(a,0)[1],l=aZ(a,4)[5],_=bQ(l,25),$=bQ(l,11)^_,aa=bQ(l,6)^$,ab=bQ(k,22),ac=bQ(k,13)^ab,ad=bQ(k,2)^ac,ae=aZ(c,e)[1+e],af=aZ(rC,e)[1+e],ag=(l^-1)&aZ(a,6)[7],ah=l&aZ(a,5)[6]^ag,C=(((aZ(a,7)[8]+aa|0)+ah|0)+af|0)+ae|0,ai=aZ(a,2)[3],aj=aZ(a,1)[2]&ai,P=0,ak=ad+(k&a[2]^k&a[3]^aj)|0;if(!((a.length-1-7|0)<0)&&!((a.length-1-7|0)<1)){Em(a,0,a,1,7);P=1}if(!P)cT(pL);a[5]=a[5]+C|0;a[1]=C+ak|0;var
+x=f.length-1,a=0===x?[0]:GH(f,0,x),e=0;for(;;){var
+k=a6(a,0)[1],l=a6(a,4)[5],_=bY(l,25),$=bY(l,11)^_,aa=bY(l,6)^$,ab=bY(k,22),ac=bY(k,13)^ab,ad=bY(k,2)^ac,ae=a6(c,e)[1+e],af=a6(sq,e)[1+e],ag=(l^-1)&a6(a,6)[7],ah=l&a6(a,5)[6]^ag,C=(((a6(a,7)[8]+aa|0)+ah|0)+af|0)+ae|0,ai=a6(a,2)[3],aj=a6(a,1)[2]&ai,P=0,ak=ad+(k&a[2]^k&a[3]^aj)|0;if(!((a.length-1-7|0)<0)&&!((a.length-1-7|0)<1)){GE(a,0,a,1,7);P=1}if(!P)c2(qz);a[5]=a[5]+C|0;a[1]=C+ak|0;var
 al=e+1|0;if(63!==e){var
 e=al;continue}var
 A=a.length-1-1|0,W=0;if(!(A<0)){var
 d=W;for(;;){var
-X=a[1+d];f[1+d]=aZ(f,d)[1+d]+X|0;var
+X=a[1+d];f[1+d]=a6(f,d)[1+d]+X|0;var
 Y=d+1|0;if(A!==d){var
 d=Y;continue}break}}var
 ax=o+1|0;if(N!==o){var
 o=ax;continue a}break}break}break}break}}var
-O=jl(rG),r=f.length-1;if(0===r)var
+O=jK(su),r=f.length-1;if(0===r)var
 t=[0];else{var
-y=pg(r,E(O,f[1])),z=r-1|0,U=1;if(!(z<1)){var
-j=U;for(;;){y[1+j]=E(O,f[1+j]);var
+y=p6(r,F(O,f[1])),z=r-1|0,U=1;if(!(z<1)){var
+j=U;for(;;){y[1+j]=F(O,f[1+j]);var
 V=j+1|0;if(z!==j){var
 j=V;continue}break}}var
 t=y}var
 n=t.length-1-1|0,s=0;for(;;){if(0<=n){var
 Z=[0,t[1+n],s],n=n-1|0,s=Z;continue}var
-w=df(gK(rH,s)),v=function(a,d){if(a===bn(w))return 0;var
-b=o5(w,a),c=a+1|0;return[0,b,function(a){return v(c,a)}]},R=0,S=function(a){return v(R,a)},u=function(f,e){if(0===f){var
+w=dv(g6(sv,s)),v=function(a,d){if(a===bu(w))return 0;var
+b=pT(w,a),c=a+1|0;return[0,b,function(a){return v(c,a)}]},R=0,S=function(a){return v(R,a)},u=function(f,e){if(0===f){var
 a=0,d=e;for(;;){var
-b=E(d,0);if(b){var
-a=[0,b[1],a],d=b[2];continue}return gJ(a)}}var
-c=E(e,0);if(c){var
+b=F(d,0);if(b){var
+a=[0,b[1],a],d=b[2];continue}return g5(a)}}var
+c=F(e,0);if(c){var
 g=c[1];return[0,g,u(f-1|0,c[2])]}return 0};return u(500,S)}}}}function
-dn(b,a){return b?a?0:1:a}function
-J(a){return a?0:1}function
-ak(b,a){var
-c=a?[0,E(b,a[1])]:a;return c}function
-bx(a){return a[1]}function
-by(a){return a[2]}function
-e4(b,a){return b?[0,e4(b[1],a)]:a}function
-e5(a,b){return a?e4(b,e5(a[1],b)):a}function
-bz(b,a){return b?a:a?0:1}function
-jp(b,a){return b?[0,jp(b[1],a)]:a}function
-jq(a,b){return a?jp(b,jq(a[1],b)):a}function
-a5(d,c){var
+dD(b,a){return b?a?0:1:a}function
+I(a){return a?0:1}function
+af(b,a){var
+c=a?[0,F(b,a[1])]:a;return c}function
+a0(a){return a[1]}function
+bb(a){return a[2]}function
+fq(b,a){return b?[0,fq(b[1],a)]:a}function
+fr(a,b){return a?fq(b,fr(a[1],b)):a}function
+bn(b,a){return b?a:a?0:1}function
+jO(b,a){return b?[0,jO(b[1],a)]:a}function
+jP(a,b){return a?jO(b,jP(a[1],b)):a}function
+bc(d,c){var
 b=d,a=c;for(;;){if(b){if(a){var
 b=b[1],a=a[1];continue}return a}return a?0:1}}function
-gQ(d,c){var
+g$(d,c){var
 b=d,a=c;for(;;){if(b){if(a){var
 b=b[1],a=a[1];continue}return a}return 1}}function
-e6(b,a){return gQ([0,b],a)}function
-e7(a){if(G(a,n))return n;var
-b=au(a,at(2)),d=b[1];return y(b[2],q)?z(c(2,e7(d))):z(c(2,c(2,d)))}function
-e8(a){return typeof
-a==="number"?a?1:[0,n]:[0,z(c(2,a[1]))]}function
-e9(a){return typeof
+fs(b,a){return g$([0,b],a)}function
+ft(a){if(J(a,n))return n;var
+b=ay(a,ax(2)),d=b[1];return x(b[2],r)?w(c(2,ft(d))):w(c(2,c(2,d)))}function
+fu(a){return typeof
+a==="number"?a?1:[0,n]:[0,w(c(2,a[1]))]}function
+fv(a){return typeof
 a==="number"?a:[0,c(2,a[1])]}function
-e_(f,b){if(G(f,n))return 1;var
-k=au(f,at(2)),a=k[1];if(y(k[2],q)){if(G(b,n)){if(G(a,n))return 0;var
-d=au(a,at(2)),e=d[1];return y(d[2],q)?[0,c(2,e7(e))]:[0,c(2,c(2,e))]}var
-g=au(b,at(2)),h=g[1];return y(g[2],q)?e8(e_(a,h)):e9(e_(a,h))}if(G(b,n))return[0,e7(a)];var
-i=au(b,at(2)),j=i[1];return y(i[2],q)?e9(dp(a,j)):e8(e_(a,j))}function
-dp(d,a){if(G(d,n))return G(a,n)?0:y(au(a,at(2))[2],q)?1:1;var
-i=au(d,at(2)),b=i[1];if(y(i[2],q)){if(G(a,n))return[0,e7(b)];var
-e=au(a,at(2)),f=e[1];return y(e[2],q)?e9(dp(b,f)):e8(e_(b,f))}if(G(a,n))return[0,c(2,b)];var
-g=au(a,at(2)),h=g[1];return y(g[2],q)?e8(dp(b,h)):e9(dp(b,h))}function
-e$(a,g,f){var
-b=g,d=f;for(;;){if(G(d,n))return E(a,b);var
-e=au(d,at(2)),c=e[1];if(y(e[2],q)){var
-b=e$(a,b,c),d=c;continue}return E(a,e$(a,e$(a,b,c),c))}}function
-jr(h,g){var
-b=h,a=g;for(;;){if(G(b,n))return G(a,n)?1:y(au(a,at(2))[2],q)?0:0;var
-e=au(b,at(2)),f=e[1];if(y(e[2],q)){if(G(a,n))return 0;var
-c=au(a,at(2)),i=c[1];if(y(c[2],q)){var
-b=f,a=i;continue}return 0}if(G(a,n))return 0;var
-d=au(a,at(2)),j=d[1];if(y(d[2],q))return 0;var
+fw(f,b){if(J(f,n))return 1;var
+k=ay(f,ax(2)),a=k[1];if(x(k[2],r)){if(J(b,n)){if(J(a,n))return 0;var
+d=ay(a,ax(2)),e=d[1];return x(d[2],r)?[0,c(2,ft(e))]:[0,c(2,c(2,e))]}var
+g=ay(b,ax(2)),h=g[1];return x(g[2],r)?fu(fw(a,h)):fv(fw(a,h))}if(J(b,n))return[0,ft(a)];var
+i=ay(b,ax(2)),j=i[1];return x(i[2],r)?fv(dE(a,j)):fu(fw(a,j))}function
+dE(d,a){if(J(d,n))return J(a,n)?0:x(ay(a,ax(2))[2],r)?1:1;var
+i=ay(d,ax(2)),b=i[1];if(x(i[2],r)){if(J(a,n))return[0,ft(b)];var
+e=ay(a,ax(2)),f=e[1];return x(e[2],r)?fv(dE(b,f)):fu(fw(b,f))}if(J(a,n))return[0,c(2,b)];var
+g=ay(a,ax(2)),h=g[1];return x(g[2],r)?fu(dE(b,h)):fv(dE(b,h))}function
+fx(a,g,f){var
+b=g,d=f;for(;;){if(J(d,n))return F(a,b);var
+e=ay(d,ax(2)),c=e[1];if(x(e[2],r)){var
+b=fx(a,b,c),d=c;continue}return F(a,fx(a,fx(a,b,c),c))}}function
+jQ(h,g){var
+b=h,a=g;for(;;){if(J(b,n))return J(a,n)?1:x(ay(a,ax(2))[2],r)?0:0;var
+e=ay(b,ax(2)),f=e[1];if(x(e[2],r)){if(J(a,n))return 0;var
+c=ay(a,ax(2)),i=c[1];if(x(c[2],r)){var
+b=f,a=i;continue}return 0}if(J(a,n))return 0;var
+d=ay(a,ax(2)),j=d[1];if(x(d[2],r))return 0;var
 b=f,a=j;continue}}function
-fa(g,f,e){var
+fy(g,f,e){var
 h=e[2],a=e[1];if(typeof
 h==="number"){var
-k=c(2,c(2,n)),l=dp(E(f,E(g,n)),k);return[0,c(2,a),l]}var
-i=z(c(2,c(2,a))),b=E(f,E(g,h[1])),d=i5(i,b),j=0===d?0:0<=d?2:1,m=2<=j?0:1;if(m){var
-o=dp(b,i);return[0,z(c(2,a)),o]}return[0,c(2,a),[0,b]]}function
-d5(b){if(G(b,n))return[0,n,0];var
-h=au(b,at(2)),a=h[1];if(y(h[2],q)){if(G(a,n))return[0,n,[0,n]];var
-d=au(a,at(2)),e=d[1];if(y(d[2],q)){var
-i=d5(e),j=function(a){return c(2,a)};return fa(function(a){return c(2,a)},j,i)}var
-k=d5(e),l=function(a){return c(2,a)};return fa(function(a){return z(c(2,a))},l,k)}if(G(a,n))return[0,n,[0,c(2,n)]];var
-f=au(a,at(2)),g=f[1];if(y(f[2],q)){var
-m=d5(g),o=function(a){return z(c(2,a))};return fa(function(a){return c(2,a)},o,m)}var
-p=d5(g);function
-r(a){return z(c(2,a))}return fa(function(a){return z(c(2,a))},r,p)}function
-js(b,g,f){var
-c=g,a=f;for(;;){if(G(c,n))return a;var
-d=au(c,at(2)),e=d[1];if(y(d[2],q)){var
-c=e,a=aA(b,a,a);continue}return aA(b,a,js(b,e,aA(b,a,a)))}}var
-gR=B;function
-jt(c,b){var
-a=i5(c,b);return 0===a?0:0<=a?2:1}var
-rJ=y;function
-gS(a){var
-b=aQ(a);return 0===b?n:0<b?a:n}function
-aw(b,a){var
-c=aQ(a);return 0===c?q:1===c?jn(b,a):cU(-1,jn(cU(-1,b),a))}function
-ju(b,a){var
-c=aQ(a);return 0===c?b:1===c?jo(b,a):B(a,cU(1,jo(cU(-1,b),a)))}function
-b$(e){function
-f(a){return 0<aQ(i6(e,a))?1:0}if(0<aQ(e)){var
+k=c(2,c(2,n)),l=dE(F(f,F(g,n)),k);return[0,c(2,a),l]}var
+i=w(c(2,c(2,a))),b=F(f,F(g,h[1])),d=js(i,b),j=0===d?0:0<=d?2:1,m=2<=j?0:1;if(m){var
+o=dE(b,i);return[0,w(c(2,a)),o]}return[0,c(2,a),[0,b]]}function
+el(b){if(J(b,n))return[0,n,0];var
+h=ay(b,ax(2)),a=h[1];if(x(h[2],r)){if(J(a,n))return[0,n,[0,n]];var
+d=ay(a,ax(2)),e=d[1];if(x(d[2],r)){var
+i=el(e),j=function(a){return c(2,a)};return fy(function(a){return c(2,a)},j,i)}var
+k=el(e),l=function(a){return c(2,a)};return fy(function(a){return w(c(2,a))},l,k)}if(J(a,n))return[0,n,[0,c(2,n)]];var
+f=ay(a,ax(2)),g=f[1];if(x(f[2],r)){var
+m=el(g),o=function(a){return w(c(2,a))};return fy(function(a){return c(2,a)},o,m)}var
+p=el(g);function
+q(a){return w(c(2,a))}return fy(function(a){return w(c(2,a))},q,p)}function
+jR(b,g,f){var
+c=g,a=f;for(;;){if(J(c,n))return a;var
+d=ay(c,ax(2)),e=d[1];if(x(d[2],r)){var
+c=e,a=aE(b,a,a);continue}return aE(b,a,jR(b,e,aE(b,a,a)))}}var
+ha=E;function
+jS(c,b){var
+a=js(c,b);return 0===a?0:0<=a?2:1}var
+sx=x;function
+hb(a){var
+b=aV(a);return 0===b?n:0<b?a:n}function
+aC(b,a){var
+c=aV(a);return 0===c?r:1===c?jM(b,a):c3(-1,jM(c3(-1,b),a))}function
+jT(b,a){var
+c=aV(a);return 0===c?b:1===c?jN(b,a):E(a,c3(1,jN(c3(-1,b),a)))}function
+cg(e){function
+f(a){return 0<aV(jt(e,a))?1:0}if(0<aV(e)){var
 a=1;for(;;){if(f(a)){var
 a=2*a|0;continue}var
 b=0,c=a;for(;;){if(1<(c-b|0)){var
 d=(b+c|0)/2|0;if(f(d)){var
 b=d;continue}var
-c=d;continue}return at(b)}}}return q}function
-bA(b,c){var
-a=pq(c);return 0<=a?pp(b,a):i6(b,-a|0)}function
-jv(b,c){var
-a=pq(c);return 0<=a?i6(b,a):pp(b,-a|0)}function
-gT(b,a){return jm(r(b,aw(a,gP(b,a))))}function
-bI(b,a){return a?a[1]:b}function
-ca(a){var
+c=d;continue}return ax(b)}}}return r}function
+bE(b,c){var
+a=qe(c);return 0<=a?qd(b,a):jt(b,-a|0)}function
+jU(b,c){var
+a=qe(c);return 0<=a?jt(b,a):qd(b,-a|0)}function
+hc(b,a){return jL(s(b,aC(a,g_(b,a))))}function
+bN(b,a){return a?a[1]:b}function
+ch(a){var
 b=a?a[2]:a;return b}function
-ay(e,d,c){var
+as(e,d,c){var
 b=e,a=d;for(;;){if(b){if(a){var
 b=b[1],a=a[2];continue}return c}return a?a[1]:c}}function
 T(d,c){var
 a=d,b=c;for(;;){if(a){var
 e=[0,a[1],b],a=a[2],b=e;continue}return b}}function
-aR(e,d,c){var
+aP(e,d,c){var
 a=d,b=c;for(;;){if(a){var
-f=aA(e,b,a[1]),a=a[2],b=f;continue}return b}}function
+f=aE(e,b,a[1]),a=a[2],b=f;continue}return b}}function
 $(e,d){var
 a=d;for(;;){if(a){var
-b=E(e,a[1]);if(!b){var
+b=F(e,a[1]);if(!b){var
 a=a[2];continue}var
 c=b}else
 var
 c=a;return c}}function
-I(d,c){var
+G(d,c){var
 a=c;for(;;){if(a){var
-b=E(d,a[1]);if(b){var
+b=F(d,a[1]);if(b){var
 a=a[2];continue}return b}return 1}}function
-cy(d,c){var
+bZ(d,c){var
 a=c;for(;;){if(a){var
-b=a[1];if(E(d,b))return[0,b];var
+b=a[1];if(F(d,b))return[0,b];var
 a=a[2];continue}return a}}function
-jw(b,a){if(b)if(a)var
-d=jw(b[1],a[2]),c=[0,a[1],d];else
+jV(b,a){if(b)if(a)var
+d=jV(b[1],a[2]),c=[0,a[1],d];else
 var
 c=a;else
 var
 c=b;return c}function
-dq(b,a){var
-c=a?[0,b,dq(b,a[1])]:a;return c}var
-jx=0,rK=1;function
-jy(a,b){var
-c=a?1:a;return gI((b<<1&iD)+c|0)}function
-gU(b,a){if(b){var
-c=b[1];if(G(a,n))return rK;var
-d=au(a,at(2)),e=d[1];return y(d[2],q)?jy(0,gU(c,e)):jy(1,gU(c,e))}return jx}function
-jz(a){if(a){var
-b=jz(a[2]),d=r(c(2,n),b),e=a[1]?n:q;return B(e,d)}return q}function
-jA(c,b){var
+dF(b,a){var
+c=a?[0,b,dF(b,a[1])]:a;return c}var
+jW=0,sy=1;function
+jX(a,b){var
+c=a?1:a;return g4((b<<1&i2)+c|0)}function
+hd(b,a){if(b){var
+c=b[1];if(J(a,n))return sy;var
+d=ay(a,ax(2)),e=d[1];return x(d[2],r)?jX(0,hd(c,e)):jX(1,hd(c,e))}return jW}function
+jY(a){if(a){var
+b=jY(a[2]),d=s(c(2,n),b),e=a[1]?n:r;return E(e,d)}return r}function
+jZ(c,b){var
 a=c-b|0;return 0<=a?0===a?0:2:1}function
-fb(b,a){return 2<=jA(b,a)?0:1}function
+fz(b,a){return 2<=jZ(b,a)?0:1}function
 k(a){if(a)var
 c=k(a[2]),b=[0,a[1],c];else
 var
 b=a;return b}function
-x(b,a){return T(T(b,0),a)}function
-ac(c){var
+z(b,a){return T(T(b,0),a)}function
+aj(c){var
 b=0,a=c;for(;;){if(a){var
 b=[0,b],a=a[2];continue}return b}}function
-s(e,d){var
+q(e,d){var
 b=0,a=d,f=0;for(;;){if(a){var
-c=a[2],b=[0,E(e,a[1]),b],a=c;continue}return T(b,f)}}function
-W(e,d){var
+c=a[2],b=[0,F(e,a[1]),b],a=c;continue}return T(b,f)}}function
+Y(e,d){var
 b=0,a=d,f=0;for(;;){if(a){var
-c=a[2],b=T(E(e,a[1]),b),a=c;continue}return T(b,f)}}function
-bc(d){var
+c=a[2],b=T(F(e,a[1]),b),a=c;continue}return T(b,f)}}function
+bo(d){var
 b=0,a=d,e=0;for(;;){if(a){var
 c=a[2],b=T(a[1],b),a=c;continue}return T(b,e)}}function
-an(g,f){var
+al(g,f){var
 b=0,a=f,h=0;for(;;){if(a){var
-c=a[1],d=a[2],e=E(g,c)?[0,c,b]:b,b=e,a=d;continue}return T(b,h)}}function
-V(e,d){var
+c=a[1],d=a[2],e=F(g,c)?[0,c,b]:b,b=e,a=d;continue}return T(b,h)}}function
+W(e,d){var
 c=0,b=e,a=d,f=0;for(;;){if(b&&a){var
 c=[0,[0,b[1],a[1]],c],b=b[2],a=a[2];continue}return T(c,f)}}function
-cb(e,d){var
+ci(e,d){var
 c=0,b=e,a=d,f=0;for(;;){if(a){var
-c=[0,[0,b,a[1]],c],b=B(b,n),a=a[2];continue}return T(c,f)}}function
-dr(c,a){var
-b=0,d=T(a,0);return aR(function(b,a){if(b){var
-d=b[1],e=d[1];return y(e,E(c,a))?[0,[0,e,[0,a,d[2]]],b[2]]:[0,[0,E(c,a),[0,a,0]],b]}return[0,[0,E(c,a),[0,a,0]],0]},d,b)}function
-bR(e,d){var
+c=[0,[0,b,a[1]],c],b=E(b,n),a=a[2];continue}return T(c,f)}}function
+c4(c,a){var
+b=0,d=T(a,0);return aP(function(b,a){if(b){var
+d=b[1],e=d[1];return x(e,F(c,a))?[0,[0,e,[0,a,d[2]]],b[2]]:[0,[0,F(c,a),[0,a,0]],b]}return[0,[0,F(c,a),[0,a,0]],0]},d,b)}function
+b0(e,d){var
 b=0,a=d;for(;;){if(a){var
-c=E(e,a[1]);if(c){var
+c=F(e,a[1]);if(c){var
 b=[0,c[1],b],a=a[2];continue}return c}return[0,T(b,0)]}}function
-jB(f,l,k,j){var
+j0(f,l,k,j){var
 c=0,e=l,g=k,a=j,m=0;for(;;){if(a){var
-b=a[2],d=a[1];if(y(E(f,d),g)){var
+b=a[2],d=a[1];if(x(F(f,d),g)){var
 c=[0,[0,e,d],c],a=b;continue}if(b)var
-i=E(f,d),h=y(E(f,b[1]),i);else
+i=F(f,d),h=x(F(f,b[1]),i);else
 var
 h=b;if(h){var
-c=[0,[0,B(e,n),d],c],e=B(e,n),g=E(f,d),a=b;continue}var
+c=[0,[0,E(e,n),d],c],e=E(e,n),g=F(f,d),a=b;continue}var
 a=b;continue}return T(c,m)}}function
-ao(c,b,a){var
-d=T(a,0);return aR(function(b,a){return aA(c,a,b)},d,b)}function
+ap(c,b,a){var
+d=T(a,0);return aP(function(b,a){return aE(c,a,b)},d,b)}function
 ag(c){var
-b=q,a=c;for(;;){if(a){var
-b=B(b,n),a=a[1];continue}return b}}function
-aW(a){var
-b=aQ(a);if(0===b)return 0;if(0<b){var
-c=0;return e$(function(a){return[0,a]},c,a)}return 0}function
-aN(e,d){var
+b=r,a=c;for(;;){if(a){var
+b=E(b,n),a=a[1];continue}return b}}function
+a1(a){var
+b=aV(a);if(0===b)return 0;if(0<b){var
+c=0;return fx(function(a){return[0,a]},c,a)}return 0}function
+aT(e,d){var
 c=0,b=e,a=d,f=0;for(;;){if(a){var
 c=[0,b,c],b=[0,b],a=a[1];continue}return T(c,f)}}function
-ds(d){var
-c=0,b=q,a=aW(d),e=0;for(;;){if(a){var
-c=[0,b,c],b=B(b,n),a=a[1];continue}return T(c,e)}}function
-fc(j,i,h){var
+dG(d){var
+c=0,b=r,a=a1(d),e=0;for(;;){if(a){var
+c=[0,b,c],b=E(b,n),a=a[1];continue}return T(c,e)}}function
+fA(j,i,h){var
 d=T(i,h),a=0,c=i,b=h;for(;;){if(c){var
 e=c[1];if(b){if(d){var
-f=d[2],g=b[1];if(aA(j,e,g)){var
+f=d[2],g=b[1];if(aE(j,e,g)){var
 d=f,a=[0,e,a],c=c[2];continue}var
 d=f,a=[0,g,a],b=b[2];continue}return d}return T(a,c)}return T(a,b)}}function
-jC(c,b,a){if(a){var
-d=a[2],e=a[1];return e?[0,0,jC(c,fc(c,e,b),d)]:[0,b,d]}return[0,b,0]}function
-jD(e,d,c){var
+j1(c,b,a){if(a){var
+d=a[2],e=a[1];return e?[0,0,j1(c,fA(c,e,b),d)]:[0,b,d]}return[0,b,0]}function
+j2(e,d,c){var
 b=d,a=c;for(;;){if(a){var
-f=a[2],b=fc(e,a[1],b),a=f;continue}return b}}function
-fd(c,i){var
+f=a[2],b=fA(e,a[1],b),a=f;continue}return b}}function
+em(c,i){var
 b=0,a=i;for(;;){if(a){var
 d=a[2],e=a[1];if(d){var
-f=d[1],g=d[2],h=aA(c,e,f)?[0,e,[0,f,0]]:[0,f,[0,e,0]],b=jC(c,h,b),a=g;continue}return jD(c,a,b)}return jD(c,a,b)}}function
-jE(c,b,a){if(b){var
-d=b[2],e=b[1];return e?[0,0,jE(c,d,fc(c,e[1],a))]:[0,[0,a],d]}return[0,[0,a],0]}function
-jF(b,e){var
+f=d[1],g=d[2],h=aE(c,e,f)?[0,e,[0,f,0]]:[0,f,[0,e,0]],b=j1(c,h,b),a=g;continue}return j2(c,a,b)}return j2(c,a,b)}}function
+j3(c,b,a){if(b){var
+d=b[2],e=b[1];return e?[0,0,j3(c,d,fA(c,e[1],a))]:[0,[0,a],d]}return[0,[0,a],0]}function
+j4(b,e){var
 a=e;for(;;){if(a){var
 c=a[2],d=a[1];if(d){var
-f=jF(b,c);return fc(b,d[1],f)}var
+f=j4(b,c);return fA(b,d[1],f)}var
 a=c;continue}return a}}function
-gV(c,e){var
+he(c,e){var
 b=0,a=e;for(;;){if(a){var
-d=a[2],b=jE(c,b,[0,a[1],0]),a=d;continue}return jF(c,b)}}function
-fe(a){var
+d=a[2],b=j3(c,b,[0,a[1],0]),a=d;continue}return j4(c,b)}}function
+fB(a){var
 b=a?1:a;return b}function
-dt(a){var
-b=gP(a[1],a[2]),c=aw(a[2],b),d=aQ(c);return 0===d?a:0<d?[0,aw(a[1],b),c]:a}function
-ah(b,a){return dt([0,B(r(b[1],a[2]),r(a[1],b[2])),r(b[2],a[2])])}function
-O(b,a){return dt([0,r(b[1],a[1]),r(b[2],a[2])])}function
-br(a){return[0,aI(a[1]),a[2]]}function
-az(a){var
-b=a[1],c=aQ(b);return 0===c?[0,q,n]:0<c?[0,a[2],b]:[0,q,n]}var
-Q=[0,q,n],P=[0,n,n];function
-aE(a){return G(q,a[1])}function
-ad(a){return M(q,a[1])}function
-D(b,a){return G(r(b[1],a[2]),r(a[1],b[2]))}function
-bS(b,a){var
-c=y(b[1],a[1]);return c?y(b[2],a[2]):c}function
-aF(a){return ao(ah,Q,a)}function
-jG(b,e){var
+dH(a){var
+b=g_(a[1],a[2]),c=aC(a[2],b),d=aV(c);return 0===d?a:0<d?[0,aC(a[1],b),c]:a}function
+ab(b,a){return dH([0,E(s(b[1],a[2]),s(a[1],b[2])),s(b[2],a[2])])}function
+M(b,a){return dH([0,s(b[1],a[1]),s(b[2],a[2])])}function
+aI(a){return[0,aL(a[1]),a[2]]}function
+at(a){var
+b=a[1],c=aV(b);return 0===c?[0,r,n]:0<c?[0,a[2],b]:[0,r,n]}var
+Q=[0,r,n],L=[0,n,n];function
+au(a){return J(r,a[1])}function
+ac(a){return P(r,a[1])}function
+A(b,a){return J(s(b[1],a[2]),s(a[1],b[2]))}function
+b1(b,a){var
+c=x(b[1],a[1]);return c?x(b[2],a[2]):c}function
+az(a){return ap(ab,Q,a)}function
+j5(b,e){var
 a=e;for(;;){if(a){var
-c=a[2],d=a[1];if(E(b,d))return[0,d,jG(b,c)];var
+c=a[2],d=a[1];if(F(b,d))return[0,d,j5(b,c)];var
 a=c;continue}return a}}function
-jH(f,a){if(a){var
-g=a[1],b=g[2],c=g[1],d=jH(f,a[2]);if(d){var
-h=d[1],i=h[2],e=h[1],j=d[2];return aA(f,c,e)?[0,[0,e,B(b,i)],j]:[0,[0,c,b],[0,[0,e,i],j]]}var
+j6(f,a){if(a){var
+g=a[1],b=g[2],c=g[1],d=j6(f,a[2]);if(d){var
+h=d[1],i=h[2],e=h[1],j=d[2];return aE(f,c,e)?[0,[0,e,E(b,i)],j]:[0,[0,c,b],[0,[0,e,i],j]]}var
 k=[0,[0,c,b],0]}else
 var
 k=a;return k}function
-jI(a){if(a){var
-b=a[1],c=jI(a[2]),d=b[2][1],e=b[1];return x(s(function(a){return[0,a[1],r(e,a[2])]},d),c)}return a}function
-jJ(a){if(a){var
-b=a[1],c=jJ(a[2]);return B(r(b[1],b[2][2]),c)}return q}function
-jK(d,c,b){if(b){var
-f=jK(d,c,b[2]),a=b[1],e=M(q,a[2])?E(c,a[1]):E(d,a[1]);return B(r(a[2],e),f)}return q}function
-rM(b,a){var
-c=a[1],d=b[1],e=y(d[1],c[1]),f=e?y(d[2],c[2]):e;return f?y(b[2],a[2]):f}function
-cc(a){return[0,0,a]}function
-ff(b,a){var
-c=ah(b[2],a[2]);return[0,x(b[1],a[1]),c]}function
-cV(b,a){var
-c=O(b,a[2]),d=a[1];return[0,s(function(a){var
-c=O(b,a[2]);return[0,a[1],c]},d),c]}function
-cz(b,a){return ff(b,cV(br(P),a))}function
-jL(a){return ao(ff,cc(Q),a)}function
-fg(e,d,c){var
-a=d,b=c;for(;;){if(a){if(y(b,q))return a[1];var
+j7(a){if(a){var
+b=a[1],c=j7(a[2]),d=b[2][1],e=b[1];return z(q(function(a){return[0,a[1],s(e,a[2])]},d),c)}return a}function
+j8(a){if(a){var
+b=a[1],c=j8(a[2]);return E(s(b[1],b[2][2]),c)}return r}function
+j9(d,c,b){if(b){var
+f=j9(d,c,b[2]),a=b[1],e=P(r,a[2])?F(c,a[1]):F(d,a[1]);return E(s(a[2],e),f)}return r}function
+sA(b,a){var
+c=a[1],d=b[1],e=x(d[1],c[1]),f=e?x(d[2],c[2]):e;return f?x(b[2],a[2]):f}function
+cj(a){return[0,0,a]}function
+fC(b,a){var
+c=ab(b[2],a[2]);return[0,z(b[1],a[1]),c]}function
+c5(b,a){var
+c=M(b,a[2]),d=a[1];return[0,q(function(a){var
+c=M(b,a[2]);return[0,a[1],c]},d),c]}function
+cJ(b,a){return fC(b,c5(aI(L),a))}function
+j_(a){return ap(fC,cj(Q),a)}function
+fD(e,d,c){var
+a=d,b=c;for(;;){if(a){if(x(b,r))return a[1];var
 a=a[2],b=S(b,n);continue}return e}}function
-jM(a){var
-b=cb(q,a);return[0,s(function(a){return[0,[0,[0,a[1],q],q],a[2]]},b),Q]}function
-d6(c,b,a){if(c[11])return jM(a[3]);var
-d=0,e=a[1],f=c[6]?aI(n):b[2];return[0,[0,[0,[0,[0,b[1],f],e],P],d],Q]}function
-d7(a){var
-b=a[3];return aF(s(function(a){return a[2]},b))}function
-gW(b,a){switch(b[3]){case
-0:return d7(a);case
-1:return a[4];default:return P}}function
-jN(c,a){var
-b=a[3],d=jL(s(function(b){var
-d=d6(c,a,b);return cV(b[2],d)},b));return cV(az(d7(a)),d)}function
-gX(b,a){var
-c=b[4];return an(function(b){return y(b[2],a)},c)}function
-gY(a,b){var
-c=gX(a,b);return aF(s(function(b){return gW(a,b)},c))}var
-fh=cc(Q);function
-fi(e,a,d){var
-b=a[3],c=cy(function(a){return y(a[1],d)},b);return ak(function(b){return d6(e,a,b)},c)}function
-jO(f,e){var
+j$(a){var
+b=ci(r,a);return[0,q(function(a){return[0,[0,[0,a[1],r],r],a[2]]},b),Q]}function
+en(c,b,a){if(c[11])return j$(a[3]);var
+d=0,e=a[1],f=c[6]?aL(n):b[2];return[0,[0,[0,[0,[0,b[1],f],e],L],d],Q]}function
+eo(a){var
+b=a[3];return az(q(function(a){return a[2]},b))}function
+hf(b,a){switch(b[3]){case
+0:return eo(a);case
+1:return a[4];default:return L}}function
+ka(c,a){var
+b=a[3],d=j_(q(function(b){var
+d=en(c,a,b);return c5(b[2],d)},b));return c5(at(eo(a)),d)}function
+hg(b,a){var
+c=b[4];return al(function(b){return x(b[2],a)},c)}function
+hh(a,b){var
+c=hg(a,b);return az(q(function(b){return hf(a,b)},c))}var
+fE=cj(Q);function
+fF(e,a,d){var
+b=a[3],c=bZ(function(a){return x(a[1],d)},b);return af(function(b){return en(e,a,b)},c)}function
+kb(f,e){var
 a=f;for(;;){if(a){var
-c=a[2],b=a[1],g=b[1];if($(function(b){return function(a){return y(b,a)}}(g),e)){var
+c=a[2],b=a[1],g=b[1];if($(function(b){return function(a){return x(b,a)}}(g),e)){var
 a=c;continue}var
-d=[0,b,jO(c,[0,b[1],0])]}else
+d=[0,b,kb(c,[0,b[1],0])]}else
 var
 d=a;return d}}function
-jP(b,a){if(a){var
-c=a[1],d=b[4];return an(function(a){return y(a[1],c)},d)}return b[4]}function
-jQ(d,c,b){var
-a=jP(c,b);return d[6]?jO(a,0):a}function
-jR(e,g,d){if(d){var
-a=d[1],i=g[4],c=cy(function(b){var
-c=y(b[1],a[1]);if(c){var
-d=e[6];if(!d)return y(b[2],a[2]);var
+kc(b,a){if(a){var
+c=a[1],d=b[4];return al(function(a){return x(a[1],c)},d)}return b[4]}function
+kd(d,c,b){var
+a=kc(c,b);return d[6]?kb(a,0):a}function
+ke(e,g,d){if(d){var
+a=d[1],i=g[4],c=bZ(function(b){var
+c=x(b[1],a[1]);if(c){var
+d=e[6];if(!d)return x(b[2],a[2]);var
 f=d}else
 var
 f=c;return f},i);if(c)var
-j=fi(e,c[1],a[3]),k=a[4],b=ak(function(a){return cV(k,a)},j);else
+j=fF(e,c[1],a[3]),k=a[4],b=af(function(a){return c5(k,a)},j);else
 var
 b=c;if(b)var
-f=jR(e,g,d[2]),l=f?[0,ff(b[1],f[1])]:f,h=l;else
+f=ke(e,g,d[2]),l=f?[0,fC(b[1],f[1])]:f,h=l;else
 var
-h=b;return h}return[0,cc(Q)]}function
-jS(a,b,f){var
+h=b;return h}return[0,cj(Q)]}function
+kf(a,b,f){var
 c=a[11];if(c)var
-j=c[1][3],k=s(function(a){var
-b=jM(a[1]);return cz(cc(a[2]),b)},j),i=jQ(a,b,0),g=x(W(function(b){var
-c=b[3];return W(function(c){var
-d=d6(a,b,c),e=[0,cz(cc(a[2]),d),0],f=cc(a[3]);return[0,cz(d6(a,b,c),f),e]},c)},i),k);else
+j=c[1][3],k=q(function(a){var
+b=j$(a[1]);return cJ(cj(a[2]),b)},j),i=kd(a,b,0),g=z(Y(function(b){var
+c=b[3];return Y(function(c){var
+d=en(a,b,c),e=[0,cJ(cj(a[2]),d),0],f=cj(a[3]);return[0,cJ(en(a,b,c),f),e]},c)},i),k);else
 var
 g=c;var
-l=a[10],m=x(s(function(d){var
-c=jR(a,b,d[1]);if(c){var
-e=c[1];return cz(cc(d[2]),e)}return fh},l),g),d=a[7];if(d)var
-n=d[1],e=jP(b,f),h=W(function(b){return W(function(c){var
-d=y(b[1],c[1]),e=d?J(y(b[2],c[2])):d;if(e){var
-f=b[3];return s(function(e){var
-f=fi(a,c,e[1]);if(f){var
-g=d6(a,b,e),d=a[8],h=f[1],i=c[2],j=b[2],k=d?fg(Q,fg(0,d[1],j),i):P;return cz(ff(cc(O(n,k)),h),g)}return fh},f)}return e},e)},e);else
+l=a[10],m=z(q(function(d){var
+c=ke(a,b,d[1]);if(c){var
+e=c[1];return cJ(cj(d[2]),e)}return fE},l),g),d=a[7];if(d)var
+n=d[1],e=kc(b,f),h=Y(function(b){return Y(function(c){var
+d=x(b[1],c[1]),e=d?I(x(b[2],c[2])):d;if(e){var
+f=b[3];return q(function(e){var
+f=fF(a,c,e[1]);if(f){var
+g=en(a,b,e),d=a[8],h=f[1],i=c[2],j=b[2],k=d?fD(Q,fD(0,d[1],j),i):L;return cJ(fC(cj(M(n,k)),h),g)}return fE},f)}return e},e)},e);else
 var
 h=d;var
-o=x(h,m),p=jQ(a,b,f);return x(W(function(d){var
-b=a[9];return s(function(e){var
-b=fi(a,d,e[1]);if(b){var
-c=fi(a,d,e[2]);return c?cz(c[1],b[1]):fh}return fh},b)},p),o)}function
-jT(a){if(a[10])return 1;var
+o=z(h,m),p=kd(a,b,f);return z(Y(function(d){var
+b=a[9];return q(function(e){var
+b=fF(a,d,e[1]);if(b){var
+c=fF(a,d,e[2]);return c?cJ(c[1],b[1]):fE}return fE},b)},p),o)}function
+kg(a){if(a[10])return 1;var
 b=a[11],c=b?1:b;return c}function
-jU(a){return ao(function(b,a){return gT(b[2],a)},n,a)}function
-jV(b,a){return y(ju(b,a[2]),q)}function
-fj(b,a){var
-c=aw(b,a[2]);return r(a[1],c)}function
-jW(a){var
-b=s(by,a[1]);return[0,a[2],b]}function
-du(a){return jU(jW(a))}function
-jX(a){var
-b=M(q,du(a));if(b){var
-c=jW(a),d=du(a);return I(function(a){return jV(d,a)},c)}return b}function
-jY(a){var
-b=du(a),c=fj(b,a[2]),d=a[1];return[0,s(function(a){var
-c=fj(b,a[2]);return[0,a[1],c]},d),c]}function
-jZ(a){var
+kh(a){return ap(function(b,a){return hc(b[2],a)},n,a)}function
+ki(b,a){return x(jT(b,a[2]),r)}function
+fG(b,a){var
+c=aC(b,a[2]);return s(a[1],c)}function
+kj(a){var
+b=q(bb,a[1]);return[0,a[2],b]}function
+dI(a){return kh(kj(a))}function
+kk(a){var
+b=P(r,dI(a));if(b){var
+c=kj(a),d=dI(a);return G(function(a){return ki(d,a)},c)}return b}function
+kl(a){var
+b=dI(a),c=fG(b,a[2]),d=a[1];return[0,q(function(a){var
+c=fG(b,a[2]);return[0,a[1],c]},d),c]}function
+km(a){var
 b=a[11];if(b){var
-c=b[1];return x(c[1],c[2])}return[0,a[3],[0,a[2],0]]}function
-gZ(a){return jU(jZ(a))}function
-j0(g,a,f){var
+c=b[1];return z(c[1],c[2])}return[0,a[3],[0,a[2],0]]}function
+hi(a){return kh(km(a))}function
+kn(g,a,f){var
 c=g,b=f;for(;;){if(b){if(a){var
-d=a[1],e=b[2],h=d[2],i=b[1];if(y(d[1],c)){var
-j=j0(B(c,n),a[2],e);return ak(function(a){return[0,[0,h,i],a]},j)}var
-c=B(c,n),b=e;continue}return rN}return a?0:rO}}function
-j1(a){var
+d=a[1],e=b[2],h=d[2],i=b[1];if(x(d[1],c)){var
+j=kn(E(c,n),a[2],e);return af(function(a){return[0,[0,h,i],a]},j)}var
+c=E(c,n),b=e;continue}return sB}return a?0:sC}}function
+ko(a){var
 b=a[4];if(b){var
-c=b[1];return D(c,a[3])?a[3]:c}return a[3]}function
-rP(a){var
-b=a[3];return s(function(b){var
-c=b[2],d=O(az(d7(a)),c);return[0,b[1],d]},b)}function
-j2(b,a){return ad(gY(b,a))}function
-j3(a){if(2<=a[3]){var
-c=ag(ac(a[2])),d=r(ag(ac(a[1])),c),b=y(ag(ac(a[4])),d);if(b){var
-e=a[2];return an(function(b){return j2(a,b)},e)}return b}var
-f=a[2];return an(function(b){return j2(a,b)},f)}function
-rQ(a){var
-e=a[3],b=I(function(a){return aE(a[2])},e);if(b){var
-c=ad(d7(a));if(c)return aE(a[4]);var
+c=b[1];return A(c,a[3])?a[3]:c}return a[3]}function
+sD(a){var
+b=a[3];return q(function(b){var
+c=b[2],d=M(at(eo(a)),c);return[0,b[1],d]},b)}function
+kp(b,a){return ac(hh(b,a))}function
+kq(a){if(2<=a[3]){var
+c=ag(aj(a[2])),d=s(ag(aj(a[1])),c),b=x(ag(aj(a[4])),d);if(b){var
+e=a[2];return al(function(b){return kp(a,b)},e)}return b}var
+f=a[2];return al(function(b){return kp(a,b)},f)}function
+sE(a){var
+e=a[3],b=G(function(a){return au(a[2])},e);if(b){var
+c=ac(eo(a));if(c)return au(a[4]);var
 d=c}else
 var
 d=b;return d}function
-j4(a){var
-b=a[3],c=aF(s(function(a){return O(a[2],a[4])},b));return O(az(d7(a)),c)}function
-j5(b,a){if(b[1]){var
-c=a[1];return s(function(b){var
-c=a[4];return s(j4,an(function(a){return y(a[1],b)},c))},c)}var
-d=0,e=j3(a);return[0,s(function(b){var
-c=gX(a,b),d=aF(s(function(b){var
-c=j4(b);return O(gW(a,b),c)},c));return O(az(gY(a,b)),d)},e),d]}function
+kr(a){var
+b=a[3],c=az(q(function(a){return M(a[2],a[4])},b));return M(at(eo(a)),c)}function
+ks(b,a){if(b[1]){var
+c=a[1];return q(function(b){var
+c=a[4];return q(kr,al(function(a){return x(a[1],b)},c))},c)}var
+d=0,e=kq(a);return[0,q(function(b){var
+c=hg(a,b),d=az(q(function(b){var
+c=kr(b);return M(hf(a,b),c)},c));return M(at(hh(a,b)),d)},e),d]}function
 K(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=eW(b[1],a[1]);if(c){var
+c=fi(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return a?0:1}}var
-cW=34;function
-d8(a){var
+c6=34;function
+ep(a){var
 b=32===a?1:0,c=b||(9===a?1:0),d=c||(10===a?1:0),e=d||(13===a?1:0);return e}function
-g0(a){if(48===a)return[0,q];if(49===a)return[0,n];if(50===a)return[0,c(2,n)];if(51===a)return[0,z(c(2,n))];if(52===a)return[0,c(2,c(2,n))];if(53===a)return[0,z(c(2,c(2,n)))];if(54===a)return[0,c(2,z(c(2,n)))];if(55===a)return[0,z(c(2,z(c(2,n))))];if(56===a)return[0,c(2,c(2,c(2,n)))];var
-b=57===a?1:0,d=b?[0,z(c(2,c(2,c(2,n))))]:b;return d}function
-fk(b){var
-a=g0(b),c=a?1:a;return c}function
-j6(f,e){var
+hj(a){if(48===a)return[0,r];if(49===a)return[0,n];if(50===a)return[0,c(2,n)];if(51===a)return[0,w(c(2,n))];if(52===a)return[0,c(2,c(2,n))];if(53===a)return[0,w(c(2,c(2,n)))];if(54===a)return[0,c(2,w(c(2,n)))];if(55===a)return[0,w(c(2,w(c(2,n))))];if(56===a)return[0,c(2,c(2,c(2,n)))];var
+b=57===a?1:0,d=b?[0,w(c(2,c(2,c(2,n))))]:b;return d}function
+fH(b){var
+a=hj(b),c=a?1:a;return c}function
+kt(f,e){var
 b=f,a=e;for(;;){if(a){var
-d=g0(a[1]);if(d){var
-g=a[2],h=d[1],b=B(r(c(2,z(c(2,c(2,n)))),b),h),a=g;continue}return d}return[0,b]}}function
-j7(d,c){var
+d=hj(a[1]);if(d){var
+g=a[2],h=d[1],b=E(s(c(2,w(c(2,c(2,n)))),b),h),a=g;continue}return d}return[0,b]}}function
+ku(d,c){var
 a=d,b=c;for(;;){if(b){if(a){var
 a=a[1],b=b[2];continue}return a}return 1}}function
-j8(a){var
-b=j7(rR,a);return b?a?a[2]?48===a[1]?0:j6(q,a):j6(q,a):a:b}function
-dv(d,c){var
+kv(a){var
+b=ku(sF,a);return b?a?a[2]?48===a[1]?0:kt(r,a):kt(r,a):a:b}function
+dJ(d,c){var
 a=c;for(;;){if(a){var
-b=a[1];if(eW(d,b[1]))return[0,b[2]];var
+b=a[1];if(fi(d,b[1]))return[0,b[2]];var
 a=a[2];continue}return a}}function
-g1(k,j,i,h){var
-a=dv(k,d9);if(a){var
-b=dv(j,d9);if(b){var
-c=dv(i,d9);if(c)var
-d=dv(h,d9),l=d?[0,[0,[0,[0,a[1],b[1]],c[1]],d[1]]]:d,e=l;else
+hk(k,j,i,h){var
+a=dJ(k,eq);if(a){var
+b=dJ(j,eq);if(b){var
+c=dJ(i,eq);if(c)var
+d=dJ(h,eq),l=d?[0,[0,[0,[0,a[1],b[1]],c[1]],d[1]]]:d,e=l;else
 var
 e=c;var
 f=e}else
@@ -2241,28 +2240,28 @@ f=b;var
 g=f}else
 var
 g=a;return g}function
-bT(i,h,g,f,e,d,c,b){function
+b2(i,h,g,f,e,d,c,b){function
 a(a,b){var
 c=a?1<<b:a;return c}var
-j=a(i,7),k=a(h,6),l=a(g,5),m=a(f,4),n=a(e,3),o=a(d,2),p=a(c,1);return gI(((((((a(b,0)+p|0)+o|0)+n|0)+m|0)+l|0)+k|0)+j|0)}function
-dw(b){function
+j=a(i,7),k=a(h,6),l=a(g,5),m=a(f,4),n=a(e,3),o=a(d,2),p=a(c,1);return g4(((((((a(b,0)+p|0)+o|0)+n|0)+m|0)+l|0)+k|0)+j|0)}function
+dK(b){function
 a(a){return 0!==(b&1<<a)?1:0}var
 c=a(7);return a(6)?0:c}function
-j9(a){function
+kw(a){function
 b(b){return 0!==(a&1<<b)?1:0}var
 f=b(7),g=b(6);if(b(5)){if(f)return 0;var
-c=J(a===34?1:0);return c?J(92===a?1:0):c}if(g){if(f)return 0;var
-d=J(a===34?1:0);if(d)return J(92===a?1:0);var
+c=I(a===34?1:0);return c?I(92===a?1:0):c}if(g){if(f)return 0;var
+d=I(a===34?1:0);if(d)return I(92===a?1:0);var
 e=d}else
 var
 e=g;return e}var
-rT=[0,[0,cW,cW],rS];function
-rU(cJ,cI){var
+sH=[0,[0,c6,c6],sG];function
+sI(cJ,cI){var
 d=cJ,h=cI;for(;;){if(h){var
-w=h[2],j=h[1];if(j9(j)){var
+w=h[2],j=h[1];if(kw(j)){var
 d=[0,j,d],h=w;continue}if(w){var
-i=w[2],e=w[1];if(J(92===j?1:0)){var
-bx=dw(e);if(bx){var
+i=w[2],e=w[1];if(I(92===j?1:0)){var
+bx=dK(e);if(bx){var
 s=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),by=s(7),bz=s(6),co=s(5),cp=s(4),cq=s(3),cr=s(2),cs=s(1);if(co)var
 ao=0;else{if(bz)if(by)var
 cm=cs||cr,cn=cm||cq,ah=cn||cp;else
@@ -2274,7 +2273,7 @@ ao=ah}}else
 var
 ao=bx;if(ao){var
 d=[0,e,[0,j,d]],h=i;continue}if(i){var
-x=i[2],M=i[1],bA=dw(e),bB=bA?dw(M):bA;if(bB){var
+x=i[2],M=i[1],bA=dK(e),bB=bA?dK(M):bA;if(bB){var
 k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),g=k(7),b=k(6),c=k(5),l=k(4),bC=k(3),bD=k(2),bE=k(1);if(k(0))if(bE)if(l)var
 a=0;else
 var
@@ -2282,7 +2281,7 @@ ct=c?b?g:b:c,a=ct;else
 if(bD)if(bC)if(l)var
 a=0;else{var
 V=0;if(c)if(b)if(g)var
-a=J(0!==(e&32)?1:0);else{var
+a=I(0!==(e&32)?1:0);else{var
 ai=g;V=1}else{var
 ai=b;V=1}else{var
 ai=c;V=1}if(V)var
@@ -2318,7 +2317,7 @@ a=aj}}else
 var
 a=bB;if(a){var
 d=[0,M,[0,e,[0,j,d]]],h=x;continue}if(x){var
-bR=x[1],bF=dw(e),bG=bF?dw(M):bF,bH=bG?dw(bR):bG;if(bH){var
+bR=x[1],bF=dK(e),bG=bF?dK(M):bF,bH=bG?dK(bR):bG;if(bH){var
 n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),t=n(7),o=n(6),p=n(5),q=n(4),G=n(3),ak=n(2),cH=n(1);if(n(0))if(ak||G)var
 f=0;else
 var
@@ -2330,7 +2329,7 @@ cA=q?p?o?t:o:p:q,f=cA;else
 if(ak)if(G)var
 f=0;else{var
 z=0;if(q)if(p)if(o)if(t)var
-bI=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(e),cC=bI(5),cD=bI(4),cB=cD||cC,f=J(cB);else{var
+bI=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(e),cC=bI(5),cD=bI(4),cB=cD||cC,f=I(cB);else{var
 E=t;z=1}else{var
 E=o;z=1}else{var
 E=p;z=1}else{var
@@ -2351,13 +2350,13 @@ d=[0,bR,[0,M,[0,e,[0,j,d]]]],h=x[2];continue}var
 bS=f}else
 var
 bS=x;var
-bU=bS}else
+bT=bS}else
 var
-bU=i;return bU}if(m===e){if(i){var
+bT=i;return bT}if(m===e){if(i){var
 N=i[2];if(N){var
 O=N[2];if(O){var
 P=O[2];if(P){var
-r=P[2],ap=g1(i[1],N[1],O[1],P[1]);if(ap){var
+r=P[2],ap=hk(i[1],N[1],O[1],P[1]);if(ap){var
 y=ap[1],aE=y[1][1],aF=aE[1],aG=aF[1],aH=aG[1],aI=aH[1],aw=0;if(aI){var
 aJ=aH[2];if(aJ)if(aG[2]){var
 aq=0;aw=1}else{var
@@ -2378,12 +2377,12 @@ B=aI;if(!aw)var
 aq=B;if(aq){var
 ax=0;if(r){var
 H=r[2],ay=0;if(H){var
-I=H[2],az=0;if(I){var
-K=I[2],aA=0;if(K){var
+J=H[2],az=0;if(J){var
+K=J[2],aA=0;if(K){var
 L=K[2],aB=0;if(L){var
 al=L[2],aC=0;if(al){var
 bK=92===r[1]?1:0,bL=bK?m===H[1]?1:0:bK;if(bL){var
-am=g1(I[1],K[1],L[1],al[1]);if(am){var
+am=hk(J[1],K[1],L[1],al[1]);if(am){var
 aO=am[1][1][1],aP=aO[1],aQ=aP[1],aR=aQ[1],aS=aR[1],b8=0;if(aS){var
 aT=aR[2];if(aT)if(aQ[2]){var
 ar=0;ay=1;az=1;aA=1;aB=1;aC=1;b8=1}else{var
@@ -2410,7 +2409,7 @@ var
 bN=K;if(!aA)var
 bO=bN}else
 var
-bO=I;if(!az)var
+bO=J;if(!az)var
 bP=bO}else
 var
 bP=H;if(!ay){var
@@ -2422,36 +2421,36 @@ Q=as[2];if(Q){var
 R=Q[2];if(R){var
 S=R[2];if(S){var
 U=S[2];if(U){var
-at=g1(Q[1],R[1],S[1],U[1]);if(at){var
-bV=at[1],be=bV[2],bf=be[1],bg=bf[1],bh=bV[1],bi=bh[2],bj=bi[1],bk=bj[1],bl=bh[1][2],bm=y[2],bn=bm[1],bo=bn[1],bp=y[1],bq=bp[2],br=bq[1],bs=br[1],u=bs[2],v=bs[1],bt=bp[1][2],ag=bt[1][2],D=bt[2],cK=U[2],cc=J(u),cd=dn(v,u),ce=v?u:v,cf=dn(D,ce),bu=D?v:D,cg=bu?u:bu,ch=dn(ag,cg),bv=ag?D:ag,bw=bv?v:bv,ci=bw?u:bw,cj=[0,bT(1,0,bj[2],bi[2],bg[1],bg[2],bf[2],be[2]),0],ck=[0,bT(1,0,bn[2],bm[2],bl[1][2],bl[2],bk[1],bk[2]),cj],cl=[0,bT(1,0,cd,cc,br[2],bq[2],bo[1],bo[2]),ck],d=T([0,bT(1,1,1,1,0,ci,ch,cf),cl],d),h=cK;continue}var
-bW=at}else
+at=hk(Q[1],R[1],S[1],U[1]);if(at){var
+bU=at[1],be=bU[2],bf=be[1],bg=bf[1],bh=bU[1],bi=bh[2],bj=bi[1],bk=bj[1],bl=bh[1][2],bm=y[2],bn=bm[1],bo=bn[1],bp=y[1],bq=bp[2],br=bq[1],bs=br[1],u=bs[2],v=bs[1],bt=bp[1][2],ag=bt[1][2],D=bt[2],cK=U[2],cc=I(u),cd=dD(v,u),ce=v?u:v,cf=dD(D,ce),bu=D?v:D,cg=bu?u:bu,ch=dD(ag,cg),bv=ag?D:ag,bw=bv?v:bv,ci=bw?u:bw,cj=[0,b2(1,0,bj[2],bi[2],bg[1],bg[2],bf[2],be[2]),0],ck=[0,b2(1,0,bn[2],bm[2],bl[1][2],bl[2],bk[1],bk[2]),cj],cl=[0,b2(1,0,cd,cc,br[2],bq[2],bo[1],bo[2]),ck],d=T([0,b2(1,1,1,1,0,ci,ch,cf),cl],d),h=cK;continue}var
+bV=at}else
 var
-bW=U;var
+bV=U;var
+bW=bV}else
+var
+bW=S;var
 bX=bW}else
 var
-bX=S;var
+bX=R;var
 bY=bX}else
 var
-bY=R;var
+bY=Q;var
 bZ=bY}else
 var
-bZ=Q;var
+bZ=as;var
 b0=bZ}else
 var
-b0=as;var
-b1=b0}else
-var
-b1=r;return b1}}var
+b0=r;return b0}}var
 aX=y[2],aY=aX[1],aZ=aY[1],X=aZ[2],Y=aZ[1],Z=aY[2],_=aX[2],a0=y[1],a1=a0[2],a2=a1[1],a3=a2[1],$=a3[2],aa=a3[1],ab=a2[2],ac=a1[2],a4=a0[1],a5=a4[2],a6=a5[1],a7=a6[1],ad=a7[2],a8=a7[1],ae=a6[2],af=a5[2],a9=a4[1],a_=a9[1],a$=a_[1],ba=a$[2],bb=a$[1],bc=a_[2],bd=a9[2],aD=0;if(!bb&&!ba&&!bc&&!bd&&!a8){var
 b9=0;if(!ad&&!ae&&!af&&!aa){var
-au=[0,bT(0,$,ab,ac,Y,X,Z,_),0];aD=1;b9=1}if(!b9){var
-cb=[0,bT(1,0,ab,ac,Y,X,Z,_),0],au=[0,bT(1,1,0,ad,ae,af,aa,$),cb];aD=1}}if(!aD)var
-b$=[0,bT(1,0,ab,ac,Y,X,Z,_),0],ca=[0,bT(1,0,a8,ad,ae,af,aa,$),b$],au=[0,bT(1,1,1,0,bb,ba,bc,bd),ca];var
+au=[0,b2(0,$,ab,ac,Y,X,Z,_),0];aD=1;b9=1}if(!b9){var
+cb=[0,b2(1,0,ab,ac,Y,X,Z,_),0],au=[0,b2(1,1,0,ad,ae,af,aa,$),cb];aD=1}}if(!aD)var
+b$=[0,b2(1,0,ab,ac,Y,X,Z,_),0],ca=[0,b2(1,0,a8,ad,ae,af,aa,$),b$],au=[0,b2(1,1,1,0,bb,ba,bc,bd),ca];var
 d=T(au,d),h=r;continue}var
-b2=ap}else
+b1=ap}else
 var
-b2=P;var
-b3=b2}else
+b1=P;var
+b3=b1}else
 var
 b3=O;var
 b4=b3}else
@@ -2460,84 +2459,84 @@ b4=N;var
 b5=b4}else
 var
 b5=i;return b5}var
-av=dv(e,rT);if(av){var
+av=dJ(e,sH);if(av){var
 d=[0,av[1],d],h=i;continue}var
 b6=av}else
 var
 b6=w;return b6}return[0,T(d,0)]}}function
-g2(d,c){var
-b=d,a=c;for(;;){if(b){if(a)switch(jA(b[1],a[1])){case
+hl(d,c){var
+b=d,a=c;for(;;){if(b){if(a)switch(jZ(b[1],a[1])){case
 0:var
 b=b[2],a=a[2];continue;case
 1:return 1;default:return 0}return a}return 1}}function
-cA(d){var
-a=gV(g2,d);for(;;){if(a){var
+ck(d){var
+a=he(hl,d);for(;;){if(a){var
 b=a[2];if(b){var
-c=J(K(a[1],b[1]));if(c){var
+c=I(K(a[1],b[1]));if(c){var
 a=b;continue}return c}return 1}return 1}}function
-j_(c,b,a){if(d8(c))return[0,[0,[6,b],a]];if(a){var
+kx(c,b,a){if(ep(c))return[0,[0,[6,b],a]];if(a){var
 d=a[2],e=a[1];if(0===e[0]){var
-f=e[1];if(44===c)return[0,[0,rV,[0,[0,[0,b,f]],d]]];var
+f=e[1];if(44===c)return[0,[0,sJ,[0,[0,[0,b,f]],d]]];var
 g=93===c?1:0,n=g?[0,[0,[6,[3,T(f,[0,b,0])]],d]]:g;return n}var
 h=e[2],i=e[1];if(44===c)return[0,[0,[1,[0,[0,h,b],i],0],d]];var
-j=eT===c?1:0;if(j)var
-k=T(i,[0,[0,h,b],0]),l=cA(s(bx,k)),o=l?[0,[0,[6,[4,k]],d]]:l,m=o;else
+j=ff===c?1:0;if(j)var
+k=T(i,[0,[0,h,b],0]),l=ck(q(a0,k)),o=l?[0,[0,[6,[4,k]],d]]:l,m=o;else
 var
 m=j;return m}return a}function
-r8(Q,P,O){var
+sW(Q,P,O){var
 e=Q,a=P,i=O;for(;;){if(i){var
 d=i[1];switch(e[0]){case
 0:var
-u=e[1];if(d8(d))var
+u=e[1];if(ep(d))var
 c=[0,[0,[0,u],a]];else
 if(d===34)var
-c=[0,[0,rW,a]];else
-if(fk(d))var
+c=[0,[0,sK,a]];else
+if(fH(d))var
 c=[0,[0,[4,[0,d,0]],a]];else
 if(91===d)var
-c=[0,[0,rY,[0,rX,a]]];else
-if(iQ===d)var
-c=[0,[0,rZ,a]];else
-if(f===d)var
-c=[0,[0,[5,k(r0),0],a]];else
+c=[0,[0,sM,[0,sL,a]]];else
+if(jd===d)var
+c=[0,[0,sN,a]];else
+if(g===d)var
+c=[0,[0,[5,k(sO),0],a]];else
 if(b===d)var
-c=[0,[0,[5,k(r2),r1],a]];else
-if(A===d)var
-c=[0,[0,[5,k(r4),r3],a]];else{var
+c=[0,[0,[5,k(sQ),sP],a]];else
+if(B===d)var
+c=[0,[0,[5,k(sS),sR],a]];else{var
 q=93===d?1:0,r=q?u:q,o=0;if(r)if(a)var
-s=a[1],c=0===s[0]?s[1]?0:[0,[0,r5,a[2]]]:0;else{var
+s=a[1],c=0===s[0]?s[1]?0:[0,[0,sT,a[2]]]:0;else{var
 t=a;o=1}else{var
 t=r;o=1}if(o)var
 c=t}break;case
 1:var
-v=e[2],w=e[1];if(d8(d))var
+v=e[2],w=e[1];if(ep(d))var
 c=[0,[0,[1,w,v],a]];else
 if(d===34)var
 c=[0,[0,[3,[0,w],0,0],a]];else
 var
-x=eT===d?1:0,y=x?v:x,K=y?[0,[0,r6,a]]:y,c=K;break;case
+x=ff===d?1:0,y=x?v:x,K=y?[0,[0,sU,a]]:y,c=K;break;case
 2:var
-z=e[2],B=e[1];if(d8(d))var
-c=[0,[0,[2,B,z],a]];else
+z=e[2],A=e[1];if(ep(d))var
+c=[0,[0,[2,A,z],a]];else
 var
-C=58===d?1:0,L=C?[0,[0,r7,[0,[1,B,z],a]]]:C,c=L;break;case
+C=58===d?1:0,L=C?[0,[0,sV,[0,[1,A,z],a]]]:C,c=L;break;case
 3:var
-j=e[3],g=e[1];if(e[2])var
-c=[0,[0,[3,g,0,[0,d,j]],a]];else
+j=e[3],f=e[1];if(e[2])var
+c=[0,[0,[3,f,0,[0,d,j]],a]];else
 if(d===34){var
-l=rU(0,T(j,0)),p=0;if(l){var
-D=l[1];if(g)var
-c=[0,[0,[2,g[1],D],a]];else{var
+l=sI(0,T(j,0)),p=0;if(l){var
+D=l[1];if(f)var
+c=[0,[0,[2,f[1],D],a]];else{var
 E=[0,[0,[6,[2,D]],a]];p=1}}else{var
 E=l;p=1}if(p)var
 c=E}else
 var
-c=[0,[0,[3,g,92===d?1:0,[0,d,j]],a]];break;case
+c=[0,[0,[3,f,92===d?1:0,[0,d,j]],a]];break;case
 4:var
-F=e[1];if(fk(d))var
+F=e[1];if(fH(d))var
 c=[0,[0,[4,[0,d,F]],a]];else
 var
-m=j8(T(F,0)),c=m?j_(d,[1,m[1]],a):m;break;case
+m=kv(T(F,0)),c=m?kx(d,[1,m[1]],a):m;break;case
 5:var
 h=e[1];if(h){var
 G=d===h[1]?1:0;if(G)var
@@ -2547,31 +2546,31 @@ n=G}else
 var
 n=h;var
 c=n;break;default:var
-c=j_(d,e[1],a)}if(c){var
+c=kx(d,e[1],a)}if(c){var
 J=c[1],e=J[1],a=J[2],i=i[2];continue}return c}switch(e[0]){case
 4:if(a)return 0;var
-N=j8(T(e[1],0));return ak(function(a){return[1,a]},N);case
+N=kv(T(e[1],0));return af(function(a){return[1,a]},N);case
 6:return a?0:[0,e[1]];default:return 0}}}function
-fl(d){var
-e=d[1],f=e[1],g=f[2],c=e[2],b=d[2],h=g?c?b?55:54:b?53:52:c?b?51:50:b?49:48;return f[1]?g?c?b?A:a:b?p:99:c?b?98:97:b?57:56:h}function
-d_(a){var
-b=a[1],c=b[1],d=[0,fl(a[2]),0],e=[0,fl(b[2]),d],f=[0,fl(c[2]),e];return[0,92,[0,m,[0,fl(c[1]),f]]]}function
-j$(a){if(a===34)return[0,92,[0,cW,0]];if(92===a)return r_;if(8===a)return r$;if(12===a)return sa;if(10===a)return sb;if(13===a)return sc;if(9===a)return sd;if(j9(a)&&J(eR===a?1:0))return[0,a,0];function
+fI(d){var
+e=d[1],f=e[1],g=f[2],c=e[2],b=d[2],h=g?c?b?55:54:b?53:52:c?b?51:50:b?49:48;return f[1]?g?c?b?B:a:b?p:99:c?b?98:97:b?57:56:h}function
+er(a){var
+b=a[1],c=b[1],d=[0,fI(a[2]),0],e=[0,fI(b[2]),d],f=[0,fI(c[2]),e];return[0,92,[0,m,[0,fI(c[1]),f]]]}function
+ky(a){if(a===34)return[0,92,[0,c6,0]];if(92===a)return sY;if(8===a)return sZ;if(12===a)return s0;if(10===a)return s1;if(13===a)return s2;if(9===a)return s3;if(kw(a)&&I(fd===a?1:0))return[0,a,0];function
 b(b){return 0!==(a&1<<b)?1:0}var
-c=b(7),d=b(6),e=b(5),f=b(4),g=b(3),h=b(2),i=b(1);return d_([0,[0,[0,g3,g3],[0,[0,[0,c,d],e],f]],[0,[0,[0,g,h],i],b(0)]])}function
-sj(aO,aN){var
+c=b(7),d=b(6),e=b(5),f=b(4),g=b(3),h=b(2),i=b(1);return er([0,[0,[0,hm,hm],[0,[0,[0,c,d],e],f]],[0,[0,[0,g,h],i],b(0)]])}function
+s9(aO,aN){var
 a=aO,c=aN;for(;;){if(c){var
 b=c[2],d=c[1],s=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),aI=s(7),B=s(6);if(s(5))var
 H=0;else
 var
 aH=B?aI:B,H=aH;if(H){if(b){var
-aP=b[2],aQ=b[1],l=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),Q=l(4),R=l(3),S=l(2),U=l(1),V=l(0),e=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aQ),L=e(5),M=e(4),N=e(3),O=e(2),P=e(1),a=T(d_([0,[0,[0,g3,[0,[0,[0,0,Q],R],S]],[0,[0,[0,U,V],L],M]],[0,[0,[0,N,O],P],e(0)]]),a),c=aP;continue}return a}var
+aP=b[2],aQ=b[1],l=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),Q=l(4),R=l(3),S=l(2),U=l(1),V=l(0),e=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aQ),L=e(5),M=e(4),N=e(3),O=e(2),P=e(1),a=T(er([0,[0,[0,hm,[0,[0,[0,0,Q],R],S]],[0,[0,[0,U,V],L],M]],[0,[0,[0,N,O],P],e(0)]]),a),c=aP;continue}return a}var
 o=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),aK=o(7),C=o(6),D=o(5);if(o(4))var
-I=0;else
+J=0;else
 var
-aJ=D?C?aK:C:D,I=aJ;if(I){if(b){var
+aJ=D?C?aK:C:D,J=aJ;if(J){if(b){var
 t=b[2];if(t){var
-aR=t[2],aS=t[1],aT=b[1],n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),af=n(3),ag=n(2),ah=n(1),ai=n(0),g=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aT),$=g(5),aa=g(4),ab=g(3),ac=g(2),ad=g(1),ae=g(0),f=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aS),W=f(5),X=f(4),Y=f(3),Z=f(2),_=f(1),a=T(d_([0,[0,[0,[0,[0,[0,af,ag],ah],ai],[0,[0,[0,$,aa],ab],ac]],[0,[0,[0,ad,ae],W],X]],[0,[0,[0,Y,Z],_],f(0)]]),a),c=aR;continue}return a}return a}var
+aR=t[2],aS=t[1],aT=b[1],n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),af=n(3),ag=n(2),ah=n(1),ai=n(0),g=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aT),$=g(5),aa=g(4),ab=g(3),ac=g(2),ad=g(1),ae=g(0),f=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aS),W=f(5),X=f(4),Y=f(3),Z=f(2),_=f(1),a=T(er([0,[0,[0,[0,[0,[0,af,ag],ah],ai],[0,[0,[0,$,aa],ab],ac]],[0,[0,[0,ad,ae],W],X]],[0,[0,[0,Y,Z],_],f(0)]]),a),c=aR;continue}return a}return a}var
 m=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),aM=m(7),E=m(6),F=m(5),G=m(4);if(m(3))var
 K=0;else
 var
@@ -2579,80 +2578,80 @@ aL=G?F?E?aM:E:F:G,K=aL;if(K){if(b){var
 u=b[2];if(u){var
 v=u[2];if(v){var
 aU=v[2],aV=v[1],aW=u[1],aX=b[1],r=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),aF=r(2),aG=r(1),A=r(0),k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aX),q=k(5),aA=k(4),aB=k(3),aC=k(2),aD=k(1),aE=k(0),j=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aW),au=j(5),av=j(4),aw=j(3),ax=j(2),ay=j(1),az=j(0),i=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aV),ao=i(5),ap=i(4),aq=i(3),ar=i(2),as=i(1),at=i(0);if(aF)var
-w=1,p=se;else
+w=1,p=s4;else
 var
-h=J(aA),ak=dn(q,h),al=h?J(q):h,am=dn(A,al),z=h?J(q):h,an=z?J(A):z,w=h,p=[0,[0,dn(aG,an),am],ak];var
-y=p[1],aj=d_([0,[0,[0,sg,[0,[0,sf,aw],ax]],[0,[0,[0,ay,az],ao],ap]],[0,[0,[0,aq,ar],as],at]]),a=T(x(d_([0,[0,[0,si,[0,[0,sh,y[1]],y[2]]],[0,[0,[0,p[2],w],aB],aC]],[0,[0,[0,aD,aE],au],av]]),aj),a),c=aU;continue}return a}return a}return a}var
-a=T(j$(d),a),c=b;continue}return a}}function
-ka(b,a){return[0,cW,sj([0,cW,b],a)]}function
-g4(r){var
-f=sk,b=r,a=0;for(;;){if(f){var
-d=c(2,z(c(2,c(2,n)))),g=aQ(d);if(0===g)var
-e=[0,q,b];else
+h=I(aA),ak=dD(q,h),al=h?I(q):h,am=dD(A,al),y=h?I(q):h,an=y?I(A):y,w=h,p=[0,[0,dD(aG,an),am],ak];var
+x=p[1],aj=er([0,[0,[0,s6,[0,[0,s5,aw],ax]],[0,[0,[0,ay,az],ao],ap]],[0,[0,[0,aq,ar],as],at]]),a=T(z(er([0,[0,[0,s8,[0,[0,s7,x[1]],x[2]]],[0,[0,[0,p[2],w],aB],aC]],[0,[0,[0,aD,aE],au],av]]),aj),a),c=aU;continue}return a}return a}return a}var
+a=T(ky(d),a),c=b;continue}return a}}function
+kz(b,a){return[0,c6,s9([0,c6,b],a)]}function
+hn(q){var
+f=s_,b=q,a=0;for(;;){if(f){var
+d=c(2,w(c(2,c(2,n)))),g=aV(d);if(0===g)var
+e=[0,r,b];else
 if(1===g)var
-e=au(b,d);else
+e=ay(b,d);else
 var
-h=au(cU(-1,b),d),m=h[2],o=B(cU(1,d),m),e=[0,cU(-1,h[1]),o];var
-i=e[1],j=e[2],p=0<=aQ(j)?j:q,k=B(c(2,c(2,c(2,c(2,z(c(2,n)))))),p),l=0<aQ(k)?gU(rL,k):jx;if(y(i,q))return[0,l,a];var
+h=ay(c3(-1,b),d),m=h[2],o=E(c3(1,d),m),e=[0,c3(-1,h[1]),o];var
+i=e[1],j=e[2],p=0<=aV(j)?j:r,k=E(c(2,c(2,c(2,c(2,w(c(2,n)))))),p),l=0<aV(k)?hd(sz,k):jW;if(x(i,r))return[0,l,a];var
 f=f[1],b=i,a=[0,l,a];continue}return a}}function
-sl(b,a){return g2(b[1],a[1])}function
-fm(a,b){if(typeof
-b==="number")return T(k(sm),a);else
+s$(b,a){return hl(b[1],a[1])}function
+fJ(a,b){if(typeof
+b==="number")return T(k(ta),a);else
 switch(b[0]){case
-0:return b[1]?T(k(sn),a):T(k(so),a);case
-1:return T(g4(b[1]),a);case
-2:return ka(a,b[1]);case
+0:return b[1]?T(k(tb),a):T(k(tc),a);case
+1:return T(hn(b[1]),a);case
+2:return kz(a,b[1]);case
 3:var
 i=b[1];if(i){var
 f=a,j=91,c=i;for(;;){if(c){var
-n=c[2],f=fm([0,j,f],c[1]),j=44,c=n;continue}return[0,93,f]}}return[0,93,[0,91,a]];default:var
+n=c[2],f=fJ([0,j,f],c[1]),j=44,c=n;continue}return[0,93,f]}}return[0,93,[0,91,a]];default:var
 l=function(a){if(a)var
-b=a[1],c=b[1],e=l(a[2]),f=b[2],d=[0,[0,c,[2,fm([0,58,ka(0,c)],f)]],e];else
+b=a[1],c=b[1],e=l(a[2]),f=b[2],d=[0,[0,c,[2,fJ([0,58,kz(0,c)],f)]],e];else
 var
-d=a;return d},h=gV(sl,l(b[1]));if(h){var
-e=a,m=iQ,d=[0,h[1],h[2]];for(;;){if(d){var
+d=a;return d},h=he(s$,l(b[1]));if(h){var
+e=a,m=jd,d=[0,h[1],h[2]];for(;;){if(d){var
 g=d[1][2];if(typeof
 g!=="number"&&2===g[0]){var
-o=d[2],e=T(T(g[1],0),[0,m,e]),m=44,d=o;continue}return[0,eT,e]}return[0,eT,e]}}return[0,eT,[0,iQ,a]]}}function
-d$(a){return T(fm(0,a),0)}function
-ea(d){var
+o=d[2],e=T(T(g[1],0),[0,m,e]),m=44,d=o;continue}return[0,ff,e]}return[0,ff,e]}}return[0,ff,[0,jd,a]]}}function
+es(a){return T(fJ(0,a),0)}function
+et(d){var
 b=0,a=d,e=0;for(;;){if(a){var
-c=a[2],b=[0,10,fm(b,a[1])],a=c;continue}return T(b,e)}}function
-i(a,b){return 0===a[0]?E(b,a[1]):[1,a[1]]}function
+c=a[2],b=[0,10,fJ(b,a[1])],a=c;continue}return T(b,e)}}function
+i(a,b){return 0===a[0]?F(b,a[1]):[1,a[1]]}function
 R(a){return[1,k(a)]}function
-N(c,b,a){return c?a:R(b)}function
-a6(b,a){return 0===a[0]?[0,a[1]]:[1,x(b,[0,32,a[1]])]}function
-a7(e,d){var
+O(c,b,a){return c?a:R(b)}function
+a_(b,a){return 0===a[0]?[0,a[1]]:[1,z(b,[0,32,a[1]])]}function
+bd(e,d){var
 b=0,a=d;for(;;){if(a){var
-c=E(e,a[1]);if(0===c[0]){var
+c=F(e,a[1]);if(0===c[0]){var
 b=[0,c[1],b],a=a[2];continue}return[1,c[1]]}return[0,T(b,0)]}}function
-a8(b,a){if(typeof
-a==="number")return sp;function
-c(a){return[0,[0,a]]}return i(E(b,a),c)}function
-bd(a){if(typeof
-a!=="number"&&4===a[0])return[0,a[1]];return R(sq)}function
-be(a){if(typeof
-a!=="number"&&3===a[0])return[0,a[1]];return R(sr)}function
-af(d,c){var
+aQ(b,a){if(typeof
+a==="number")return td;function
+c(a){return[0,[0,a]]}return i(F(b,a),c)}function
+bh(a){if(typeof
+a!=="number"&&4===a[0])return[0,a[1]];return R(te)}function
+bp(a){if(typeof
+a!=="number"&&3===a[0])return[0,a[1]];return R(tf)}function
+ah(d,c){var
 a=c;for(;;){if(a){var
 b=a[1];if(K(d,b[1]))return[0,b[2]];var
 a=a[2];continue}return a}}function
-Y(c,b){var
-a=af(c,b),d=a?1:a;return d}function
-cB(b,a){return $(function(b){return K(a,b)},b)}function
+Z(c,b){var
+a=ah(c,b),d=a?1:a;return d}function
+bO(b,a){return $(function(b){return K(a,b)},b)}function
 U(b,d,a){function
 c(a){var
-c=[0,a],e=N(I(function(a){var
-c=cB(b,a[1]);return c?c:cB(d,a[1])},a),ss,c);return N(I(function(b){return Y(b,a)},b),st,e)}return i(bd(a),c)}function
-u(d,a,c){var
-b=af(a,c);return b?a6(a,E(d,b[1])):R(su)}function
-_(b,a){function
-c(a){return a7(b,a)}return i(be(a),c)}function
-kb(b,a){return y(ag(ac(a)),b)}function
-ax(c,b,a){function
+c=[0,a],e=O(G(function(a){var
+c=bO(b,a[1]);return c?c:bO(d,a[1])},a),tg,c);return O(G(function(b){return Z(b,a)},b),th,e)}return i(bh(a),c)}function
+t(d,a,c){var
+b=ah(a,c);return b?a_(a,F(d,b[1])):R(ti)}function
+V(b,a){function
+c(a){return bd(b,a)}return i(bp(a),c)}function
+kA(b,a){return x(ag(aj(a)),b)}function
+aA(c,b,a){function
 d(a){var
-d=a7(b,a);return N(kb(c,a),sv,d)}return i(be(a),d)}function
-ai(c){if(typeof
+d=bd(b,a);return O(kA(c,a),tj,d)}return i(bp(a),d)}function
+X(c){if(typeof
 c!=="number"&&2===c[0]){var
 h=c[1],a=h,j=[0,h];for(;;){if(a){var
 b=a[2];if(b){var
@@ -2663,130 +2662,130 @@ var
 f=b;var
 g=f}else
 var
-g=a;return N(J(g),sx,j)}}return R(sw)}function
-aK(a){if(typeof
-a!=="number"&&1===a[0])return[0,a[1]];return R(sy)}function
-fn(b,a){function
-c(a){return N(M(a,b),sz,[0,a])}return i(aK(a),c)}function
-eb(a){if(typeof
-a!=="number"&&0===a[0])return[0,a[1]];return R(sA)}function
-ec(d,c){var
+g=a;return O(I(g),tl,j)}}return R(tk)}function
+aN(a){if(typeof
+a!=="number"&&1===a[0])return[0,a[1]];return R(tm)}function
+fK(b,a){function
+c(a){return O(P(a,b),tn,[0,a])}return i(aN(a),c)}function
+eu(a){if(typeof
+a!=="number"&&0===a[0])return[0,a[1]];return R(to)}function
+ev(d,c){var
 a=d;for(;;){if(a){var
 b=a[1];if(K(b[1],c))return[0,b[2]];var
-a=a[2];continue}return R(sB)}}function
-aO(b,a){function
-c(a){return ec(b,a)}return i(ai(a),c)}function
-kc(a){return W(function(a){return x(W(function(a){return 44===a?sD:[0,a,0]},a),sC)},a)}function
-fo(a){function
+a=a[2];continue}return R(tp)}}function
+aR(b,a){function
+c(a){return ev(b,a)}return i(X(a),c)}function
+kB(a){return Y(function(a){return z(Y(function(a){return 44===a?tr:[0,a,0]},a),tq)},a)}function
+fL(a){function
 b(a){var
-b=N(cA(a),sE,[0,a]),c=a?1:a;return N(c,sF,b)}return i(_(ai,a),b)}function
-fp(b,a){function
+b=O(ck(a),ts,[0,a]),c=a?1:a;return O(c,tt,b)}return i(V(X,a),b)}function
+fM(b,a){function
 c(a){var
-b=N(cA(s(kc,a)),sG,[0,a]),c=a?1:a;return N(c,sH,b)}return i(_(function(a){return ax(b,ai,a)},a),c)}function
-kd(c,b,a){function
+b=O(ck(q(kB,a)),tu,[0,a]),c=a?1:a;return O(c,tv,b)}return i(V(function(a){return aA(b,X,a)},a),c)}function
+kC(c,b,a){function
 d(a){function
 f(a){var
-c=dv(a,d9);if(c){if(!b)return 0!==(a&32)?1:0;var
+c=dJ(a,eq);if(c){if(!b)return 0!==(a&32)?1:0;var
 d=b}else
 var
 d=c;return d}var
-d=j7(c,a),g=[0,a],e=d?kb(ag(c),a):d,h=e?I(f,a):e;return N(h,sI,g)}return i(ai(a),d)}var
-sJ=0;function
-fq(a){return kd(sK,sJ,a)}function
-ke(b,a){return[0,B(r(b[1],a[2]),a[1]),r(b[2],a[2])]}function
-g5(b,a){if(a){var
-c=a[2],d=a[1];return d?[0,0,g5(ke(d[1],b),c)]:[0,[0,b],c]}return[0,[0,b],0]}function
-kf(d){var
+d=ku(c,a),g=[0,a],e=d?kA(ag(c),a):d,h=e?G(f,a):e;return O(h,tw,g)}return i(X(a),d)}var
+tx=0;function
+fN(a){return kC(ty,tx,a)}function
+kD(b,a){return[0,E(s(b[1],a[2]),a[1]),s(b[2],a[2])]}function
+ho(b,a){if(a){var
+c=a[2],d=a[1];return d?[0,0,ho(kD(d[1],b),c)]:[0,[0,b],c]}return[0,[0,b],0]}function
+kE(d){var
 a=d;for(;;){if(a){var
 b=a[2],c=a[1];if(c){var
-e=c[1];return ke(kf(b),e)}var
-a=b;continue}return[0,q,n]}}function
-kg(l,k,j,i){var
+e=c[1];return kD(kE(b),e)}var
+a=b;continue}return[0,r,n]}}function
+kF(l,k,j,i){var
 e=l,a=k,d=j,b=i;for(;;){if(b){var
-g=b[2],f=g0(b[1]);if(f){var
+g=b[2],f=hj(b[1]);if(f){var
 h=f[1];if(d){var
-m=d[1],o=a[2],p=r(c(2,z(c(2,c(2,n)))),o),q=a[1],a=[0,B(r(c(2,z(c(2,c(2,n)))),q),h),p],d=m,b=g;continue}var
-s=[0,h,c(2,z(c(2,c(2,n))))],e=g5(a,e),a=s,d=sL,b=g;continue}return f}return[0,kf(g5(a,e))[1]]}}function
-g6(a){return a?a[2]?48===a[1]?0:kg(0,[0,q,n],sM,a):kg(0,[0,q,n],sN,a):a}function
-g7(e){var
-b=c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,c(2,c(2,c(2,c(2,z(c(2,n))))))))))))))))))))),a=e;for(;;){if(a){if(!G(b,q)){var
+m=d[1],o=a[2],p=s(c(2,w(c(2,c(2,n)))),o),q=a[1],a=[0,E(s(c(2,w(c(2,c(2,n)))),q),h),p],d=m,b=g;continue}var
+r=[0,h,c(2,w(c(2,c(2,n))))],e=ho(a,e),a=r,d=tz,b=g;continue}return f}return[0,kE(ho(a,e))[1]]}}function
+hp(a){return a?a[2]?48===a[1]?0:kF(0,[0,r,n],tA,a):kF(0,[0,r,n],tB,a):a}function
+hq(e){var
+b=c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,c(2,c(2,c(2,c(2,w(c(2,n))))))))))))))))))))),a=e;for(;;){if(a){if(!J(b,r)){var
 b=S(b,n),a=a[2];continue}var
 d=0}else
 var
-d=1;return d?g6(e):d}}function
-kh(g,f,e){var
+d=1;return d?hp(e):d}}function
+kG(g,f,e){var
 b=f,a=e;for(;;){if(a){var
-c=a[2],d=a[1];if(eW(d,g))return[0,T(b,0),[0,c]];var
+c=a[2],d=a[1];if(fi(d,g))return[0,T(b,0),[0,c]];var
 b=[0,d,b],a=c;continue}return[0,T(b,0),0]}}function
-ki(m){var
-e=kh(47,0,m),f=e[2],g=e[1];if(f){var
-b=g7(g);if(b){var
-h=b[1],c=g7(f[1]);if(c){var
-a=c[1],k=aQ(a);if(0===k)return 0;if(0<k){var
-i=J(jr(a,n)),j=i?y(gP(h,a),n):i,o=j?[0,[0,h,a]]:j;return o}return 0}var
+kH(m){var
+e=kG(47,0,m),f=e[2],g=e[1];if(f){var
+b=hq(g);if(b){var
+h=b[1],c=hq(f[1]);if(c){var
+a=c[1],k=aV(a);if(0===k)return 0;if(0<k){var
+i=I(jQ(a,n)),j=i?x(g_(h,a),n):i,o=j?[0,[0,h,a]]:j;return o}return 0}var
 l=c}else
 var
 l=b;return l}var
-d=g7(g),p=d?[0,[0,d[1],n]]:d;return p}function
-ar(e){if(typeof
+d=hq(g),p=d?[0,[0,d[1],n]]:d;return p}function
+av(e){if(typeof
 e!=="number"&&2===e[0]){var
 a=e[1];if(a)if(45===a[1]){var
-c=ki(a[2]),f=0;if(c){var
-d=c[1];if(y(d[1],q))var
+c=kH(a[2]),f=0;if(c){var
+d=c[1];if(x(d[1],r))var
 b=0;else{var
-g=[0,[0,aI(d[1]),d[2]]];f=1}}else{var
+g=[0,[0,aL(d[1]),d[2]]];f=1}}else{var
 g=c;f=1}if(f)var
 b=g}else
 var
-b=ki(a);else
+b=kH(a);else
 var
-b=a;return b?[0,b[1]]:R(sP)}return R(sO)}function
-al(a){function
-b(a){return N(G(q,a[1]),sQ,[0,a])}return i(ar(a),b)}var
-kj=k(sR);function
-bB(a){if(typeof
-a!=="number"&&2===a[0]){if(K(a[1],kj))return sT;var
-b=function(a){return[0,[0,a]]};return i(ar(a),b)}return R(sS)}function
-fr(f,e){var
+b=a;return b?[0,b[1]]:R(tD)}return R(tC)}function
+am(a){function
+b(a){return O(J(r,a[1]),tE,[0,a])}return i(av(a),b)}var
+kI=k(tF);function
+by(a){if(typeof
+a!=="number"&&2===a[0]){if(K(a[1],kI))return tH;var
+b=function(a){return[0,[0,a]]};return i(av(a),b)}return R(tG)}function
+cK(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
 c=K(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return a?0:1}}var
-kk=aI(c(2,n));function
-ed(c){return function(d){var
-b=q,a=d;for(;;){if(a){if(E(c,a[1]))return b;var
-b=B(b,n),a=a[2];continue}return kk}}}function
-fs(a){var
+kJ=aL(c(2,n));function
+ew(c){return function(d){var
+b=r,a=d;for(;;){if(a){if(F(c,a[1]))return b;var
+b=E(b,n),a=a[2];continue}return kJ}}}function
+fO(a){var
 b=a[5];if(b)return b[1];var
-c=a[7];return W(function(a){var
-b=a[4];return W(function(a){var
+c=a[7];return Y(function(a){var
+b=a[4];return Y(function(a){var
 b=a?[0,a[1],0]:a;return b},b)},c)}function
-ft(a){var
-b=fs(a);return $(function(a){return M(a[1],q)},b)}function
-bJ(b,a){return y(ag(ac(a)),b)}function
-fu(c,a){var
-b=G(q,a);return b?M(a,c):b}function
-kl(a){return y(a[1],a[2])}function
-g8(a){var
-v=M(q,a[1]);if(v){var
-w=M(q,a[2]);if(w){var
-x=M(q,a[3]);if(x){var
+fP(a){var
+b=fO(a);return $(function(a){return P(a[1],r)},b)}function
+bP(b,a){return x(ag(aj(a)),b)}function
+ex(c,a){var
+b=J(r,a);return b?P(a,c):b}function
+kK(a){return x(a[1],a[2])}function
+hr(a){var
+v=P(r,a[1]);if(v){var
+w=P(r,a[2]);if(w){var
+y=P(r,a[3]);if(y){var
 z=a[5];if(z)var
-l=bJ(a[3],z[1]);else
+l=bP(a[3],z[1]);else
 var
-F=a[7],N=F?1:F,l=N;if(l){if(1===a[4])var
-H=a[7],m=kl(aF(s(function(a){return a[5]},H)));else
+F=a[7],M=F?1:F,l=M;if(l){if(1===a[4])var
+I=a[7],m=kK(az(q(function(a){return a[5]},I)));else
 var
 m=1;if(m){var
 A=a[6];if(A){var
 e=A[1],B=a[4]?0:1;if(B){var
-C=fu(e[3],e[2]);if(C){var
-J=e[1],K=a[3],D=I(function(a){return fu(K,a)},J);if(D){var
+C=ex(e[3],e[2]);if(C){var
+J=e[1],K=a[3],D=G(function(a){return ex(K,a)},J);if(D){var
 d=e[1];for(;;){if(d){var
 k=d[2];if(k){var
-u=M(d[1],k[1]);if(u){var
+u=P(d[1],k[1]);if(u){var
 d=k;continue}var
 n=u}else
 var
@@ -2803,26 +2802,26 @@ f=B;var
 o=f}else
 var
 o=1;if(o){var
-L=a[7],E=I(function(b){var
-k=fu(a[1],b[1]);if(k){var
-l=fu(a[2],b[2]);if(l){var
-m=bJ(a[3],b[3]);if(m){var
-n=I(aE,b[3]);if(n){var
-o=a[4]?kl(aF(b[3])):ad(aF(b[3]));if(o){var
-p=1===a[4]?aE(b[5]):1;if(p){if(a[5])var
+L=a[7],E=G(function(b){var
+k=ex(a[1],b[1]);if(k){var
+l=ex(a[2],b[2]);if(l){var
+m=bP(a[3],b[3]);if(m){var
+n=G(au,b[3]);if(n){var
+o=a[4]?kK(az(b[3])):ac(az(b[3]));if(o){var
+p=1===a[4]?au(b[5]):1;if(p){if(a[5])var
 d=1;else{var
-f=bJ(a[3],b[4]);if(f)var
-r=V(b[3],b[4]),d=I(function(a){var
-b=a[1];return a[2]?1:y(b[1],q)},r);else
+f=bP(a[3],b[4]);if(f)var
+s=W(b[3],b[4]),d=G(function(a){var
+b=a[1];return a[2]?1:x(b[1],r)},s);else
 var
 d=f}if(d){var
 g=a[6];if(g){var
-h=bJ(g[1][3],b[6]);if(h){var
-v=b[6],w=a[3],i=I(function(a){return bJ(w,a)},v);if(i){var
-x=b[6],j=I(function(a){return I(aE,a)},x);if(j){var
-z=b[3],A=b[6],t=ds(a[3]),u=s(function(a){return Q},t),B=V(aR(function(b,a){var
-c=V(b,a);return s(function(a){return ah(a[1],a[2])},c)},A,u),z);return I(function(a){var
-b=dt(a[2]);return bS(a[1],b)},B)}var
+h=bP(g[1][3],b[6]);if(h){var
+v=b[6],w=a[3],i=G(function(a){return bP(w,a)},v);if(i){var
+y=b[6],j=G(function(a){return G(au,a)},y);if(j){var
+z=b[3],A=b[6],t=dG(a[3]),u=q(function(a){return Q},t),B=W(aP(function(b,a){var
+c=W(b,a);return q(function(a){return ab(a[1],a[2])},c)},A,u),z);return G(function(a){var
+b=dH(a[2]);return b1(a[1],b)},B)}var
 e=j}else
 var
 e=i}else
@@ -2843,13 +2842,13 @@ var
 c=k;return c},L);if(E){var
 c=a[7];for(;;){if(c){var
 g=c[2];if(g){var
-h=g[1],i=c[1],p=M(i[1],h[1]),G=0;if(p)var
-r=p;else{var
-t=y(i[1],h[1]);if(t){var
-j=M(i[2],h[2]);G=1}else
+h=g[1],i=c[1],p=P(i[1],h[1]),H=0;if(p)var
+s=p;else{var
+t=x(i[1],h[1]);if(t){var
+j=P(i[2],h[2]);H=1}else
 var
-r=t}if(!G)var
-j=r;if(j){var
+s=t}if(!H)var
+j=s;if(j){var
 c=g;continue}return j}return 1}return 1}}var
 b=E}else
 var
@@ -2859,169 +2858,172 @@ b=m}else
 var
 b=l}else
 var
-b=x}else
+b=y}else
 var
 b=w}else
 var
 b=v;return b}var
-bf=aI(n);function
-cX(h){var
-e=sU,b=h;b:for(;;){if(e&&b&&b[2]){var
+ao=aL(n);function
+cl(h){var
+e=tI,b=h;b:for(;;){if(e&&b&&b[2]){var
 c=0,a=b;for(;;){if(a){var
 d=a[2];if(d){var
-g=d[2],c=[0,ah(a[1],d[1]),c],a=g;continue}var
+g=d[2],c=[0,ab(a[1],d[1]),c],a=g;continue}var
 f=T(c,a)}else
 var
 f=T(c,a);var
-e=e[1],b=f;continue b}}return aF(b)}}function
-g9(a,b){return dr(a,fd(function(c,d){var
-b=E(a,d);return G(E(a,c),b)},b))}function
-km(a,b){if(a)var
-d=s(ca,b),e=km(a[1],d),c=[0,cX(s(function(a){return bI(Q,a)},b)),e];else
+e=e[1],b=f;continue b}}return az(b)}}function
+hs(a,b){return c4(a,em(function(c,d){var
+b=F(a,d);return J(F(a,c),b)},b))}function
+kL(c,b){var
+a=c[5];if(a)return a[1];var
+d=b[4];return q(function(a){return a?a[1]:Q},d)}function
+kM(a,b){if(a)var
+d=q(ch,b),e=kM(a[1],d),c=[0,cl(q(function(a){return bN(Q,a)},b)),e];else
 var
 c=a;return c}function
-kn(a){var
-b=r(a[1],a[2]);return y(ag(ac(a[7])),b)}function
-ko(a){return 2<=a[4]?kn(a):1}function
-kp(f,e,a){var
-b=a[6],d=V(s(ag,aN(0,ac(b))),b),c=s(by,an(function(a){return bz(y(a[1],f[2]),y(e,q))},d)),g=aF(s(function(g){var
-d=0,b=q,c=f[1],a=g;for(;;){if(c&&a){var
-e=a[2];if(y(c[1],b)){var
-d=[0,a[1],d],b=B(b,n),c=c[2],a=e;continue}var
-b=B(b,n),a=e;continue}return aF(d)}},c)),h=[0,aF(s(aF,c)),g];return[0,a[2],h]}function
-fv(a,c,b,i){if(i){var
-f=0,g=a[7],h=g9(bx,s(function(a){return kp(c,b,a)},g));return[0,[0,bf,s(function(a){var
-b=s(by,a[2]),d=a[1],c=cX(s(by,b));return[0,d,[0,cX(s(bx,b)),c]]},h)],f]}var
-d=a[7],e=dr(function(a){return a[1]},d);return s(function(a){var
-d=a[2],e=s(function(a){return kp(c,b,a)},d);return[0,a[1],e]},e)}function
-kq(a){var
-b=az(a[2][1]),c=O(a[2][2],b);return[0,a[1],c]}function
-fw(a){return ad(a[2][1])}function
-g_(b,a){return[0,[0,[0,bf,b],bf],s(function(a){return[0,a[1],a[3]]},a)]}function
-g$(a,d,c,b){if(a)var
-f=s(function(a){var
-b=ca(a[2]);return[0,a[1],b]},b),g=g$(a[1],d,B(c,n),f),e=[0,[0,[0,[0,bf,d],c],s(function(a){var
-b=bI(Q,a[2]);return[0,a[1],b]},b)],g];else
+kN(a){var
+b=s(a[1],a[2]);return x(ag(aj(a[7])),b)}function
+ht(a){return 2<=a[4]?kN(a):1}function
+kO(f,e,a){var
+b=a[6],d=W(q(ag,aT(0,aj(b))),b),c=q(bb,al(function(a){return bn(x(a[1],f[2]),x(e,r))},d)),g=az(q(function(g){var
+d=0,b=r,c=f[1],a=g;for(;;){if(c&&a){var
+e=a[2];if(x(c[1],b)){var
+d=[0,a[1],d],b=E(b,n),c=c[2],a=e;continue}var
+b=E(b,n),a=e;continue}return az(d)}},c)),h=[0,az(q(az,c)),g];return[0,a[2],h]}function
+fQ(a,c,b,i){if(i){var
+f=0,g=a[7],h=hs(a0,q(function(a){return kO(c,b,a)},g));return[0,[0,ao,q(function(a){var
+b=q(bb,a[2]),d=a[1],c=cl(q(bb,b));return[0,d,[0,cl(q(a0,b)),c]]},h)],f]}var
+d=a[7],e=c4(function(a){return a[1]},d);return q(function(a){var
+d=a[2],e=q(function(a){return kO(c,b,a)},d);return[0,a[1],e]},e)}function
+kP(a){var
+b=at(a[2][1]),c=M(a[2][2],b);return[0,a[1],c]}function
+fR(a){return ac(a[2][1])}function
+hu(b,a){return[0,[0,[0,ao,b],ao],q(function(a){return[0,a[1],a[3]]},a)]}function
+hv(a,d,c,b){if(a)var
+f=q(function(a){var
+b=ch(a[2]);return[0,a[1],b]},b),g=hv(a[1],d,E(c,n),f),e=[0,[0,[0,[0,ao,d],c],q(function(a){var
+b=bN(Q,a[2]);return[0,a[1],b]},b)],g];else
 var
 e=a;return e}function
-kr(a){return s(function(a){return[0,a[1],a[2]]},a)}function
-sV(a,b,d){if(y(b[2][1],q)){var
-c=cy(function(a){return ad(a[2])},d),e=c?c[1]:a;return[0,0,e]}var
-f=az(b[2]);return[0,[0,O(a[2],f)],a]}function
-sW(a,b,d){var
-c=br(b[2]);return[0,[0,ah(a[2],c)],a]}function
-ks(q,p,e){var
+kQ(a){return q(function(a){return[0,a[1],a[2]]},a)}function
+tJ(a,b,d){if(x(b[2][1],r)){var
+c=bZ(function(a){return ac(a[2])},d),e=c?c[1]:a;return[0,0,e]}var
+f=at(b[2]);return[0,[0,M(a[2],f)],a]}function
+tK(a,b,d){var
+c=aI(b[2]);return[0,[0,ab(a[2],c)],a]}function
+kR(q,p,e){var
 f=e[2];if(f){var
 g=f[2];if(g){var
 i=g[1],h=f[1],b=h,a=h,c=[0,i,g[2]];for(;;){if(c){var
-d=c[1],m=c[2],n=D(a[2],d[2])?a:d,o=D(d[2],b[2])?b:d,b=o,a=n,c=m;continue}if(D(b[2],a[2]))return[0,[0,[0,q],e[1],h,i]];var
-j=n_(p,b,a,e[2]),k=[0,[0,j[1],e[1],j[2],a]];break}}else
+d=c[1],m=c[2],n=A(a[2],d[2])?a:d,o=A(d[2],b[2])?b:d,b=o,a=n,c=m;continue}if(A(b[2],a[2]))return[0,[0,[0,q],e[1],h,i]];var
+j=oY(p,b,a,e[2]),k=[0,[0,j[1],e[1],j[2],a]];break}}else
 var
 k=g;var
 l=k}else
 var
 l=f;return l}function
-sX(a){return ks(P,sV,a)}function
-kt(a){return ks(Q,sW,a)}function
-ha(b,a){return b?a?D(b[1],a[1]):1:a?0:1}function
-hb(c,a){var
-b=0;return aR(function(a,d){var
-b=E(c,d);return a?b?ha(b[1][1],a[1][1])?a:b:a:b},a,b)}function
-fx(a){var
+tL(a){return kR(L,tJ,a)}function
+kS(a){return kR(Q,tK,a)}function
+c7(b,a){return b?a?A(b[1],a[1]):1:a?0:1}function
+hw(c,a){var
+b=0;return aP(function(a,d){var
+b=F(c,d);return a?b?c7(b[1][1],a[1][1])?a:b:a:b},a,b)}function
+fS(a){var
 c=a[2],b=c[1];return[0,a[1],[0,b[1],b[2],c[2],a[3][1],a[4][1]],[0,[0,a[3][2],a[4][2]]],0]}var
-ku=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,n))))))))))))))))))))))))))));function
-sY(a){return aw(r(a[1],ku),a[2])}function
-kv(a){var
-b=s(sY,a[2]);return[0,a[1],a[2],b]}function
-kw(h,g){var
+kT=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,n))))))))))))))))))))))))))));function
+tM(a){return aC(s(a[1],kT),a[2])}function
+kU(a){var
+b=q(tM,a[2]);return[0,a[1],a[2],b]}function
+kV(h,g){var
 b=h,a=g;for(;;){if(b){if(a){var
-c=a[2],d=a[1],e=b[2],f=b[1];if(D(f,d)){var
+c=a[2],d=a[1],e=b[2],f=b[1];if(A(f,d)){var
 b=e,a=c;continue}var
-i=kw(e,c);return ah(ah(f,br(d)),i)}return Q}return Q}}function
-kx(b,a){if(b){if(a){var
-c=a[1],d=b[1],e=kx(b[2],a[2]),f=M(d,c)?q:B(S(d,c),n);return B(f,e)}return q}return q}function
-ky(e,d,c,a){var
-b=[0,kw(d[2],c[2]),e,d,c];return a?D(b[1],a[1][1])?a:[0,b]:[0,b]}function
-kz(a){var
-b=0;return aR(function(g,d){var
+i=kV(e,c);return ab(ab(f,aI(d)),i)}return Q}return Q}}function
+kW(b,a){if(b){if(a){var
+c=a[1],d=b[1],e=kW(b[2],a[2]),f=P(d,c)?r:E(S(d,c),n);return E(f,e)}return r}return r}function
+kX(e,d,c,a){var
+b=[0,kV(d[2],c[2]),e,d,c];return a?A(b[1],a[1][1])?a:[0,b]:[0,b]}function
+kY(a){var
+b=0;return aP(function(g,d){var
 e=d[1],a=d[2],b=g;for(;;){if(a){var
-c=a[2],f=a[1],a=c,b=aR(function(c){return function(a,b){if(a){var
-d=a[1],f=r(d[1][1],ku),g=d[1][2];return G(r(kx(c[3],b[3]),g),f)?a:ky(e,c,b,a)}return ky(e,c,b,0)}}(f),c,b);continue}return b}},a,b)}function
-kA(i,h,g){var
+c=a[2],f=a[1],a=c,b=aP(function(c){return function(a,b){if(a){var
+d=a[1],f=s(d[1][1],kT),g=d[1][2];return J(s(kW(c[3],b[3]),g),f)?a:kX(e,c,b,a)}return kX(e,c,b,0)}}(f),c,b);continue}return b}},a,b)}function
+kZ(i,h,g){var
 c=i,b=h,a=g;for(;;){if(b)if(a){var
-e=a[2],f=b[2];if(D(b[1],a[1])){var
-c=B(c,n),b=f,a=e;continue}var
-d=[0,c,kA(B(c,n),f,e)]}else
+e=a[2],f=b[2];if(A(b[1],a[1])){var
+c=E(c,n),b=f,a=e;continue}var
+d=[0,c,kZ(E(c,n),f,e)]}else
 var
 d=a;else
 var
 d=b;return d}}function
-kB(a){var
-b=kA(q,a[3][2],a[4][2]);return[0,[0,a[1]],[0,bf,a[2],bf,a[3][1],a[4][1]],0,b]}function
-sZ(a){if(typeof
+k0(a){var
+b=kZ(r,a[3][2],a[4][2]);return[0,[0,a[1]],[0,ao,a[2],ao,a[3][1],a[4][1]],0,b]}function
+tN(a){if(typeof
 a!=="number"&&0===a[0])return a[2]?0:1;return 0}function
-ee(a,b){var
+ey(a,b){var
 c=a?[0,b,0]:a;return c}function
-fy(a){if(a)var
+fT(a){if(a)var
 b=a[2],c=b?1:b;else
 var
 c=a;return c}function
-kC(a){var
+k1(a){var
 b=a?1:a;return b}function
-s1(j,aq,X,V){var
-ar=ds(j[1]),f=0,g=ar,k=aq;function
+tP(j,aq,W,V){var
+ar=dG(j[1]),f=0,g=ar,k=aq;function
 as(a){return a[1]}var
 aj=0;for(;;){if(g){var
 w=g[2],m=g[1];if(k){var
-E=k[1];if(y(E[1],m)){var
-ai=k[2],f=[0,[0,m,s(as,E[2])],f],g=w,k=ai;continue}var
+E=k[1];if(x(E[1],m)){var
+ai=k[2],f=[0,[0,m,q(as,E[2])],f],g=w,k=ai;continue}var
 f=[0,[0,m,0],f],g=w;continue}var
 f=[0,[0,m,0],f],g=w,k=0;continue}var
-F=T(f,aj);if($(sZ,V))return 0;var
-p=F,e=V,at=ds(j[2]);c:for(;;){if(p){var
+F=T(f,aj);if($(tN,V))return 0;var
+p=F,e=V,at=dG(j[2]);c:for(;;){if(p){var
 L=p[1],ak=L[1];if(e){var
 o=e[1],Z=0;if(typeof
 o==="number"||!(0===o[0]))Z=1;else
 var
-r=y(o[1],ak)?[0,o[2],e[2]]:[0,0,e];if(Z)var
-r=[0,0,e]}else
+s=x(o[1],ak)?[0,o[2],e[2]]:[0,0,e];if(Z)var
+s=[0,0,e]}else
 var
-r=[0,0,e];var
-h=at,l=L[2],d=r[1];for(;;){if(h){var
-z=h[2],A=h[1];if(l){if(y(l[1],A)){var
-h=z,l=l[2];continue}if(d){var
-G=y(d[1],A);if(G){var
-h=z,d=d[2];continue}var
+s=[0,0,e];var
+h=at,l=L[2],d=s[1];for(;;){if(h){var
+y=h[2],A=h[1];if(l){if(x(l[1],A)){var
+h=y,l=l[2];continue}if(d){var
+G=x(d[1],A);if(G){var
+h=y,d=d[2];continue}var
 H=G}else
 var
 H=d;var
 t=H}else{if(d){var
-I=y(d[1],A);if(I){var
-h=z,l=0,d=d[2];continue}var
-K=I}else
+J=x(d[1],A);if(J){var
+h=y,l=0,d=d[2];continue}var
+K=J}else
 var
 K=d;var
 t=K}}else
 var
 t=d?0:1;if(t){var
-p=p[2],e=r[2];continue c}var
+p=p[2],e=s[2];continue c}var
 v=t;break}}else
 var
 v=[0,e];if(v){var
 B=j[6];if(B)var
-C=B[1],ap=[0,q,[0,n,0]],Y=W(function(a){var
-b=C[4],c=b?fv(j,C,a,1):b,d=x(fv(j,C,a,0),c);return W(function(e){var
-b=e[2],f=e[1],c=s(bx,an(function(a){return J(fw(a))},b)),d=fy(b),g=[4,a,f],h=d?J(fy(an(fw,b))):d,i=ee(h,g);return x(ee(kC(c),[3,a,f,c]),i)},d)},ap);else
+C=B[1],ap=[0,r,[0,n,0]],X=Y(function(a){var
+b=C[4],c=b?fQ(j,C,a,1):b,d=z(fQ(j,C,a,0),c);return Y(function(e){var
+b=e[2],f=e[1],c=q(a0,al(function(a){return I(fR(a))},b)),d=fT(b),g=[4,a,f],h=d?I(fT(al(fR,b))):d,i=ey(h,g);return z(ey(k1(c),[3,a,f,c]),i)},d)},ap);else
 var
-Y=B;if(ko(j))var
-al=1,M=ee(J(fy(an(function(a){return ad(a[4])},X))),al);else
+X=B;if(ht(j))var
+am=1,M=ey(I(fT(al(function(a){return ac(a[4])},W))),am);else
 var
-M=s0;var
-am=an(function(a){return J(ad(a[4]))},X),N=s(function(a){return a[1]},am),ao=x(ee(kC(N),[2,N]),M),au=x(x(W(function(a){var
-b=[1,a[1]];return ee(J(fy(a[2])),b)},F),ao),Y),u=v[1],i=au;for(;;){if(u){if(i){var
+M=tO;var
+an=al(function(a){return I(ac(a[4]))},W),N=q(function(a){return a[1]},an),ao=z(ey(k1(N),[2,N]),M),au=z(z(Y(function(a){var
+b=[1,a[1]];return ey(I(fT(a[2])),b)},F),ao),X),u=v[1],i=au;for(;;){if(u){if(i){var
 a=i[1],c=u[1],D=function(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=y(b[1],a[1]);if(c){var
+c=x(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
@@ -3042,13 +3044,13 @@ switch(c[0]){case
 ab=0;if(typeof
 a==="number"||!(0===a[0]))ab=1;else
 var
-O=y(c[1],a[1]),b=O?D(c[2],a[2]):O;if(ab)var
+O=x(c[1],a[1]),b=O?D(c[2],a[2]):O;if(ab)var
 b=0;break;case
 1:var
-ac=0;if(typeof
-a==="number"||!(1===a[0]))ac=1;else
+ad=0;if(typeof
+a==="number"||!(1===a[0]))ad=1;else
 var
-b=y(c[1],a[1]);if(ac)var
+b=x(c[1],a[1]);if(ad)var
 b=0;break;case
 2:var
 ae=0;if(typeof
@@ -3059,8 +3061,8 @@ b=0;break;case
 3:var
 af=0;if(typeof
 a==="number"||!(3===a[0]))af=1;else{var
-P=y(c[1],a[1]),ag=0;if(P){var
-Q=y(c[2],a[2]);if(Q){var
+P=x(c[1],a[1]),ag=0;if(P){var
+Q=x(c[2],a[2]);if(Q){var
 b=D(c[3],a[3]);ag=1}else
 var
 R=Q}else
@@ -3071,61 +3073,61 @@ b=0;break;default:var
 ah=0;if(typeof
 a==="number"||!(4===a[0]))ah=1;else
 var
-S=y(c[1],a[1]),b=S?y(c[2],a[2]):S;if(ah)var
+S=x(c[1],a[1]),b=S?x(c[2],a[2]):S;if(ah)var
 b=0}if(b){var
 u=u[2],i=i[2];continue}var
 U=b}else
 var
 U=i;return U}return i?0:1}}return v}}}function
-fz(b,a){var
-c=D(b,a);return c?D(a,b):c}function
-kD(b,a){return O(b,az(a))}var
-ef=c(2,c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,c(2,z(c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,z(c(2,n)))))))))))))))))))))))));function
-kE(K,j,a){if(a){var
-e=a[1],k=fz(e[1],P);if(k){if(j)var
-f=e[2],m=f?fz(j[1],f[1]):f,g=m;else
+fU(b,a){var
+c=A(b,a);return c?A(a,b):c}function
+k2(b,a){return M(b,at(a))}var
+ez=c(2,c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,c(2,w(c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,w(c(2,n)))))))))))))))))))))))));function
+k3(K,j,a){if(a){var
+e=a[1],k=fU(e[1],L);if(k){if(j)var
+f=e[2],m=f?fU(j[1],f[1]):f,g=m;else
 var
 n=e[2]?0:1,g=n;if(g){var
 b=a;for(;;){if(b){var
 d=b[2];if(d){var
-i=J(D(d[1][1],b[1][1]));if(i){var
+i=I(A(d[1][1],b[1][1]));if(i){var
 b=d;continue}var
 c=i}else
 var
 c=1}else
 var
-c=1;if(c)return I(function(a){if(K){var
-A=K[1],j=a[2];if(j){var
-d=kD(A,a[1]),C=ad(a[1]);if(C){var
-E=J(D(A,a[1]));if(E){var
-g=j[1],s=aw(r(g[1],ef),g[2]),t=y(r(s,g[2]),r(g[1],ef));if(t){var
-c=d[2],i=d[1],b=S(r(c,s),r(i,ef)),m=r(S(r(i,i),r(c,c)),r(ef,ef)),L=G(b,q),n=L||G(r(b,b),m),l=0;if(n){var
-o=M(q,B(b,c));if(o)var
-h=M(m,r(B(b,c),B(b,c)));else{var
+c=1;if(c)return G(function(a){if(K){var
+B=K[1],j=a[2];if(j){var
+d=k2(B,a[1]),C=ac(a[1]);if(C){var
+D=I(A(B,a[1]));if(D){var
+g=j[1],q=aC(s(g[1],ez),g[2]),t=x(s(q,g[2]),s(g[1],ez));if(t){var
+c=d[2],i=d[1],b=S(s(c,q),s(i,ez)),m=s(S(s(i,i),s(c,c)),s(ez,ez)),N=J(b,r),n=N||J(s(b,b),m),l=0;if(n){var
+o=P(r,E(b,c));if(o)var
+h=P(m,s(E(b,c),E(b,c)));else{var
 p=o;l=1}}else{var
 p=n;l=1}if(l)var
 h=p}else
 var
 h=t;if(h){var
 u=d,e=a[3];for(;;){if(e){var
-v=e[1],f=v[1],w=J(D(f,u));if(w){var
-N=ah(f,br(d)),Q=br(P),R=kD(ah(O(d,f),Q),N),x=fz(v[2],R);if(x){var
+v=e[1],f=v[1],w=I(A(f,u));if(w){var
+O=ab(f,aI(d)),Q=aI(L),R=k2(ab(M(d,f),Q),O),y=fU(v[2],R);if(y){var
 u=f,e=e[2];continue}var
-z=x}else
+z=y}else
 var
 z=w;return z}return 1}}var
 k=h}else
 var
-k=E}else
+k=D}else
 var
 k=C;var
 F=k}else
 var
 F=j;return F}if(a[2])return 0;var
-H=fz(a[1],P);if(H){if(a[3])return 0;var
-I=1}else
+G=fU(a[1],L);if(G){if(a[3])return 0;var
+H=1}else
 var
-I=H;return I},a);var
+H=G;return H},a);var
 h=c;break}}else
 var
 h=g}else
@@ -3134,22 +3136,258 @@ h=k;var
 l=h}else
 var
 l=a;return l}function
-bD(b,a){return y(r(b[1],a[2]),r(a[1],b[2]))}function
-cC(c,b,a){return b?a?aA(c,b[1],a[1]):a:a?0:1}function
-kF(g,f,e){var
+k4(c,a){var
+b=S(cg(a[1]),c);if(P(r,b)){var
+d=E(a[2],b);return[0,jU(a[1],b),d]}return a}function
+k5(d,g){var
+l=c(2,c(2,c(2,c(2,c(2,c(2,n)))))),e=E(s(c(2,n),d),l),f=bE(g[2],d),k=[0,cf(r,aC(bE(E(f,g[1]),e),f)),aL(e)],b=a1(d),a=k;for(;;){if(b){var
+h=a[2],i=s(c(2,n),h),j=k4(e,[0,s(a[1],a[1]),i]),b=b[1],a=j;continue}return a}}function
+k6(c,b,a){if(J(r,a[2]))return P(c,bE(s(a[1],b),a[2]));var
+d=s(a[1],b);return P(bE(c,aL(a[2])),d)}var
+tQ=[0,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,n)))))))))))))),0],tR=[0,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,n))))))))))),tQ],tS=[0,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,n))))))))),tR],tT=[0,c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,n)))))))),tS],tU=[0,c(2,c(2,c(2,c(2,c(2,c(2,n)))))),tT];function
+eA(b,a){var
+c=b[1],e=b[2];if(P(c,e))return 0;if(P(a[1],r))return 0;if(x(c,e))return[0,jS(r,a[1])];var
+i=a[1],j=a[2];if(J(s(E(cg(c),n),j),i))return tX;if(J(s(S(c,e),a[2]),s(a[1],e)))return tY;if(J(s(a[1],c),s(S(c,e),a[2])))return tZ;var
+d=tU;for(;;){if(d){var
+f=d[1],g=k5(f,a);if(k6(b[1],b[2],g))return tV;var
+h=k5(f,[0,aL(a[1]),a[2]]);if(k6(b[2],b[1],h))return tW;var
+d=d[2];continue}return d}}function
+hx(a,b){if(a){var
+c=eA(a[1],b);return af(function(a){return 2<=a?0:1},c)}return t0}var
+hy=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,c(2,c(2,w(c(2,c(2,w(c(2,c(2,c(2,w(c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,n)))))))))))))))))))))))))))))))))))))))))))))))))));function
+k7(a){if(a){var
+b=a[2],c=a[1];if(46===c)return[0,0,b];var
+d=k7(b);return[0,[0,c,d[1]],d[2]]}return t5}function
+k8(D){var
+j=k7(D),b=j[1];if(b){var
+k=j[2],m=0;if(48===b[1]){var
+l=b[2],F=l?1:l;if(F)m=1}if(!m&&!I(bc(aj(k),t6))){var
+g=r,d=z(b,k);for(;;){if(d){var
+A=d[1],y=c(2,c(2,c(2,c(2,w(c(2,n)))))),a=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(A),o=a(7),p=a(6),q=a(5),t=a(4),u=a(3),v=a(2),x=a(1),e=S(jY([0,a(0),[0,x,[0,v,[0,u,[0,t,[0,q,[0,p,[0,o,0]]]]]]]]),y),h=J(r,e),i=h?J(e,w(c(2,c(2,c(2,n))))):h,f=i?[0,e]:i;if(f){var
+B=d[2],C=f[1],g=E(s(c(2,w(c(2,c(2,n)))),g),C),d=B;continue}return f}return[0,g]}}return 0}return b}var
+k9=k(t7),k_=k(t8);function
+fV(h,g){var
+b=h,a=g;for(;;){if(b){if(a){var
+d=fi(b[1],a[1]);if(d){var
+b=b[2],a=a[2];continue}var
+e=d}else
+var
+e=a;var
+c=e}else
+var
+c=a?0:1;var
+f=c?1:c;return f}}function
+hz(b,a){return A(b,a)?a:b}function
+eB(b,a){return ab(b,aI(a))}function
+hA(b,a){return az(q(a0,al(function(a){return F(b,a[2])},a)))}function
+hB(a){function
+b(b){return I(A(a,b))}return function(a){return hA(b,a)}}function
+cm(b,a){var
+c=b?al(function(a){return ac(a[1])},a):a;return q(bb,c)}function
+bQ(a){return a?aP(hz,a[2],a[1]):Q}function
+c8(a){return q(function(a){var
+b=aI(a[2]);return[0,a[1],b]},a)}function
+fW(i,h,g){var
+b=i,c=h,a=g;for(;;){if(a){var
+d=a[1],e=d[2],f=d[1];if(A(b,f))return e;var
+j=a[2],b=eB(b,f),c=e,a=j;continue}return c}}function
+k$(c,a,e,i,b){var
+f=A(a,e);if(f)var
+g=A(F(hB(a),b),c),d=g?A(c,hA(function(b){return A(b,a)},b)):g;else
+var
+d=f;if(d)var
+j=az(q(function(b){var
+c=hz(Q,eB(a,b[2]));return M(b[1],c)},b)),h=[0,ab(ab(i,M(c,eB(e,a))),j)];else
+var
+h=d;return h}function
+la(b,a,c){var
+d=at(b);function
+e(a,c,b){var
+d=M(eB(L,a),b);return ab(M(a,c),d)}var
+f=A(e(hA(function(b){return I(A(b,a))},c),b,d),L),g=f?A(L,e(F(hB(a),c),d,b)):f,h=g?[0,ab(a,az(q(function(c){var
+e=eB(c[2],a),f=au(e)?b:d,g=M(e,f);return M(c[1],g)},c)))]:g;return h}function
+ua(b,a){return A(b[2],a[2])}function
+lb(b,a){if(b)if(a)var
+d=a[1],c=[0,[0,aI(b[1]),d]];else
+var
+c=a;else
+var
+c=b;return c}function
+lc(b,a){var
+c=b[7],d=W(a,c4(function(a){return a[1]},c));return q(function(a){var
+c=a[2][2],d=q(function(a){return kL(b,a)},c),e=W(a[1][2],d);return[0,a[1][1],e]},d)}function
+fX(a){return W(a[1][2],a[2])}function
+ld(b,d,i){var
+a=fX(i),j=i[1][3],e=em(ua,a),g=T(e,0);if(b){if(d){var
+f=d[1],h=at(ab(L,f)),k=la(f,fW(h,Q,g),a),l=c8(a);return lb(la(f,aI(fW(h,Q,e)),l),k)}var
+m=bQ(cm(b,a));return[0,[0,aI(bQ(cm(b,c8(a)))),m]]}if(d){var
+c=d[1],n=bQ(cm(b,a)),o=k$(c,fW(c,Q,e),n,j,a),p=c8(a),q=aI(j),r=bQ(cm(b,c8(a)));return lb(k$(c,aI(fW(c,Q,g)),r,q,p),o)}var
+s=bQ(cm(b,a));return[0,[0,aI(bQ(cm(b,c8(a)))),s]]}function
+le(a){if(a[5])return 1;var
+b=a[7];return G(function(a){var
+b=a[4];return G(function(a){var
+b=a?1:a;return b},b)},b)}function
+fY(e,d){var
+b=e,a=d;for(;;){if(a){var
+c=a[1];if(c){var
+b=[0,c[1],b],a=a[2];continue}return c}return[0,T(b,0)]}}function
+hC(a){var
+b=cl(q(function(a){return M(a[1],a[2])},a));return M(at(cl(q(a0,a))),b)}function
+lf(c,b,a){var
+d=fY(0,q(function(a){return ld(c,b,a[2])},a));return af(function(b){var
+c=q(bb,b),d=hC(W(q(a0,a),c)),e=q(a0,b);return[0,hC(W(q(a0,a),e)),d]},d)}function
+lg(b,a){return b?a:c8(a)}function
+lh(c,d,b,a){var
+e=lf(c,d,a);return af(function(d){var
+e=G(function(d){var
+a=fX(d[2]),b=aI(bQ(cm(c,c8(a))));return A(bQ(cm(c,a)),b)},a),f=bQ(q(function(c){var
+a=lg(b,fX(c[2]));return F(hB(bQ(q(bb,a))),a)},a)),g=hC(q(function(d){var
+a=bQ(cm(c,lg(b,fX(d[2])))),e=b?a:aI(a);return[0,d[1],e]},a)),h=b?d[2]:d[1];return[0,h,g,f,e]},e)}function
+dL(b,a){if(x(a[1],r)){var
+c=x(b[1],r),d=c?[0,L]:c;return d}return[0,M(b,at(a))]}function
+li(b,a){return c7(a,b)?b:a}function
+ub(h,f){if(f){var
+i=f[1],e=h,d=i[2][1],b=i[2][2],a=f[2];for(;;){if(a){var
+c=a[1],g=c[2][2],j=a[2],k=A(b,g)?b:g,l=hz(d,c[2][1]),m=dL(d,c[2][2]),e=li(li(e,dL(c[2][1],b)),m),d=l,b=k,a=j;continue}return e}}return h}function
+uc(a){return aP(ub,a,[0,L])}function
+fZ(c,b){var
+a=ht(c);return a?al(function(a){return ac(a[4])},b):a}function
+hD(b,a){return $(function(b){return x(a,b)},b)}function
+lj(c,e,d,b){if(e){var
+a=bZ(function(a){return x(a[1],d)},c);if(a){var
+f=a[1][2],g=al(function(a){return x(a[1][1],b)},f);return q(function(a){return[0,L,a]},g)}return a}var
+h=Y(bb,c),i=al(function(a){var
+c=x(a[1][1],b);return c?ac(a[1][4]):c},h);return q(function(a){return[0,a[1][4],a]},i)}function
+lk(b,a){return b?[0,a[2],a[1]]:a}function
+ll(j,i,e,d,c,h,b){if(h)var
+a=fY(0,q(function(a){var
+b=a[2];return fY(0,q(function(a){var
+b=ld(e,d,a);return af(function(b){var
+d=lk(c,b);return[0,a[1][1],d]},b)},b))},b));else
+var
+f=fZ(j,i),g=fY(0,q(function(a){var
+f=lf(e,d,lj(b,0,ao,a[1]));return af(function(b){var
+d=lk(c,b);return[0,a[1],d]},f)},f)),a=af(function(a){return[0,a,0]},g);return af(uc,a)}function
+lm(z,y,j,i,h,e,w,v,d){if(d){var
+a=d[1],k=function(a){if(e)return 1;var
+b=hD(v,a);if(b){var
+c=fZ(z,y);return $(function(b){return x(b[1],a)},c)}return b},c=function(b){return lj(w,e,a[2],b)},l=I(x(a[4],a[5]));if(l){var
+m=k(a[4]);if(m){var
+n=k(a[5]);if(n){var
+o=e?1:x(a[2],ao);if(o){var
+p=c(a[4]),q=p?1:p;if(q)var
+r=c(a[5]),A=r?1:r,b=A;else
+var
+b=q}else
+var
+b=o}else
+var
+b=n}else
+var
+b=m}else
+var
+b=l;if(b){var
+f=lh(j,i,h,c(a[4]));if(f)var
+B=c(a[5]),g=lh(j,i,I(h),B),C=g?[0,[0,f[1],g[1]]]:g,s=C;else
+var
+s=f;var
+t=s}else
+var
+t=b;var
+u=t}else
+var
+u=d;return u}function
+hE(a){return x(a[1],r)}function
+dM(b,a){if(b){if(a){var
+c=a[1],d=b[1],e=A(d,c);if(e)return A(c,d);var
+f=e}else
+var
+f=a;return f}return a?0:1}function
+ln(b,a,d){var
+e=hE(a),f=e?hE(d):e;if(f)var
+g=f;else{if(b){var
+h=M(b[1],d),c=A(a,h);return c?A(h,a):c}var
+g=b}return g}function
+lo(c,b,a){if(b)return a?0:1;var
+d=c[2];return G(function(a){return ex(d,a)},a)}function
+lp(c,a){if(c)return A(L,a);var
+b=au(a);return b?A(a,L):b}function
+lq(b,a){if(b)return b[1]?a:ud;if(a){if(a[1])return 0;var
+c=ue}else
+var
+c=a;return c}function
+lr(m,a,b,e,h){if(h){var
+i=h[1],c=i[2],d=i[1];if(b[5]){if(b[4]){if(a){var
+j=ln(a,d[1],c[1]);if(j)var
+n=c[2],o=d[2],p=a?I(A(o,M(a[1],n))):a,f=p;else
+var
+f=j}else
+var
+f=a;var
+k=[0,f]}else
+var
+k=[0,dM(dL(d[1],c[1]),e)];var
+l=k}else
+var
+l=[0,dM(dL(d[1],c[1]),e)];var
+g=l}else
+if(b[5])var
+q=b[4]?uf:ug,g=q;else
+var
+g=uh;return lq(F(m,e),g)}function
+ls(o,b,a,n,f){if(f){var
+g=f[1],c=g[2],d=g[1],h=d[4],p=h?c[4]:h,q=I(p);if(a[1])var
+i=q;else{var
+e=a[4];if(e)var
+l=e[1],t=A(l,d[3]),u=t||A(l,c[3]),m=u;else
+var
+m=e;var
+i=m}var
+r=ln(b,d[1],c[1])?[0,i]:af(I,F(o,dL(d[1],c[1])));if(a[5]){if(a[4])var
+s=b?c7(n,[0,b[1]]):b,j=[0,s];else
+var
+j=ui;var
+k=j}else
+var
+k=uj;return lq(r,k)}return uk}function
+lt(c,w,k,b,g,o,a){if(o){var
+p=o[1],q=lc(c,w),d=a[2],e=a[3],h=a[4],r=lo(c,d,a[7]);if(d)var
+l=d;else
+var
+y=fZ(c,k),l=G(function(b){return hD(a[7],b[1])},y);var
+s=le(c);if(s)if(r){var
+t=h?lp(a[1],h[1]):a[5];if(t)var
+u=F(b,p[1]),x=u?bn(u[1],e):1,i=x;else
+var
+i=t}else
+var
+i=r;else
+var
+i=s;if(I(i))return ul;var
+v=F(b,p[1]);if(v)if(l){var
+m=ll(c,k,a[1],h,e,d,q);if(m){var
+j=m[1],f=lm(c,k,a[1],h,e,d,q,a[7],a[6]);return a[6]?f?e?lr(b,g,a,j,f):ls(b,g,a,j,f):um:e?lr(b,g,a,j,f):ls(b,g,a,j,f)}var
+n=m}else
+var
+n=l;else
+var
+n=v;return n}return un}function
+bH(b,a){return x(s(b[1],a[2]),s(a[1],b[2]))}function
+cL(c,b,a){return b?a?aE(c,b[1],a[1]):a:a?0:1}function
+lu(g,f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=aA(g,b[1],a[1]);if(c){var
+c=aE(g,b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return a?0:1}}function
-s2(e,d){var
-l=cC(bD,e[1],d[1]);if(l){var
-a=d[2],b=e[2],h=y(b[1],a[1]),n=0;if(h){var
-i=y(b[2],a[2]);if(i){var
-j=y(b[3],a[3]);if(j){var
-k=y(b[4],a[4]);if(k){var
-f=y(b[5],a[5]);n=1}else
+ut(e,d){var
+l=cL(bH,e[1],d[1]);if(l){var
+a=d[2],b=e[2],h=x(b[1],a[1]),n=0;if(h){var
+i=x(b[2],a[2]);if(i){var
+j=x(b[3],a[3]);if(j){var
+k=x(b[4],a[4]);if(k){var
+f=x(b[5],a[5]);n=1}else
 var
 c=k}else
 var
@@ -3159,14 +3397,14 @@ c=i}else
 var
 c=h;if(!n)var
 f=c;if(f){var
-o=d[3],p=e[3],m=cC(function(b,a){var
-c=bD(b[1],a[1]);return c?bD(b[2],a[2]):c},p,o);if(m)return kF(rJ,e[4],d[4]);var
+o=d[3],p=e[3],m=cL(function(b,a){var
+c=bH(b[1],a[1]);return c?bH(b[2],a[2]):c},p,o);if(m)return lu(sx,e[4],d[4]);var
 g=m}else
 var
 g=f}else
 var
 g=l;return g}function
-kG(b,a){if(typeof
+lv(b,a){if(typeof
 b==="number")switch(b){case
 0:if(typeof
 a==="number"&&!a)return 1;return 0;case
@@ -3183,81 +3421,77 @@ a==="number"&&5===a)return 1;return 0;case
 6:if(typeof
 a==="number"&&6===a)return 1;return 0;default:if(typeof
 a==="number"&&7<=a)return 1;return 0}else{if(0===b[0]){if(typeof
-a!=="number"&&0===a[0])return bz(b[1],a[1]);return 0}if(typeof
-a!=="number"&&1===a[0])return bz(b[1],a[1]);return 0}}function
-eg(c,a){switch(c){case
+a!=="number"&&0===a[0])return bn(b[1],a[1]);return 0}if(typeof
+a!=="number"&&1===a[0])return bn(b[1],a[1]);return 0}}function
+eC(c,a){switch(c){case
 0:return a?0:1;case
 1:return 1===a?1:0;case
 2:return 2===a?1:0;default:var
 b=3<=a?1:0,d=b?1:b;return d}}function
-kH(e,a,c,b){var
-d=aW(e[3]);if(typeof
+lw(e,a,c,b){var
+d=a1(e[3]);if(typeof
 b==="number")switch(b){case
-0:return s(function(a){return g_(a[1],a[2])},a);case
-4:return W(function(a){var
-b=kr(a[2]);return g$(d,a[1],q,b)},a);case
-5:return g$(d,bf,q,kr(c));case
-6:return s(function(a){return g_(a[1],a[2])},a);case
+0:return q(function(a){return hu(a[1],a[2])},a);case
+4:return Y(function(a){var
+b=kQ(a[2]);return hv(d,a[1],r,b)},a);case
+5:return hv(d,ao,r,kQ(c));case
+6:return q(function(a){return hu(a[1],a[2])},a);case
 1:case
-7:return[0,g_(bf,c),0]}return 0}function
-fA(b,d,c){var
+7:return[0,hu(ao,c),0]}return 0}function
+f0(b,d,c){var
 a=b[6];if(a){var
-e=a[1];return hb(kt,W(function(a){var
-d=fv(b,e,a,c);return s(function(b){var
-c=b[1];return[0,[0,[0,a,c],bf],s(kq,an(fw,b[2]))]},d)},d))}return a}function
-hc(a){var
-g=a[7],h=dr(function(a){return a[1]},g),d=s(function(b){var
-c=b[2],d=s(function(b){var
-e=aF(b[3]),i=b[3],j=az(e),f=s(function(a){return O(j,a)},i);switch(a[4]){case
+e=a[1];return hw(kS,Y(function(a){var
+d=fQ(b,e,a,c);return q(function(b){var
+c=b[1];return[0,[0,[0,a,c],ao],q(kP,al(fR,b[2]))]},d)},d))}return a}function
+hF(a){var
+g=a[7],h=c4(function(a){return a[1]},g),d=q(function(b){var
+c=b[2],d=q(function(b){var
+d=az(b[3]),f=b[3],g=at(d),e=q(function(a){return M(g,a)},f);switch(a[4]){case
 0:var
-c=e;break;case
+c=d;break;case
 1:var
 c=b[5];break;default:var
-c=P}var
-d=a[5];if(d)var
-g=d[1];else
-var
-h=b[4],g=s(function(a){return a?a[1]:Q},h);var
-k=V(f,g),l=aF(s(function(a){return O(a[1],a[2])},k));return[0,b[2],f,l,c]},c);return[0,b[1],d]},h),i=W(by,d),j=g9(function(a){return a[1]},i),b=s(function(e){var
-b=e[2],h=e[1],i=aW(a[3]),c=cX(s(function(a){return a[4]},b)),d=az(c),f=O(d,cX(s(function(a){return O(a[4],a[3])},b))),g=km(i,s(function(a){var
-b=a[2],c=a[4];return s(function(a){return O(c,a)},b)},b));return[0,h,s(function(a){return O(d,a)},g),f,c]},j),e=ko(a),f=e?an(function(a){return ad(a[4])},b):e,c=a[6],k=c?s3:c,l=x(s4,k);return[0,a,d,b,s(function(b){if(typeof
+c=L}var
+h=W(e,kL(a,b)),i=az(q(function(a){return M(a[1],a[2])},h));return[0,b[2],e,i,c]},c);return[0,b[1],d]},h),i=Y(bb,d),j=hs(function(a){return a[1]},i),b=q(function(e){var
+b=e[2],h=e[1],i=a1(a[3]),c=cl(q(function(a){return a[4]},b)),d=at(c),f=M(d,cl(q(function(a){return M(a[4],a[3])},b))),g=kM(i,q(function(a){var
+b=a[2],c=a[4];return q(function(a){return M(c,a)},b)},b));return[0,h,q(function(a){return M(d,a)},g),f,c]},j),e=ht(a),f=e?al(function(a){return ac(a[4])},b):e,c=a[6],k=c?uu:c,l=z(uv,k);return[0,a,d,b,q(function(b){if(typeof
 b==="number")switch(b){case
 2:var
-c=ak(kB,kz(s(function(a){var
-b=s(kv,a[2]);return[0,a[1],b]},d)));break;case
+c=af(k0,kY(q(function(a){var
+b=q(kU,a[2]);return[0,a[1],b]},d)));break;case
 3:var
-c=ak(kB,kz([0,[0,bf,s(kv,f)],0]));break;case
+c=af(k0,kY([0,[0,ao,q(kU,f)],0]));break;case
 6:case
 7:var
-c=ak(fx,hb(kt,kH(a,d,f,b)));break;default:var
-c=ft(a)?0:ak(fx,hb(sX,kH(a,d,f,b)))}else
+c=af(fS,hw(kS,lw(a,d,f,b)));break;default:var
+c=fP(a)?0:af(fS,hw(tL,lw(a,d,f,b)))}else
 if(0===b[0])var
-c=ak(fx,fA(a,[0,q,0],b[1]));else{var
-e=b[1],h=fA(a,[0,q,0],e),g=0;if(h){var
-i=fA(a,[0,n,0],e);if(i)var
-c=ak(fx,fA(a,[0,q,[0,n,0]],e));else{var
+c=af(fS,f0(a,[0,r,0],b[1]));else{var
+e=b[1],h=f0(a,[0,r,0],e),g=0;if(h){var
+i=f0(a,[0,n,0],e);if(i)var
+c=af(fS,f0(a,[0,r,[0,n,0]],e));else{var
 j=i;g=1}}else{var
 j=h;g=1}if(g)var
 c=j}return[0,b,c]},l)]}function
-bU(c,b){var
-d=c[4],a=cy(function(a){return kG(a[1],b)},d);return a?a[1][2]:a}function
-s5(b,a){var
-c=y(b[1][1],a[1][1]);if(c){var
-d=y(b[1][2],a[1][2]);if(d)return bD(b[2],a[2]);var
+bF(c,b){var
+d=c[4],a=bZ(function(a){return lv(a[1],b)},d);return a?a[1][2]:a}function
+uw(b,a){var
+c=x(b[1][1],a[1][1]);if(c){var
+d=x(b[1][2],a[1][2]);if(d)return bH(b[2],a[2]);var
 e=d}else
 var
 e=c;return e}function
-kI(b,a){return D(b,a)?a:b}function
-s6(b,a){return D(b,a)?b:a}function
-kJ(a){var
-b=a?[0,aR(kI,a[2],a[1])]:a;return b}function
-hd(a){var
-b=a?[0,aR(s6,a[2],a[1])]:a;return b}function
-kK(a,f){if(a){var
-i=s(ca,f),j=kK(a[1],i),k=0,l=s(function(a){return bI(k,a)},f),c=W(function(a){var
-b=a?[0,a[1],0]:a;return b},l),d=kJ(c);if(d){var
-e=hd(c);if(e)var
-h=br(e[1]),b=ah(d[1],h);else
+lx(b,a){return A(b,a)?a:b}function
+ux(b,a){return A(b,a)?b:a}function
+ly(a){var
+b=a?[0,aP(lx,a[2],a[1])]:a;return b}function
+hG(a){var
+b=a?[0,aP(ux,a[2],a[1])]:a;return b}function
+lz(a,f){if(a){var
+i=q(ch,f),j=lz(a[1],i),k=0,l=q(function(a){return bN(k,a)},f),c=Y(function(a){var
+b=a?[0,a[1],0]:a;return b},l),d=ly(c);if(d){var
+e=hG(c);if(e)var
+h=aI(e[1]),b=ab(d[1],h);else
 var
 b=Q}else
 var
@@ -3265,159 +3499,151 @@ b=Q;var
 g=[0,b,j]}else
 var
 g=a;return g}function
-kL(a){if(a[5])return Q;var
-b=a[7],c=dr(function(a){return a[1]},b);return aR(kI,W(function(b){var
-c=b[2],d=s(function(a){return a[4]},c);return kK(aW(a[3]),d)},c),Q)}function
-kM(a){if(a){var
-b=a[1],c=az(ah(b,P));return O(ah(b,br(P)),c)}return P}function
-kN(a,b){return a?ha(a[1][1],b):a}function
-he(a,b){return a?cC(bD,a[1][1],b):a}function
-s$(b,a){switch(a[0]){case
-0:var
-M=b[1][3],N=r(ag(ac(b[1][7])),M);return y(a[1],N);case
-1:var
-P=bU(b,a[1]);return cC(s2,a[2],P);case
-2:var
-k=b[1],t=k[6],Q=a[3],R=a[2],S=a[1];if(t){var
-h=k[6];if(h)var
-C=fv(k,h[1],S,R),u=W(function(a){var
-b=an(fw,a[2]);return s(function(b){var
-c=kq(b)[2];return[0,[0,a[1],b[1]],c]},b)},C);else
+lA(a){if(a[5])return Q;var
+b=a[7],c=c4(function(a){return a[1]},b);return aP(lx,Y(function(b){var
+c=b[2],d=q(function(a){return a[4]},c);return lz(a1(a[3]),d)},c),Q)}function
+lB(a){if(a){var
+b=a[1],c=at(ab(b,L));return M(ab(b,aI(L)),c)}return L}function
+lC(a,b){return a?c7(a[1][1],b):a}function
+hH(a,b){return a?cL(bH,a[1][1],b):a}function
+lD(b,a){switch(a[0]){case
+13:var
+y=a[1],j=a[2],F=y[2]?0:1,H=bF(b,F),J=b[3],K=b[2],M=b[1];if(A(L,j)){var
+C=[0,j];return lt(M,K,J,function(a){return[0,c7(a,[0,j])]},C,H,y)}return uo;case
+14:var
+c=a[1],k=a[6],z=a[5],e=a[4],l=a[3],B=a[2],N=c?0:1,O=bF(b,N),m=b[3],d=b[1],P=b[2];if(O){var
+r=lc(d,P),s=lo(d,c,k);if(c)var
+f=c;else
 var
-u=h;return kF(s5,Q,u)}return t;case
+E=fZ(d,m),f=G(function(a){return hD(k,a[1])},E);var
+t=le(d),D=t?s?lp(0,l):s:t;if(I(D))return ur;if(f){var
+g=ll(d,m,0,[0,l],B,c,r);if(g){var
+u=dM(e,g[1]);if(u){var
+h=lm(d,m,0,[0,l],B,c,r,k,z);if(z){var
+n=0;if(h){var
+o=h[1],p=I(dM(e,[0,L]));if(p)var
+i=dM(dL(o[1][1],o[2][1]),e);else{var
+q=p;n=1}}else{var
+q=h;n=1}if(n)var
+i=q}else
+var
+i=dM(e,[0,L]);var
+v=i}else
+var
+v=u;var
+w=[0,v]}else
+var
+w=g;var
+x=w}else
+var
+x=f;return x}return us;default:return uC}}function
+uD(b,a){switch(a[0]){case
+0:var
+O=b[1][3],P=s(ag(aj(b[1][7])),O);return x(a[1],P);case
+1:var
+Q=bF(b,a[1]);return cL(ut,a[2],Q);case
+2:var
+k=b[1],u=k[6],R=a[3],S=a[2],T=a[1];if(u){var
+h=k[6];if(h)var
+D=fQ(k,h[1],T,S),v=Y(function(a){var
+b=al(fR,a[2]);return q(function(b){var
+c=kP(b)[2];return[0,[0,a[1],b[1]],c]},b)},D);else
+var
+v=h;return lu(uw,R,v)}return u;case
 3:var
-l=kJ(fs(b[1]));return l?bD(a[1],l[1]):l;case
+l=ly(fO(b[1]));return l?bH(a[1],l[1]):l;case
 4:var
-m=hd(fs(b[1]));return m?bD(a[1],m[1]):m;case
+m=hG(fO(b[1]));return m?bH(a[1],m[1]):m;case
 5:var
-D=b[2],T=hd(W(function(b){var
+E=b[2],U=hG(Y(function(b){var
 a=b[2];if(a){var
 c=a[2];if(c){var
-e=b[2];return s(function(a){return a[3]},e)}var
+e=b[2];return q(function(a){return a[3]},e)}var
 d=c}else
 var
-d=a;return d},D));return cC(bD,a[1],T);case
+d=a;return d},E));return cL(bH,a[1],U);case
 6:var
-U=kL(b[1]);return bD(a[1],U);case
+V=lA(b[1]);return bH(a[1],V);case
 7:var
-X=ad(kL(b[1]));return bz(a[1],X);case
-8:return s1(b[1],b[2],b[3],a[1]);case
+X=ac(lA(b[1]));return bn(a[1],X);case
+8:return tP(b[1],b[2],b[3],a[1]);case
 9:var
-Y=a[2];return he(bU(b,a[1]),Y);case
+Z=a[2];return hH(bF(b,a[1]),Z);case
 10:var
-Z=a[2],_=a[1]?4:5;return he(bU(b,_),Z);case
+_=a[2],aa=a[1]?4:5;return hH(bF(b,aa),_);case
 11:var
 c=a[3],d=a[2];if(a[1]){var
-q=0;if(typeof
+t=0;if(typeof
 d==="number")if(2===d)var
-i=bU(b,4),f=i?cC(bD,[0,kM(i[1][1])],c):i;else
+i=bF(b,4),f=i?cL(bH,[0,lB(i[1][1])],c):i;else
 if(3===d)var
-j=bU(b,5),f=j?cC(bD,[0,kM(j[1][1])],c):j;else
-q=1;else
-q=1;if(q)var
-f=0;return f?kN(bU(b,d),c):f}var
-x=kG(d,1);if(x){var
-E=b[3],v=s(function(a){return a[4]},E),F=cX(v),w=kn(b[1]);if(w)var
-G=b[2],n=I(function(a){var
-b=a[2],c=cX(s(function(a){return a[4]},b)),d=V(a[2],v);return I(function(a){var
-b=O(c,a[2]);return bD(O(a[1][4],F),b)},d)},G);else
+j=bF(b,5),f=j?cL(bH,[0,lB(j[1][1])],c):j;else
+t=1;else
+t=1;if(t)var
+f=0;return f?lC(bF(b,d),c):f}var
+z=lv(d,1);if(z){var
+F=b[3],w=q(function(a){return a[4]},F),H=cl(w),y=kN(b[1]);if(y)var
+I=b[2],n=G(function(a){var
+b=a[2],c=cl(q(function(a){return a[4]},b)),d=W(a[2],w);return G(function(a){var
+b=M(c,a[2]);return bH(M(a[1][4],H),b)},d)},I);else
 var
-n=w;if(n){var
-z=he(bU(b,0),c);if(z)return kN(bU(b,1),c);var
-o=z}else
+n=y;if(n){var
+A=hH(bF(b,0),c);if(A)return lC(bF(b,1),c);var
+o=A}else
 var
 o=n}else
 var
-o=x;return o;case
+o=z;return o;case
 12:var
-aa=a[1]?0:1,p=bU(b,aa);return p?kE(p[1][1],a[2],a[3]):p;case
-13:var
-A=a[2],ab=a[3],ae=a[1]?A?6:7:A?0:1,B=bU(b,ae),af=B?ha(B[1][1],[0,ab])?0:1:2;return eg(a[4],af);default:var
-e=a[1],H=1;if($(function(a){return eg(H,a)},e))var
-g=s7;else{var
-J=3;if($(function(a){return eg(J,a)},e))var
-g=s8;else{var
-K=2;if($(function(a){return eg(K,a)},e))var
-g=s9;else
+ab=a[1]?0:1,p=bF(b,ab);return p?k3(p[1][1],a[2],a[3]):p;case
+15:var
+B=a[2],ae=a[3],af=a[1]?B?6:7:B?0:1,C=bF(b,af),ah=C?c7(C[1][1],[0,ae])?0:1:2;return eC(a[4],ah);case
+16:var
+e=a[1],J=1;if($(function(a){return eC(J,a)},e))var
+g=uy;else{var
+K=3;if($(function(a){return eC(K,a)},e))var
+g=uz;else{var
+L=2;if($(function(a){return eC(L,a)},e))var
+g=uA;else
 var
-L=e?s_:e,g=L}}return cC(eg,a[2],g)}}function
-hf(b,a){return s$(b,a)?0:1}function
-kO(c,a){var
-b=S(b$(a[1]),c);if(M(q,b)){var
-d=B(a[2],b);return[0,jv(a[1],b),d]}return a}function
-kP(d,g){var
-l=c(2,c(2,c(2,c(2,c(2,c(2,n)))))),e=B(r(c(2,n),d),l),f=bA(g[2],d),k=[0,b_(q,aw(bA(B(f,g[1]),e),f)),aI(e)],b=aW(d),a=k;for(;;){if(b){var
-h=a[2],i=r(c(2,n),h),j=kO(e,[0,r(a[1],a[1]),i]),b=b[1],a=j;continue}return a}}function
-kQ(c,b,a){if(G(q,a[2]))return M(c,bA(r(a[1],b),a[2]));var
-d=r(a[1],b);return M(bA(c,aI(a[2])),d)}var
-ta=[0,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,n)))))))))))))),0],tb=[0,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,n))))))))))),ta],tc=[0,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,n))))))))),tb],td=[0,c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,n)))))))),tc],te=[0,c(2,c(2,c(2,c(2,c(2,c(2,n)))))),td];function
-eh(b,a){var
-c=b[1],e=b[2];if(M(c,e))return 0;if(M(a[1],q))return 0;if(y(c,e))return[0,jt(q,a[1])];var
-i=a[1],j=a[2];if(G(r(B(b$(c),n),j),i))return th;if(G(r(S(c,e),a[2]),r(a[1],e)))return ti;if(G(r(a[1],c),r(S(c,e),a[2])))return tj;var
-d=te;for(;;){if(d){var
-f=d[1],g=kP(f,a);if(kQ(b[1],b[2],g))return tf;var
-h=kP(f,[0,aI(a[1]),a[2]]);if(kQ(b[2],b[1],h))return tg;var
-d=d[2];continue}return d}}function
-kR(a,b){if(a){var
-c=eh(a[1],b);return ak(function(a){return 2<=a?0:1},c)}return tk}var
-hg=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,c(2,c(2,z(c(2,c(2,z(c(2,c(2,c(2,z(c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,n)))))))))))))))))))))))))))))))))))))))))))))))))));function
-kS(a){if(a){var
-b=a[2],c=a[1];if(46===c)return[0,0,b];var
-d=kS(b);return[0,[0,c,d[1]],d[2]]}return tp}function
-kT(E){var
-j=kS(E),b=j[1];if(b){var
-k=j[2],m=0;if(48===b[1]){var
-l=b[2],F=l?1:l;if(F)m=1}if(!m&&!J(a5(ac(k),tq))){var
-g=q,d=x(b,k);for(;;){if(d){var
-A=d[1],y=c(2,c(2,c(2,c(2,z(c(2,n)))))),a=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(A),o=a(7),p=a(6),s=a(5),t=a(4),u=a(3),v=a(2),w=a(1),e=S(jz([0,a(0),[0,w,[0,v,[0,u,[0,t,[0,s,[0,p,[0,o,0]]]]]]]]),y),h=G(q,e),i=h?G(e,z(c(2,c(2,c(2,n))))):h,f=i?[0,e]:i;if(f){var
-C=d[2],D=f[1],g=B(r(c(2,z(c(2,c(2,n)))),g),D),d=C;continue}return f}return[0,g]}}return 0}return b}var
-kU=k(tr),kV=k(ts);function
-fB(h,g){var
-b=h,a=g;for(;;){if(b){if(a){var
-d=eW(b[1],a[1]);if(d){var
-b=b[2],a=a[2];continue}var
-e=d}else
-var
-e=a;var
-c=e}else
-var
-c=a?0:1;var
-f=c?1:c;return f}}var
-dx=k(tw),fC=k(tx),hh=k(ty),dy=k(tz),bC=k(tA),am=k(tB),cY=k(tC),fD=k(tD),fE=k(tE),bK=k(tF),kW=k(tG),bE=k(tH),hi=k(tI),cZ=k(tJ),hj=k(tK),hk=k(tL),fF=k(tM),fG=k(tN),bg=k(tO),bh=k(tP);function
-kX(d){var
-a=af(fC,d);if(a){var
+N=e?uB:e,g=N}}return cL(eC,a[2],g);default:var
+r=lD(b,a),ad=r?r[1]:r;return ad}}function
+hI(b,a){return uD(b,a)?0:lD(b,a)?1:2}var
+dN=k(uE),f1=k(uF),hJ=k(uG),dO=k(uH),bG=k(uI),ad=k(uJ),c9=k(uK),f2=k(uL),f3=k(uM),bR=k(uN),lE=k(uO),bI=k(uP),hK=k(uQ),c_=k(uR),hL=k(uS),hM=k(uT),f4=k(uU),f5=k(uV),bq=k(uW),br=k(uX);function
+lF(d){var
+a=ah(f1,d);if(a){var
 b=a[1];if(typeof
-b!=="number"&&4===b[0])return Y(cY,b[1]);var
+b!=="number"&&4===b[0])return Z(c9,b[1]);var
 c=0}else
 var
 c=a;return c}function
-tQ(a){function
+uY(a){function
 b(a){function
 b(c){function
 b(b){function
 d(d){function
 g(a){var
-e=a?[0,a[1],0]:a,f=N(cA([0,c,x(b,x(d,e))]),tR,[0,[0,c,b,d,a]]),g=b?1:b;return N(g,tS,f)}var
-e=af(cY,a);if(e)var
-h=function(a){return[0,[0,a]]},f=i(ai(e[1]),h);else
+e=a?[0,a[1],0]:a,f=O(ck([0,c,z(b,z(d,e))]),uZ,[0,[0,c,b,d,a]]),g=b?1:b;return O(g,u0,f)}var
+e=ah(c9,a);if(e)var
+h=function(a){return[0,[0,a]]},f=i(X(e[1]),h);else
 var
-f=tT;return i(f,g)}return i(u(function(a){return _(ai,a)},am,a),d)}return i(u(function(a){return _(ai,a)},bC,a),b)}return i(u(ai,dy,a),b)}return i(U([0,dy,[0,bC,[0,am,0]]],[0,cY,0],a),b)}function
-hl(a){function
+f=u1;return i(f,g)}return i(t(function(a){return V(X,a)},ad,a),d)}return i(t(function(a){return V(X,a)},bG,a),b)}return i(t(X,dO,a),b)}return i(U([0,dO,[0,bG,[0,ad,0]]],[0,c9,0],a),b)}function
+hN(a){function
 b(b){function
 d(d){function
 c(a){var
 e=[0,[0,b,d,a]];if(b)var
 f=a[4]?0:1,c=f;else
 var
-c=1;return N(c,tU,e)}return i(u(tQ,fC,a),c)}if(b)var
-e=[0,[0,k(tV),2],0],c=[0,[0,k(tW),1],e];else
+c=1;return O(c,u2,e)}return i(t(uY,f1,a),c)}if(b)var
+e=[0,[0,k(u3),2],0],c=[0,[0,k(u4),1],e];else
 var
-c=[0,[0,k(tX),0],0];return i(u(function(a){return aO(c,a)},hh,a),d)}var
-c=[0,[0,k(tY),1],0],d=[0,[0,k(tZ),0],c];return i(u(function(a){return aO(d,a)},dx,a),b)}function
-hm(e,a){var
+c=[0,[0,k(u5),0],0];return i(t(function(a){return aR(c,a)},hJ,a),d)}var
+c=[0,[0,k(u6),1],0],d=[0,[0,k(u7),0],c];return i(t(function(a){return aR(d,a)},dN,a),b)}function
+lG(e,a){var
 c=e[3],b=a[3],h=K(c[1],b[1]);if(h){var
-i=fr(c[2],b[2]);if(i){var
-j=fr(c[3],b[3]);if(j){var
+i=cK(c[2],b[2]);if(i){var
+j=cK(c[3],b[3]);if(j){var
 k=c[4];if(k)var
 f=b[4],p=f?K(k[1],f[1]):f,l=p;else
 var
@@ -3437,10 +3663,10 @@ o=2<=a[2]?1:0,u=o?1:o,g=u}if(e[1])var
 m=a[1],r=m?1:m,n=r;else
 var
 s=a[1]?0:1,n=s;return[0,[0,n,g],d]}function
-Z(a){return ag(ac(a))}function
-kY(a){function
+aa(a){return ag(aj(a))}function
+lH(a){function
 b(c){var
-b=kX(c),d=b?[0,hk,0]:b;function
+b=lF(c),d=b?[0,hM,0]:b;function
 e(a){function
 b(e){function
 c(c){function
@@ -3452,303 +3678,303 @@ c(m){function
 f(f){function
 n(g){function
 h(a){return[0,[0,b,e,k,l,m,f,g]]}var
-c=af(cZ,a);if(c)var
-j=function(a){return a7(fq,s(by,a))},d=i(U(0,[0,bg,[0,bh,0]],c[1]),j);else
+c=ah(c_,a);if(c)var
+j=function(a){return bd(fN,q(bb,a))},d=i(U(0,[0,bq,[0,br,0]],c[1]),j);else
 var
-d=t0;return i(d,h)}var
-g=af(hj,a);if(g){var
+d=u8;return i(d,h)}var
+g=ah(hL,a);if(g){var
 c=g[1],j=0;if(typeof
 c==="number"||!(0===c[0]))j=1;else
 if(c[1])var
-o=b[1]?0:f?0:1,d=N(o,t3,t2);else
+o=b[1]?0:f?0:1,d=O(o,u$,u_);else
 var
-d=R(t4);if(j)var
-d=R(t1);var
+d=R(va);if(j)var
+d=R(u9);var
 h=d}else
 var
-h=t5;return i(h,n)}var
-c=af(hk,a);if(c)var
-g=function(a){return[0,[0,a]]},d=i(a6(hk,fo(c[1])),g);else
+h=vb;return i(h,n)}var
+c=ah(hM,a);if(c)var
+g=function(a){return[0,[0,a]]},d=i(a_(hM,fL(c[1])),g);else
 var
-d=t6;return i(d,f)}var
-d=Z(e);function
-f(a){return ax(d,ar,a)}return i(u(function(a){return a8(f,a)},bE,a),c)}var
-d=Z(b[3][3]);return i(u(function(a){return fp(d,a)},kW,a),c)}var
-d=Z(b[3][2]);return i(u(function(a){return fp(d,a)},bK,a),c)}return i(u(fo,fE,a),c)}return i(hl(a),b)}var
-b=af(hi,a),d=b?a6(hi,kd(t7,1,b[1])):t8;return i(d,c)}var
-c=[0,[0,k(t9),0],0];return i(u(function(a){return aO(c,a)},fD,a),b)}return i(U(x([0,fD,[0,dx,[0,fC,[0,hh,[0,fE,[0,bK,[0,kW,[0,bE,0]]]]]]]],d),[0,hi,[0,cZ,[0,hj,0]]],a),e)}return i(bd(a),b)}function
-kZ(a){if(typeof
-a!=="number"&&4===a[0])return Y(hj,a[1]);return 0}var
-uf=k(ue);function
-ug(j){var
-b=0,a=gV(g2,j);for(;;){if(a){var
+d=vc;return i(d,f)}var
+d=aa(e);function
+f(a){return aA(d,av,a)}return i(t(function(a){return aQ(f,a)},bI,a),c)}var
+d=aa(b[3][3]);return i(t(function(a){return fM(d,a)},lE,a),c)}var
+d=aa(b[3][2]);return i(t(function(a){return fM(d,a)},bR,a),c)}return i(t(fL,f3,a),c)}return i(hN(a),b)}var
+b=ah(hK,a),d=b?a_(hK,kC(vd,1,b[1])):ve;return i(d,c)}var
+c=[0,[0,k(vf),0],0];return i(t(function(a){return aR(c,a)},f2,a),b)}return i(U(z([0,f2,[0,dN,[0,f1,[0,hJ,[0,f3,[0,bR,[0,lE,[0,bI,0]]]]]]]],d),[0,hK,[0,c_,[0,hL,0]]],a),e)}return i(bh(a),b)}function
+lI(a){if(typeof
+a!=="number"&&4===a[0])return Z(hL,a[1]);return 0}var
+vn=k(vm);function
+vo(j){var
+b=0,a=he(hl,j);for(;;){if(a){var
 d=a[2],f=a[1];if(d){var
 i=K(f,d[1])?b:[0,f,b],b=i,a=d;continue}var
 c=T(a,b)}else
 var
 c=T(a,b);if(c){var
 e=c[2];if(e){var
-k=[0,c[1],[0,e[1],e[2]]],F=0,g=s(function(G){var
+k=[0,c[1],[0,e[1],e[2]]],F=0,g=q(function(G){var
 e=F,d=G;for(;;){if(d){var
-g=d[2],a=d[1],k=d8(a),l=k||(11===a?1:0),m=l||(12===a?1:0);if(m){var
+g=d[2],a=d[1],k=ep(a),l=k||(11===a?1:0),m=l||(12===a?1:0);if(m){var
 d=g;continue}var
-h=fb(33,a),i=h?fb(a,oS):h;if(i){var
+h=fz(33,a),i=h?fz(a,pG):h;if(i){var
 c=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),x=c(7),y=c(6),z=c(5),A=c(4),B=c(3),C=c(2),D=c(1),E=c(0);if(z||!(y&&!x))var
 f=a;else{var
-j=0;if(fb(65,a)&&fb(a,90))var
+j=0;if(fz(65,a)&&fz(a,90))var
 n=0,o=1,p=1,b=function(a,b){var
-c=a?1<<b:a;return c},q=b(n,7),r=b(o,6),s=b(p,5),t=b(A,4),u=b(B,3),v=b(C,2),w=b(D,1),f=gI(((((((b(E,0)+w|0)+v|0)+u|0)+t|0)+s|0)+r|0)+q|0);else
+c=a?1<<b:a;return c},q=b(n,7),r=b(o,6),s=b(p,5),t=b(A,4),u=b(B,3),v=b(C,2),w=b(D,1),f=g4(((((((b(E,0)+w|0)+v|0)+u|0)+t|0)+s|0)+r|0)+q|0);else
 j=1;if(j)var
 f=a}var
-e=[0,f,e],d=g;continue}return i}return[0,T(e,0)]}},k),h=I(function(a){if(a){var
-b=a[1],f=$(function(a){return J($(function(b){return a===b?1:0},uf))},b),c=f||J($(fk,b));if(c)var
+e=[0,f,e],d=g;continue}return i}return[0,T(e,0)]}},k),h=G(function(a){if(a){var
+b=a[1],f=$(function(a){return I($(function(b){return a===b?1:0},vn))},b),c=f||I($(fH,b));if(c)var
 d=c;else
 var
-e=g6(b),g=e?1:e,d=g;return d}return a},g);return h?cA(W(function(a){var
+e=hp(b),g=e?1:e,d=g;return d}return a},g);return h?ck(Y(function(a){var
 b=a?[0,a[1],0]:a;return b},g)):h}return 1}return 1}}function
-hn(a,b){if(a)var
-d=s(ca,b),e=hn(a[2],d),f=0,c=[0,s(function(a){return bI(f,a)},b),e];else
+hO(a,b){if(a)var
+d=q(ch,b),e=hO(a[2],d),f=0,c=[0,q(function(a){return bN(f,a)},b),e];else
 var
 c=a;return c}function
-ho(a){var
-c=a[1][3],b=a[6],d=b?[0,b[1],0]:b,e=x(hn(c[3],a[4]),d),f=x(hn(c[2],a[3]),e);return I(ug,[0,a[2],f])}var
-bF=k(uh),bi=k(ui),bs=k(uj),bt=k(uk),k0=k(ul),k1=k(um),bL=k(un),k2=k(uo),k3=k(up),bj=k(uq),k4=k(ur),k5=k(us),fH=k(ut),k6=k(uu),cd=k(uv),k7=k(uw),k8=k(ux),k9=k(uy),dz=k(uz),k_=k(uA),c0=k(uB),k$=k(uC);function
-hp(a){return y(a[1],q)}function
-la(a,b){if(a)var
-d=s(ca,b),e=la(a[1],d),c=[0,s(function(a){return bI(Q,a)},b),e];else
+hP(a){var
+c=a[1][3],b=a[6],d=b?[0,b[1],0]:b,e=z(hO(c[3],a[4]),d),f=z(hO(c[2],a[3]),e);return G(vo,[0,a[2],f])}var
+bJ=k(vp),bs=k(vq),bz=k(vr),bA=k(vs),lJ=k(vt),lK=k(vu),bS=k(vv),lL=k(vw),lM=k(vx),bt=k(vy),lN=k(vz),lO=k(vA),f6=k(vB),lP=k(vC),a2=k(vD),lQ=k(vE),lR=k(vF),lS=k(vG),dP=k(vH),lT=k(vI),be=k(vJ),lU=k(vK);function
+hQ(a){return x(a[1],r)}function
+lV(a,b){if(a)var
+d=q(ch,b),e=lV(a[1],d),c=[0,q(function(a){return bN(Q,a)},b),e];else
 var
 c=a;return c}function
-lb(e,d){var
+lW(e,d){var
 b=e,a=d;for(;;){if(b){if(a){var
-f=V(b[1],a[1]),c=I(function(a){return bS(a[1],a[2])},f);if(c){var
+f=W(b[1],a[1]),c=G(function(a){return b1(a[1],a[2])},f);if(c){var
 b=b[2],a=a[2];continue}return c}return 1}return 1}}function
-uD(a){function
+vL(a){function
 b(a){function
 b(a){var
-c=lb(a,la(ac(a),a)),f=[0,a];if(c)var
-e=cb(q,a),b=I(function(a){var
-b=cb(q,a[2]);return I(function(b){var
-c=y(a[1],b[1]);return bz(hp(b[2]),c)},b)},e),g=b?I(function(b){var
-c=V(b,a);return I(function(a){var
-c=V(b,a[2]);return I(function(b){var
-c=ah(b[1],b[2]);return D(a[1],c)},c)},c)},a):b,d=g;else
+c=lW(a,lV(aj(a),a)),f=[0,a];if(c)var
+e=ci(r,a),b=G(function(a){var
+b=ci(r,a[2]);return G(function(b){var
+c=x(a[1],b[1]);return bn(hQ(b[2]),c)},b)},e),g=b?G(function(b){var
+c=W(b,a);return G(function(a){var
+c=W(b,a[2]);return G(function(b){var
+c=ab(b[1],b[2]);return A(a[1],c)},c)},c)},a):b,d=g;else
 var
-d=c;return N(d,uE,f)}var
-c=Z(a);return i(a7(function(a){return ax(c,al,a)},a),b)}return i(be(a),b)}function
-uL(a){function
+d=c;return O(d,vM,f)}var
+c=aa(a);return i(bd(function(a){return aA(c,am,a)},a),b)}return i(bp(a),b)}function
+vT(a){function
 b(a){function
 b(c){var
-b=Z(c);function
+b=aa(c);function
 d(c){function
 d(d){function
 e(e){function
 f(a){var
-b=[0,[0,[0,c,d,a],e]],f=V(c,d);return N(I(function(a){return D(a[1],a[2])},f),uM,b)}function
+b=[0,[0,[0,c,d,a],e]],f=W(c,d);return O(G(function(a){return A(a[1],a[2])},f),vU,b)}function
 g(c){function
 a(a){function
 c(b){function
-c(a){return[0,[0,b,a]]}return i(u(ar,fH,a),c)}return i(u(function(a){return ax(b,ar,a)},k9,a),c)}return i(U([0,k9,[0,fH,0]],0,c),a)}return i(u(function(a){return _(g,a)},bj,a),f)}function
-f(a){return ax(b,ar,a)}function
-g(a){return _(f,a)}return i(u(function(a){return _(g,a)},k8,a),e)}return i(u(function(a){return ax(b,ar,a)},k7,a),d)}return i(u(function(a){return ax(b,ar,a)},cd,a),d)}return i(u(fo,k6,a),b)}return i(U([0,k6,[0,cd,[0,k7,[0,k8,[0,bj,0]]]]],0,a),b)}function
-lc(d,a,c,b){if(a)var
-f=ca(b),g=ca(c),h=lc(B(d,n),a[2],g,f),i=bI(Q,c),j=bI(0,b),e=[0,[0,d,a[1],j,i],h];else
+c(a){return[0,[0,b,a]]}return i(t(av,f6,a),c)}return i(t(function(a){return aA(b,av,a)},lS,a),c)}return i(U([0,lS,[0,f6,0]],0,c),a)}return i(t(function(a){return V(g,a)},bt,a),f)}function
+f(a){return aA(b,av,a)}function
+g(a){return V(f,a)}return i(t(function(a){return V(g,a)},lR,a),e)}return i(t(function(a){return aA(b,av,a)},lQ,a),d)}return i(t(function(a){return aA(b,av,a)},a2,a),d)}return i(t(fL,lP,a),b)}return i(U([0,lP,[0,a2,[0,lQ,[0,lR,[0,bt,0]]]]],0,a),b)}function
+lX(d,a,c,b){if(a)var
+f=ch(b),g=ch(c),h=lX(E(d,n),a[2],g,f),i=bN(Q,c),j=bN(0,b),e=[0,[0,d,a[1],j,i],h];else
 var
 e=a;return e}function
-ld(f,b,e){if(b){var
-k=ca(e),l=ld(f,b[2],k),m=bI(0,e),a=b[1],c=f[5];if(c)var
+lY(f,b,e){if(b){var
+k=ch(e),l=lY(f,b[2],k),m=bN(0,e),a=b[1],c=f[5];if(c)var
 d=c[1];else
 var
-j=a[4],d=s(function(a){return a?a[1]:Q},j);var
-h=a[5],i=lc(q,a[3],d,m),g=[0,[0,a[1],a[2],i,h],l]}else
+j=a[4],d=q(function(a){return a?a[1]:Q},j);var
+h=a[5],i=lX(r,a[3],d,m),g=[0,[0,a[1],a[2],i,h],l]}else
 var
 g=b;return g}function
-le(e,d){var
+lZ(e,d){var
 a=d;for(;;){if(a){var
 b=a[2];if(b){var
-c=aA(e,a[1],b[1]);if(c){var
+c=aE(e,a[1],b[1]);if(c){var
 a=b;continue}return c}return 1}return 1}}function
-u2(a){function
+v_(a){function
 b(a){if(a){var
 b=a[2];if(b){var
-c=b[1];if(b[2])return R(u3);var
+c=b[1];if(b[2])return R(v$);var
 d=function(b){function
-a(a){return N(J(hp(a)),u4,[0,[0,b,a]])}return i(al(c),a)};return i(aK(a[1]),d)}return R(u5)}return R(u6)}return i(be(a),b)}function
-u7(a){function
+a(a){return O(I(hQ(a)),wa,[0,[0,b,a]])}return i(am(c),a)};return i(aN(a[1]),d)}return R(wb)}return R(wc)}return i(bp(a),b)}function
+wd(a){function
 b(a){var
-b=[0,a];return N(le(function(b,a){return M(b[1],a[1])},a),u8,b)}return i(_(u2,a),b)}function
-u9(b,a){var
-d=M(b[1],a[1]);if(d)var
+b=[0,a];return O(lZ(function(b,a){return P(b[1],a[1])},a),we,b)}return i(V(v_,a),b)}function
+wf(b,a){var
+d=P(b[1],a[1]);if(d)var
 c=d;else{var
-e=y(b[1],a[1]);if(e){var
-f=M(b[2],a[2]);if(f)var
+e=x(b[1],a[1]);if(e){var
+f=P(b[2],a[2]);if(f)var
 c=f;else{var
-g=y(b[2],a[2]);if(g)return M(b[3],a[3]);var
+g=x(b[2],a[2]);if(g)return P(b[3],a[3]);var
 c=g}}else
 var
 c=e}return c}function
-lf(c,b,d){var
+l0(c,b,d){var
 a=b?b[1][11]:b;function
 e(b){function
 d(c){function
-e(a){return N(le(u9,c),u_,[0,c])}if(a)var
-f=Z(a[1][1]),d=u(function(a){return ax(f,ar,a)},k_,b);else
+e(a){return O(lZ(wf,c),wg,[0,c])}if(a)var
+f=aa(a[1][1]),d=t(function(a){return aA(f,av,a)},lT,b);else
 var
-d=u$;return i(d,e)}function
+d=wh;return i(d,e)}function
 e(f){function
 a(a){function
 b(b){function
 c(c){function
 d(d){function
-e(a){return[0,[0,b,c,d,a]]}return i(u(u7,k$,a),e)}return i(u(aK,cd,a),d)}return i(u(aK,c0,a),c)}var
-d=c?u(aK,am,a):[0,aI(n)];return i(d,b)}var
-b=0,d=[0,c0,[0,cd,[0,k$,0]]],e=c?[0,am,0]:c;return i(U(x(e,d),b,f),a)}return i(u(function(a){return _(e,a)},dz,b),d)}var
-f=0,g=a?[0,k_,0]:a;return i(U([0,dz,g],f,d),e)}function
-ei(a){return a?ac(a[1]):a}function
-lg(a){return ao(jq,va,a)}function
-hq(a){return lg(s(ac,a))}function
-hr(a){return lg(s(ei,a))}function
-bk(a){return hq(a[1])}function
-dA(a){return hr(a[1])}function
-bl(b){var
-a=b[2];return 0===a[0]?hq(a[1]):a[1]}function
-bG(b){var
-a=b[2];return 0===a[0]?hr(a[1]):a[1]}function
-c1(b,a){return a5(ac(a),b)}function
-ej(e,a){var
-b=c1(e,a);if(b){var
-c=I(aE,a);if(c)return bS(aF(a),P);var
+e(a){return[0,[0,b,c,d,a]]}return i(t(wd,lU,a),e)}return i(t(aN,a2,a),d)}return i(t(aN,be,a),c)}var
+d=c?t(aN,ad,a):[0,aL(n)];return i(d,b)}var
+b=0,d=[0,be,[0,a2,[0,lU,0]]],e=c?[0,ad,0]:c;return i(U(z(e,d),b,f),a)}return i(t(function(a){return V(e,a)},dP,b),d)}var
+f=0,g=a?[0,lT,0]:a;return i(U([0,dP,g],f,d),e)}function
+eD(a){return a?aj(a[1]):a}function
+l1(a){return ap(jP,wi,a)}function
+hR(a){return l1(q(aj,a))}function
+hS(a){return l1(q(eD,a))}function
+bf(a){return hR(a[1])}function
+c$(a){return hS(a[1])}function
+bi(b){var
+a=b[2];return 0===a[0]?hR(a[1]):a[1]}function
+bK(b){var
+a=b[2];return 0===a[0]?hS(a[1]):a[1]}function
+da(b,a){return bc(aj(a),b)}function
+eE(e,a){var
+b=da(e,a);if(b){var
+c=G(au,a);if(c)return b1(az(a),L);var
 d=c}else
 var
 d=b;return d}function
-lh(a){return $(ad,a)}function
-cD(b,a){if(a){var
-c=cD(b,a[2]),d=V(a[1],c);return s(function(a){return[0,a[1],a[2]]},d)}return dq(0,b)}function
-vb(a){var
-e=ei(a),b=I(function(a){return ej(e,a)},a);if(b){var
-c=J(c1(0,a));if(c)return I(lh,cD(ei(a),a));var
+l2(a){return $(ac,a)}function
+cM(b,a){if(a){var
+c=cM(b,a[2]),d=W(a[1],c);return q(function(a){return[0,a[1],a[2]]},d)}return dF(0,b)}function
+wj(a){var
+e=eD(a),b=G(function(a){return eE(e,a)},a);if(b){var
+c=I(da(0,a));if(c)return G(l2,cM(eD(a),a));var
 d=c}else
 var
 d=b;return d}function
-li(a){var
-b=J(c1(0,a));return b?I(vb,a):b}function
-fI(d,c,a){var
-b=c1(d,a);return b?I(function(a){return c1(c,a)},a):b}function
-hs(a){if(a){var
-b=a[2],c=a[1];return W(function(a){var
-c=hs(b);return s(function(b){return W(function(a){return s(function(b){return O(a,b)},b)},a)},c)},c)}return[0,[0,P,0],0]}function
-lj(a){if(a)var
-b=a[1],d=lj(b),e=s(function(a){return[0,Q,a]},d),c=[0,[0,P,dq(Q,b)],e];else
+l3(a){var
+b=I(da(0,a));return b?G(wj,a):b}function
+f7(d,c,a){var
+b=da(d,a);return b?G(function(a){return da(c,a)},a):b}function
+hT(a){if(a){var
+b=a[2],c=a[1];return Y(function(a){var
+c=hT(b);return q(function(b){return Y(function(a){return q(function(b){return M(a,b)},b)},a)},c)},c)}return[0,[0,L,0],0]}function
+l4(a){if(a)var
+b=a[1],d=l4(b),e=q(function(a){return[0,Q,a]},d),c=[0,[0,L,dF(Q,b)],e];else
 var
 c=a;return c}function
-ek(a){return hs(a[1])}function
-el(b){var
-a=b[2];return 0===a[0]?hs(a[1]):lj(a[1])}function
-fJ(a){return ao(function(b,a){return gT(b[2],a)},n,a)}function
-ht(b,a){var
-c=aw(b,a[2]);return r(a[1],c)}function
-dB(a){return fJ(bc(a))}function
-dC(a){var
-b=dB(a);function
-c(a){return ht(b,a)}return s(function(a){return s(c,a)},a)}function
-fK(a){return ao(function(b,a){return r(dB(b),a)},n,a)}function
-bM(d,c,e){if(d){var
+eF(a){return hT(a[1])}function
+eG(b){var
+a=b[2];return 0===a[0]?hT(a[1]):l4(a[1])}function
+f8(a){return ap(function(b,a){return hc(b[2],a)},n,a)}function
+hU(b,a){var
+c=aC(b,a[2]);return s(a[1],c)}function
+db(a){return f8(bo(a))}function
+dc(a){var
+b=db(a);function
+c(a){return hU(b,a)}return q(function(a){return q(c,a)},a)}function
+f9(a){return ap(function(b,a){return s(db(b),a)},n,a)}function
+bT(d,c,e){if(d){var
 b=c,a=e;for(;;){if(b&&a){var
 b=b[1],a=a[2];continue}var
-g=bM(d[1],c,a),f=[0,jw(c,e),g];break}}else
+g=bT(d[1],c,a),f=[0,jV(c,e),g];break}}else
 var
 f=d;return f}function
-lk(c,b,a){if(b){var
+l5(c,b,a){if(b){var
 d=b[1];if(a){var
-f=a[1],e=lk(c,b[2],a[2]),g=aQ(d);if(0===g)return e;if(0<g){var
-i=V(f,e);return s(function(a){return B(r(d,a[1]),a[2])},i)}var
-h=V(f,e);return s(function(a){return B(r(d,a[1]),a[2])},h)}return dq(q,c)}return dq(q,c)}function
-hu(b,a,d){if(a){var
-c=a[2],e=a[1],f=e5(hr(c),b),g=bM(ei(e),f,d),h=s(function(a){return hu(b,c,a)},g),i=dC(e);return W(function(a){return lk(e5(hq(c),b),a,h)},i)}return d}function
-ll(a){var
-f=a[4],b=e5(bk(a),f),g=fJ(bc(bc(a[5]))),h=a[5],c=s(function(b){var
-c=bc(b),d=s(function(a){return ht(g,a)},c);return hu(a[4],a[1],d)},h),d=a[2];if(0===d[0])var
-i=bc(c),e=hu(b,d[1],i);else
+f=a[1],e=l5(c,b[2],a[2]),g=aV(d);if(0===g)return e;if(0<g){var
+i=W(f,e);return q(function(a){return E(s(d,a[1]),a[2])},i)}var
+h=W(f,e);return q(function(a){return E(s(d,a[1]),a[2])},h)}return dF(r,c)}return dF(r,c)}function
+hV(b,a,d){if(a){var
+c=a[2],e=a[1],f=fr(hS(c),b),g=bT(eD(e),f,d),h=q(function(a){return hV(b,c,a)},g),i=dc(e);return Y(function(a){return l5(fr(hR(c),b),a,h)},i)}return d}function
+l6(a){var
+f=a[4],b=fr(bf(a),f),g=f8(bo(bo(a[5]))),h=a[5],c=q(function(b){var
+c=bo(b),d=q(function(a){return hU(g,a)},c);return hV(a[4],a[1],d)},h),d=a[2];if(0===d[0])var
+i=bo(c),e=hV(b,d[1],i);else
 var
-e=bc(c);var
-j=bM(bl(a),b,e),k=a[4],l=bk(a);return s(function(a){return bM(l,k,a)},j)}function
-lm(a){var
-b=ao(gR,q,a),c=aQ(b);return 0===c?s(function(a){return Q},a):0<c?s(function(a){return dt([0,a,b])},a):s(function(a){return Q},a)}function
-c2(b,a){return D(b,a)?a:b}function
-fL(b,a){return D(b,a)?b:a}function
-dD(a){return a?ao(c2,a[1],a[2]):Q}function
-cE(a){return a?ao(fL,a[1],a[2]):Q}function
-fM(a){var
-b=cE(a),c=dD(a);return ad(b)?[0,O(c,az(b))]:ad(c)?0:[0,P]}function
-em(c,b,a){var
-d=b?a?[0,aA(c,b[1],a[1])]:a:b;return d}function
-ln(a){var
-b=s(fM,cD(ei(a),a)),c=[0,P];return ao(function(a,b){return em(c2,a,b)},c,b)}function
-lo(a){var
-b=s(ln,a),c=[0,P];return ao(function(a,b){return em(O,a,b)},c,b)}function
-c3(d,c,b){var
-a=d[7];return 0===a[0]?a[1]:ay(b,ay(c,a[1],0),0)}function
-hv(d,c,b){var
-a=d[6];return a?ay(b,ay(c,a[1],0),Q):P}function
-ce(a){return V(aN(0,ac(a)),a)}function
-hw(a,b){if(G(b,n))return a;var
-e=au(b,at(2)),f=e[1];if(y(e[2],q)){var
-c=hw(a,f);return r(c,c)}var
-d=hw(a,f);return r(a,r(d,d))}function
-cf(c,a){var
-b=aQ(a);return 0===b?n:0<b?hw(c,a):n}function
-cg(b,a){return aI(aw(aI(b),a))}function
-lp(f,e,d){var
+e=bo(c);var
+j=bT(bi(a),b,e),k=a[4],l=bf(a);return q(function(a){return bT(l,k,a)},j)}function
+l7(a){var
+b=ap(ha,r,a),c=aV(b);return 0===c?q(function(a){return Q},a):0<c?q(function(a){return dH([0,a,b])},a):q(function(a){return Q},a)}function
+dd(b,a){return A(b,a)?a:b}function
+f_(b,a){return A(b,a)?b:a}function
+dQ(a){return a?ap(dd,a[1],a[2]):Q}function
+cN(a){return a?ap(f_,a[1],a[2]):Q}function
+f$(a){var
+b=cN(a),c=dQ(a);return ac(b)?[0,M(c,at(b))]:ac(c)?0:[0,L]}function
+eH(c,b,a){var
+d=b?a?[0,aE(c,b[1],a[1])]:a:b;return d}function
+l8(a){var
+b=q(f$,cM(eD(a),a)),c=[0,L];return ap(function(a,b){return eH(dd,a,b)},c,b)}function
+l9(a){var
+b=q(l8,a),c=[0,L];return ap(function(a,b){return eH(M,a,b)},c,b)}function
+de(d,c,b){var
+a=d[7];return 0===a[0]?a[1]:as(b,as(c,a[1],0),0)}function
+hW(d,c,b){var
+a=d[6];return a?as(b,as(c,a[1],0),Q):L}function
+cn(a){return W(aT(0,aj(a)),a)}function
+hX(a,b){if(J(b,n))return a;var
+e=ay(b,ax(2)),f=e[1];if(x(e[2],r)){var
+c=hX(a,f);return s(c,c)}var
+d=hX(a,f);return s(a,s(d,d))}function
+co(c,a){var
+b=aV(a);return 0===b?n:0<b?hX(c,a):n}function
+cp(b,a){return aL(aC(aL(b),a))}function
+l_(f,e,d){var
 c=f,b=e,a=d;for(;;){if(c){var
-c=c[1],g=r(a,b),b=S(b,n),a=g;continue}return a}}var
-vd=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,n)))))))),hx=cf(c(2,n),vd),ve=c(2,c(2,c(2,c(2,c(2,c(2,n)))))),lq=cf(c(2,n),ve),vf=c(2,c(2,c(2,c(2,c(2,c(2,n)))))),bN=cf(c(2,n),vf);function
-hy(b){if(G(b,q))return q;var
-g=c(2,n),h=B(aw(b$(b),g),n),i=cf(c(2,n),h),j=c(2,n),d=aW(B(b$(b),j)),a=i;for(;;){if(d){var
-f=c(2,n),e=aw(B(a,aw(b,a)),f);if(M(e,a)){var
+c=c[1],g=s(a,b),b=S(b,n),a=g;continue}return a}}var
+wl=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,n)))))))),hY=co(c(2,n),wl),wm=c(2,c(2,c(2,c(2,c(2,c(2,n)))))),l$=co(c(2,n),wm),wn=c(2,c(2,c(2,c(2,c(2,c(2,n)))))),bU=co(c(2,n),wn);function
+hZ(b){if(J(b,r))return r;var
+g=c(2,n),h=E(aC(cg(b),g),n),i=co(c(2,n),h),j=c(2,n),d=a1(E(cg(b),j)),a=i;for(;;){if(d){var
+f=c(2,n),e=aC(E(a,aC(b,a)),f);if(P(e,a)){var
 d=d[1],a=e;continue}return a}return a}}function
-lr(a,l){var
-h=l[2],e=l[1],g=[0,aW(a)],b=a,f=0;for(;;){if(g){var
-i=r(r(r(e,a),B(r(r(r(c(2,c(2,n)),h),b),S(a,b)),r(e,a))),r(bN,bN)),d=hy(i),j=r(r(a,B(r(r(c(2,n),h),b),e)),bN),k=r(r(c(2,n),a),B(r(h,a),e)),m=aw(B(j,d),k),o=y(r(d,d),i)?q:n,p=[0,[0,aw(S(S(j,d),o),k),m],f],g=g[1],b=S(b,n),f=p;continue}return f}}function
-ls(b,a){var
-c=b[3];return ay(aW(a),c,[0,q,q])}function
-lt(s,q,p,o,m,b,h,l,k){var
-i=s,a=q,d=p,g=o,c=m,f=l,e=k;for(;;){if(i){if(M(g,c)){var
-j=cg(r(c,r(a,b)),r(d,h)),i=i[1],a=S(a,n),d=B(d,n),t=B(e,S(j,B(g,n))),g=B(g,n),c=j,f=[0,j,f],e=t;continue}return[0,[0,f,cg(r(c,r(a,b)),S(r(d,h),r(a,b)))],e]}return[0,[0,f,cg(r(c,r(a,b)),S(r(d,h),r(a,b)))],e]}}function
-lu(d,a){var
-e=c(2,c(2,c(2,c(2,c(2,c(2,c(2,n))))))),f=hy(d),b=B(b_(q,r(c(2,c(2,c(2,n))),f)),e),g=G(a,b)?a:b;return aW(g)}function
-ch(b,e){var
-d=S(e[2],e[1]),c=e[1];if(G(c,q))return[0,q,[0,bN,0],q,q,bN];if(G(d,q))return[0,b,[0,bN,0],q,q,bN];var
-a=aw(r(B(b,n),c),B(c,d)),f=lt(lu(b,S(b,a)),S(b,a),B(a,n),q,bN,c,d,0,bN),g=f[1],k=f[2],h=lt(lu(b,a),a,B(S(b,a),n),q,bN,d,c,0,k),i=h[1],j=i[1],l=h[2],m=g[2],o=i[2],p=x(j,[0,bN,T(g[1],0)]);return[0,S(a,ag(ac(j))),p,o,m,l]}function
-hz(d){var
+ma(a,l){var
+h=l[2],e=l[1],g=[0,a1(a)],b=a,f=0;for(;;){if(g){var
+i=s(s(s(e,a),E(s(s(s(c(2,c(2,n)),h),b),S(a,b)),s(e,a))),s(bU,bU)),d=hZ(i),j=s(s(a,E(s(s(c(2,n),h),b),e)),bU),k=s(s(c(2,n),a),E(s(h,a),e)),m=aC(E(j,d),k),o=x(s(d,d),i)?r:n,p=[0,[0,aC(S(S(j,d),o),k),m],f],g=g[1],b=S(b,n),f=p;continue}return f}}function
+mb(b,a){var
+c=b[3];return as(a1(a),c,[0,r,r])}function
+mc(r,q,p,o,m,b,h,l,k){var
+i=r,a=q,d=p,g=o,c=m,f=l,e=k;for(;;){if(i){if(P(g,c)){var
+j=cp(s(c,s(a,b)),s(d,h)),i=i[1],a=S(a,n),d=E(d,n),t=E(e,S(j,E(g,n))),g=E(g,n),c=j,f=[0,j,f],e=t;continue}return[0,[0,f,cp(s(c,s(a,b)),S(s(d,h),s(a,b)))],e]}return[0,[0,f,cp(s(c,s(a,b)),S(s(d,h),s(a,b)))],e]}}function
+md(d,a){var
+e=c(2,c(2,c(2,c(2,c(2,c(2,c(2,n))))))),f=hZ(d),b=E(cf(r,s(c(2,c(2,c(2,n))),f)),e),g=J(a,b)?a:b;return a1(g)}function
+cq(b,e){var
+d=S(e[2],e[1]),c=e[1];if(J(c,r))return[0,r,[0,bU,0],r,r,bU];if(J(d,r))return[0,b,[0,bU,0],r,r,bU];var
+a=aC(s(E(b,n),c),E(c,d)),f=mc(md(b,S(b,a)),S(b,a),E(a,n),r,bU,c,d,0,bU),g=f[1],k=f[2],h=mc(md(b,a),a,E(S(b,a),n),r,bU,d,c,0,k),i=h[1],j=i[1],l=h[2],m=g[2],o=i[2],p=z(j,[0,bU,T(g[1],0)]);return[0,S(a,ag(aj(j))),p,o,m,l]}function
+h0(d){var
 e=T(d[2],0),c=0,b=d[4],a=e;for(;;){if(a){var
-c=[0,b,c],b=B(b,a[1]),a=a[2];continue}return[0,b,c]}}function
-lv(a){var
-b=bI(q,hz(a));return B(a[3],b)}function
-lw(f,e,d){var
+c=[0,b,c],b=E(b,a[1]),a=a[2];continue}return[0,b,c]}}function
+me(a){var
+b=bN(r,h0(a));return E(a[3],b)}function
+mf(f,e,d){var
 b=e,a=d;for(;;){if(a){var
-c=a[2];if(c){if(M(b,f)){var
-b=B(b,n),a=c;continue}return[0,b,a]}return[0,b,a]}return[0,b,a]}}function
-lx(c,b,a){return G(r(c,a[2]),r(a[1],b[5]))}function
-fN(b,h,g){var
-d=S(B(h,n),b[1]),c=b[2],a=b[3],i=b[4];for(;;){if(c){if(M(q,d)){var
-d=S(d,n),f=B(a,c[1]),c=c[2],a=f;continue}var
+c=a[2];if(c){if(P(b,f)){var
+b=E(b,n),a=c;continue}return[0,b,a]}return[0,b,a]}return[0,b,a]}}function
+mg(c,b,a){return J(s(c,a[2]),s(a[1],b[5]))}function
+ga(b,h,g){var
+d=S(E(h,n),b[1]),c=b[2],a=b[3],i=b[4];for(;;){if(c){if(P(r,d)){var
+d=S(d,n),f=E(a,c[1]),c=c[2],a=f;continue}var
 e=a}else
 var
-e=M(q,d)?B(a,i):a;return lx(e,b,g)}}function
-hA(a,b,d){if(M(b,a[1]))var
-c=lv(a);else
+e=P(r,d)?E(a,i):a;return mg(e,b,g)}}function
+h1(a,b,d){if(P(b,a[1]))var
+c=me(a);else
 var
-e=hz(a),c=bI(q,lw(b,a[1],e)[2]);return lx(c,a,d)}function
-fO(c,b){var
-a=O(c,b);return D(P,a)?P:a}function
-ly(a){if(D([0,n,c(2,c(2,z(c(2,c(2,c(2,z(c(2,n))))))))],a)){var
-b=c(2,c(2,c(2,c(2,n))));return[0,z(c(2,c(2,c(2,z(c(2,n)))))),b]}return D([0,n,c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,z(c(2,z(c(2,n)))))))))))))))],a)?[0,c(2,c(2,n)),n]:[0,z(c(2,c(2,c(2,n)))),n]}function
-lz(a){var
-j=G(q,a[2]);if(j){var
-k=G(a[2],a[1]);if(k){var
-l=G(n,a[1]);if(l){var
-f=q,e=n,b=a[3];for(;;){if(b){var
-c=b[1],g=G(f,c[1]);if(g){var
-h=G(e,c[2]);if(h){var
+e=h0(a),c=bN(r,mf(b,a[1],e)[2]);return mg(c,a,d)}function
+gb(c,b){var
+a=M(c,b);return A(L,a)?L:a}function
+mh(a){if(A([0,n,c(2,c(2,w(c(2,c(2,c(2,w(c(2,n))))))))],a)){var
+b=c(2,c(2,c(2,c(2,n))));return[0,w(c(2,c(2,c(2,w(c(2,n)))))),b]}return A([0,n,c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,w(c(2,w(c(2,n)))))))))))))))],a)?[0,c(2,c(2,n)),n]:[0,w(c(2,c(2,c(2,n)))),n]}function
+mi(a){var
+j=J(r,a[2]);if(j){var
+k=J(a[2],a[1]);if(k){var
+l=J(n,a[1]);if(l){var
+f=r,e=n,b=a[3];for(;;){if(b){var
+c=b[1],g=J(f,c[1]);if(g){var
+h=J(e,c[2]);if(h){var
 f=c[1],e=c[2],b=b[2];continue}var
 i=h}else
 var
@@ -3758,45 +3984,45 @@ var
 d=k}else
 var
 d=j;return d}function
-lA(a){return O(a,[0,n,c(2,z(c(2,c(2,c(2,z(c(2,n)))))))])}var
-lB=c(2,c(2,c(2,z(c(2,c(2,c(2,c(2,z(c(2,z(c(2,z(c(2,c(2,c(2,n)))))))))))))))),lC=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,n)))))))));function
-lD(b,a){var
-d=b$(b),c=S(B(lC,b$(a)),d);return G(q,c)?[0,aw(bA(b,c),a),aI(c)]:[0,aw(b,a),q]}function
-c4(b,a){return kO(lC,[0,r(b[1],a[1]),B(b[2],a[2])])}function
-hB(a,b){if(G(b,n))return a;var
-e=au(b,at(2)),f=e[1];if(y(e[2],q)){var
-c=hB(a,f);return c4(c,c)}var
-d=hB(a,f);return c4(a,c4(d,d))}function
-hC(d,c,a){var
-b=aQ(a);return 0===b?[0,n,q]:0<b?hB(lD(d,c),a):[0,n,q]}function
-lE(e,d,c,a){var
-b=aE(a);return b?fN(ch(e,c),d,a):b}function
-lF(b,a,h,d){if(G(b,lB)){var
-$=lE(b,a,h,d);if($)return $;var
-f=h[1],j=S(h[2],f);if(!G(f,q)&&!G(b,a)){if(G(j,q))return G(q,d[1]);var
-p=aW(a),I=cf(j,S(b,a)),u=p,i=a,t=hx,m=hx,af=d[2];for(;;){if(u){var
-C=r(i,j),D=r(B(S(b,i),n),f),ab=0;if(y(t,n)&&G(C,D)){var
-J=B(m,i);ab=1}if(!ab){var
-E=cg(r(t,C),D),u=u[1],i=S(i,n),t=E,m=B(m,E);continue}}else
+mj(a){return M(a,[0,n,c(2,w(c(2,c(2,c(2,w(c(2,n)))))))])}var
+wo=c(2,c(2,c(2,w(c(2,c(2,c(2,c(2,w(c(2,w(c(2,w(c(2,c(2,c(2,n)))))))))))))))),mk=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,n)))))))));function
+ml(b,a){var
+d=cg(b),c=S(E(mk,cg(a)),d);return J(r,c)?[0,aC(bE(b,c),a),aL(c)]:[0,aC(b,a),r]}function
+df(b,a){return k4(mk,[0,s(b[1],a[1]),E(b[2],a[2])])}function
+h2(a,b){if(J(b,n))return a;var
+e=ay(b,ax(2)),f=e[1];if(x(e[2],r)){var
+c=h2(a,f);return df(c,c)}var
+d=h2(a,f);return df(a,df(d,d))}function
+h3(d,c,a){var
+b=aV(a);return 0===b?[0,n,r]:0<b?h2(ml(d,c),a):[0,n,r]}function
+mm(e,d,c,a){var
+b=au(a);return b?ga(cq(e,c),d,a):b}function
+mn(b,a,h,d){if(J(b,wo)){var
+$=mm(b,a,h,d);if($)return $;var
+f=h[1],j=S(h[2],f);if(!J(f,r)&&!J(b,a)){if(J(j,r))return J(r,d[1]);var
+p=a1(a),H=co(j,S(b,a)),u=p,i=a,t=hY,m=hY,af=d[2];for(;;){if(u){var
+B=s(i,j),C=s(E(S(b,i),n),f),ab=0;if(x(t,n)&&J(B,C)){var
+I=E(m,i);ab=1}if(!ab){var
+D=cp(s(t,B),C),u=u[1],i=S(i,n),t=D,m=E(m,D);continue}}else
 var
-J=m;var
-ag=cf(f,a),K=r(r(r(r(lp(p,b,n),ag),I),J),af),ah=cf(B(f,j),b),L=r(lp(p,a,n),ah),N=r(r(d[1],L),hx);if(G(K,N))return 1;var
-O=G(r(K,lq),r(N,B(lq,n)));if(O){var
-w=p,o=n,F=n,v=n,ai=r(d[1],L),aj=d[2];for(;;){if(w){var
-H=r(r(F,B(S(b,o),n)),f),w=w[1],ae=B(r(r(v,o),j),H),o=B(o,n),F=H,v=ae;continue}return G(r(r(v,I),aj),ai)}}return O}}return G(d[2],d[1])}var
-aa=aE(d);if(aa){var
-e=h[1],l=S(h[2],e),W=M(q,e);if(W){var
-X=M(a,b);if(X){var
-Y=G(l,q);if(Y)var
+I=m;var
+ag=co(f,a),K=s(s(s(s(l_(p,b,n),ag),H),I),af),ah=co(E(f,j),b),L=s(l_(p,a,n),ah),M=s(s(d[1],L),hY);if(J(K,M))return 1;var
+N=J(s(K,l$),s(M,E(l$,n)));if(N){var
+y=p,o=n,F=n,v=n,ai=s(d[1],L),aj=d[2];for(;;){if(y){var
+G=s(s(F,E(S(b,o),n)),f),y=y[1],ae=E(s(s(v,o),j),G),o=E(o,n),F=G,v=ae;continue}return J(s(s(v,H),aj),ai)}}return N}}return J(d[2],d[1])}var
+aa=au(d);if(aa){var
+e=h[1],l=S(h[2],e),W=P(r,e);if(W){var
+X=P(a,b);if(X){var
+Y=J(l,r);if(Y)var
 g=Y;else{var
-Z=ad(d);if(Z){var
-_=M(r(a,B(e,l)),r(b,e));if(_){var
-P=B(e,l),s=S(b,a),al=hC(r(a,P),r(b,e),a),Q=c4(hC(r(s,P),r(b,l),s),al),am=c(2,n),an=hC(d[1],d[2],am),R=c4(c4(Q,Q),an),x=B(s,n),T=S(r(x,e),r(a,l)),U=r(r(r(z(c(2,c(2,z(c(2,c(2,z(c(2,n)))))))),b),r(x,e)),r(x,e)),V=r(r(r(r(z(c(2,c(2,z(c(2,z(c(2,c(2,c(2,z(c(2,c(2,n)))))))))))),a),s),T),T),ac=0;if(M(q,a)&&M(U,V)){var
-k=c4(R,lD(V,U));ac=1}if(!ac)var
-k=R;if(G(q,k[2]))var
-A=G(n,k[1]);else
+Z=ac(d);if(Z){var
+_=P(s(a,E(e,l)),s(b,e));if(_){var
+O=E(e,l),q=S(b,a),al=h3(s(a,O),s(b,e),a),Q=df(h3(s(q,O),s(b,l),q),al),am=c(2,n),an=h3(d[1],d[2],am),R=df(df(Q,Q),an),z=E(q,n),T=S(s(z,e),s(a,l)),U=s(s(s(w(c(2,c(2,w(c(2,c(2,w(c(2,n)))))))),b),s(z,e)),s(z,e)),V=s(s(s(s(w(c(2,c(2,w(c(2,w(c(2,c(2,c(2,w(c(2,c(2,n)))))))))))),a),q),T),T),ad=0;if(P(r,a)&&P(U,V)){var
+k=df(R,ml(V,U));ad=1}if(!ad)var
+k=R;if(J(r,k[2]))var
+A=J(n,k[1]);else
 var
-ak=k[1],A=G(bA(n,aI(k[2])),ak);if(A)return lE(b,a,h,d);var
+ak=k[1],A=J(bE(n,aL(k[2])),ak);if(A)return mm(b,a,h,d);var
 g=A}else
 var
 g=_}else
@@ -3806,29 +4032,29 @@ var
 g=X}else
 var
 g=W;return g}return aa}function
-en(a){var
-b=M(q,a[2]);return b?ad(a[4]):b}var
-vg=c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,c(2,c(2,c(2,c(2,z(c(2,n))))))))))))))))))));function
-lG(b,a){return O(a,az(b[4]))}function
-cF(a){return ah(P,br(a))}function
-lH(q,x,w){var
+eI(a){var
+b=P(r,a[2]);return b?ac(a[4]):b}var
+wp=c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,c(2,c(2,c(2,c(2,w(c(2,n))))))))))))))))))));function
+mo(b,a){return M(a,at(b[4]))}function
+cO(a){return ab(L,aI(a))}function
+mp(q,x,w){var
 g=x,b=w;for(;;){if(g){if(b){var
-r=b[1],a=g[1],c=r[2],d=r[1],j=aE(d),h=0;if(j){var
-k=D(d,c);if(k){var
-l=D(c,a[4]);if(l)if(en(a)){var
-m=D(d,Q);if(m)var
+r=b[1],a=g[1],c=r[2],d=r[1],j=au(d),h=0;if(j){var
+k=A(d,c);if(k){var
+l=A(c,a[4]);if(l)if(eI(a)){var
+m=A(d,Q);if(m)var
 i=m;else
 var
-v=cF(lG(a,d)),i=lF(a[2],S(a[2],a[3]),v,q);var
+v=cO(mo(a,d)),i=mn(a[2],S(a[2],a[3]),v,q);var
 t=0;if(i){var
-n=D(a[4],c);if(n)var
+n=A(a[4],c);if(n)var
 o=n;else{var
-u=lG(a,c),e=lF(a[2],a[3],u,q);h=1;t=1}}else
+u=mo(a,c),e=mn(a[2],a[3],u,q);h=1;t=1}}else
 var
 o=i;if(!t){var
 e=o;h=1}}else{var
-p=D(d,Q);if(p){var
-e=D(a[4],c);h=1}else
+p=A(d,Q);if(p){var
+e=A(a[4],c);h=1}else
 var
 f=p}else
 var
@@ -3842,119 +4068,119 @@ g=g[2],b=b[2];continue}var
 s=e}else
 var
 s=b;return s}return b?0:1}}function
-lI(d){var
+mq(d){var
 a=d;for(;;){if(a){var
 b=a[2];if(b){var
-c=M(a[1],b[1]);if(c){var
+c=P(a[1],b[1]);if(c){var
 a=b;continue}return c}return 1}return 1}}function
-c5(a){return[0,a,n]}function
-lJ(b,a){var
-c=cf(b[2],a),d=aQ(c),e=0===d?n:0<d?c:n;return[0,cf(b[1],a),e]}function
-fP(a){return ag(ac(an(en,a)))}function
-hD(b,a){return G(b,a)?b:a}function
-lK(a){var
-b=an(en,a);if(lI(s(function(a){return a[1]},b)))return hD(n,fP(a));var
-d=fP(a);return hD(c(2,n),d)}function
-hE(h,g,f,b,e,a){var
-l=O(c5(S(r(c(2,n),f),b)),a),i=D(ah(ah(O(c5(b),e),l),h),P);if(i)var
+dg(a){return[0,a,n]}function
+mr(b,a){var
+c=co(b[2],a),d=aV(c),e=0===d?n:0<d?c:n;return[0,co(b[1],a),e]}function
+gc(a){return ag(aj(al(eI,a)))}function
+h4(b,a){return J(b,a)?b:a}function
+ms(a){var
+b=al(eI,a);if(mq(q(function(a){return a[1]},b)))return h4(n,gc(a));var
+d=gc(a);return h4(c(2,n),d)}function
+h5(h,g,f,b,e,a){var
+l=M(dg(S(s(c(2,n),f),b)),a),i=A(ab(ab(M(dg(b),e),l),h),L);if(i)var
 d=i;else
 if(g){var
-j=ad(cF(ah(e,a)));if(j){var
-k=ad(cF(ah(a,a)));if(k){var
-m=lJ(cF(ah(a,a)),S(f,b));return D(h,O(lJ(cF(ah(e,a)),b),m))}var
+j=ac(cO(ab(e,a)));if(j){var
+k=ac(cO(ab(a,a)));if(k){var
+m=mr(cO(ab(a,a)),S(f,b));return A(h,M(mr(cO(ab(e,a)),b),m))}var
 d=k}else
 var
 d=j}else
 var
 d=g;return d}function
-lL(c,b,a){var
-d=O(c,a[1]);return D(b[2],d)}function
-fQ(d,c){var
-a=d,b=c;for(;;){if(a){if(y(b,q))return[0,a[1]];var
+mt(c,b,a){var
+d=M(c,a[1]);return A(b[2],d)}function
+gd(d,c){var
+a=d,b=c;for(;;){if(a){if(x(b,r))return[0,a[1]];var
 a=a[2],b=S(b,n);continue}return a}}function
-lM(b,a){return V(s(function(a){return a[1]},b),a)}function
-lN(c,b,a){var
-d=dr(c,a);return W(function(a){var
-c=a[2];return W(function(a){var
-d=an(function(c){var
-d=E(b,c);return J(y(E(b,a),d))},c);return s(function(b){return[0,a,b]},d)},c)},d)}function
-lO(b,a){return lI(s(bx,dr(b,a)))}function
-lP(a){return cb(q,s(function(a){return a[1]},a))}function
-lQ(a){return a[2][1]}function
-lR(a8,E,aF,C){var
+mu(b,a){return W(q(function(a){return a[1]},b),a)}function
+mv(c,b,a){var
+d=c4(c,a);return Y(function(a){var
+c=a[2];return Y(function(a){var
+d=al(function(c){var
+d=F(b,c);return I(x(F(b,a),d))},c);return q(function(b){return[0,a,b]},d)},c)},d)}function
+mw(b,a){return mq(q(a0,c4(b,a)))}function
+mx(a){return ci(r,q(function(a){return a[1]},a))}function
+my(a){return a[2][1]}function
+mz(a9,D,aF,C){var
 aG=aF[2],aH=aF[1];function
-aI(a){return[0,a[2][2],a[2][3],a[3]]}var
-a9=az(aH[2][4]),i=O(a8,O(aG[2][4],a9)),a=aI(aG),d=aI(aH),aY=[0,n,c(2,c(2,n))],l=O(lA(E),aY),an=ah(E,br(lA(E))),ao=lz(d);if(ao){var
-ap=lz(a);if(ap){var
-aq=ad(i);if(aq){var
-ar=M(q,a[2]);if(ar){var
-as=aE(E);if(as)if(C){var
+aJ(a){return[0,a[2][2],a[2][3],a[3]]}var
+a_=at(aH[2][4]),i=M(a9,M(aG[2][4],a_)),a=aJ(aG),d=aJ(aH),aZ=[0,n,c(2,c(2,n))],l=M(mj(D),aZ),an=ab(D,aI(mj(D))),ao=mi(d);if(ao){var
+ap=mi(a);if(ap){var
+aq=ac(i);if(aq){var
+ar=P(r,a[2]);if(ar){var
+as=au(D);if(as)if(C){var
 z=C[2],b=C[1],t=z;for(;;){if(t){var
 Z=t[2];if(Z){var
 t=Z;continue}var
 p=t[1]}else
 var
 p=b;var
-at=aE(b);if(at){var
+av=au(b);if(av){var
 U=b,x=z;for(;;){if(x){var
-aj=x[1],ak=J(D(aj,U));if(ak){var
+aj=x[1],ak=I(A(aj,U));if(ak){var
 U=aj,x=x[2];continue}var
 W=ak}else
 var
-W=D(U,P);if(W){if(z){var
-au=D(b,Q);if(au)var
-A=au;else{var
-a2=a[2],aA=hA(ch(a[1],b),a2,l);if(aA)var
-A=aA;else
+W=A(U,L);if(W){if(z){var
+aw=A(b,Q);if(aw)var
+B=aw;else{var
+a3=a[2],aB=h1(cq(a[1],b),a3,l);if(aB)var
+B=aB;else
 var
-a3=d[2],a4=fO(i,b),A=hA(ch(d[1],a4),a3,l)}if(A){var
-av=D(P,O(i,p));if(av)var
-s=av;else{var
-aZ=d[2],a0=fO(i,p),ax=fN(ch(d[1],a0),aZ,l);if(ax)var
-s=ax;else{var
-ay=D(P,p);if(ay)var
-s=ay;else
+a4=d[2],a5=gb(i,b),B=h1(cq(d[1],a5),a4,l)}if(B){var
+ax=A(L,M(i,p));if(ax)var
+q=ax;else{var
+a0=d[2],a1=gb(i,p),az=ga(cq(d[1],a1),a0,l);if(az)var
+q=az;else{var
+aA=A(L,p);if(aA)var
+q=aA;else
 var
-a1=a[2],s=fN(ch(a[1],p),a1,l)}}if(s){var
-aM=d[3],aN=a[3],aO=ls(d,d[2])[2],F=0,$=q,_=aN,u=aM,aP=ls(a,a[2])[1];a:for(;;){if(u){var
-j=$,m=_,aK=u[1][2];for(;;){if(m){if(!G(r(aK,aP),r(aO,m[1][1]))){var
-j=B(j,n),m=m[2];continue}var
+a2=a[2],q=ga(cq(a[1],p),a2,l)}}if(q){var
+aN=d[3],aO=a[3],aP=mb(d,d[2])[2],F=0,$=r,_=aO,u=aN,aQ=mb(a,a[2])[1];a:for(;;){if(u){var
+j=$,m=_,aL=u[1][2];for(;;){if(m){if(!J(s(aL,aQ),s(aP,m[1][1]))){var
+j=E(j,n),m=m[2];continue}var
 aa=[0,j,m]}else
 var
 aa=[0,j,0];var
 F=[0,j,F],$=j,_=aa[2],u=u[2];continue a}}var
-al=b,y=z,aL=T(F,0);for(;;){if(y){var
-am=y[1],aU=fO(i,al),k=ch(d[1],aU),o=ch(a[1],am),af=G(q,k[5]),aJ=0;if(af){var
-ag=G(q,o[5]);if(ag){var
-aV=r(an[1],r(k[5],o[5])),aW=an[2],aX=a[1],R=lv(o),N=k[1],w=aL,aR=r(B(k[3],k[4]),R),aS=k[2];for(;;){if(w&&M(q,N)){var
-N=S(N,n),w=w[2];continue}var
-aT=hz(o),H=o[1],ab=aT,g=w,f=aS,e=aR;for(;;){if(f){var
-v=f[2],I=f[1];if(g){var
-K=g[2],L=g[1];if(M(L,H)){var
-g=K,f=v,e=B(e,r(I,R));continue}if(M(aX,L)){var
+al=b,y=z,aM=T(F,0);for(;;){if(y){var
+am=y[1],aV=gb(i,al),k=cq(d[1],aV),o=cq(a[1],am),ag=J(r,k[5]),aK=0;if(ag){var
+ah=J(r,o[5]);if(ah){var
+aW=s(an[1],s(k[5],o[5])),aX=an[2],aY=a[1],R=me(o),O=k[1],w=aM,aS=s(E(k[3],k[4]),R),aT=k[2];for(;;){if(w&&P(r,O)){var
+O=S(O,n),w=w[2];continue}var
+aU=h0(o),G=o[1],ad=aU,g=w,f=aT,e=aS;for(;;){if(f){var
+v=f[2],H=f[1];if(g){var
+K=g[2],N=g[1];if(P(N,G)){var
+g=K,f=v,e=E(e,s(H,R));continue}if(P(aY,N)){var
 g=K,f=v;continue}var
-ac=lw(L,H,ab),ae=ac[2],aQ=B(e,r(I,bI(q,ae))),H=ac[1],ab=ae,g=K,f=v,e=aQ;continue}var
-g=0,f=v,e=B(e,r(I,R));continue}var
-V=G(r(e,aW),aV);aJ=1;break}break}}else
+ae=mf(N,G,ad),af=ae[2],aR=E(e,s(H,bN(r,af))),G=ae[1],ad=af,g=K,f=v,e=aR;continue}var
+g=0,f=v,e=E(e,s(H,R));continue}var
+V=J(s(e,aX),aW);aK=1;break}break}}else
 var
-ai=ag}else
+ai=ah}else
 var
-ai=af;if(!aJ)var
+ai=ag;if(!aK)var
 V=ai;if(V){var
 al=am,y=y[2];continue}return V}return 1}}}var
-aw=s}else
+ay=q}else
 var
-aw=A;return aw}var
-a5=d[2],a6=fO(i,b),X=fN(ch(d[1],a6),a5,l),aB=X?D(b,Q):X;if(aB)var
-aC=aB;else{var
-aD=X||D(P,O(i,b));if(aD){var
-a7=a[2];return hA(ch(a[1],b),a7,l)}var
-aC=aD}var
-Y=aC}else
+ay=B;return ay}var
+a6=d[2],a7=gb(i,b),X=ga(cq(d[1],a7),a6,l),aC=X?A(b,Q):X;if(aC)var
+aD=aC;else{var
+aE=X||A(L,M(i,b));if(aE){var
+a8=a[2];return h1(cq(a[1],b),a8,l)}var
+aD=aE}var
+Y=aD}else
 var
 Y=W;break}}else
 var
-Y=at;var
+Y=av;var
 h=Y;break}}else
 var
 h=C;else
@@ -3968,190 +4194,191 @@ var
 h=ap}else
 var
 h=ao;return h}function
-hF(b,a){var
-c=D(b,a);return c?D(a,b):c}function
-fR(a){return cF(a[1])}function
-fS(a){if(a[2])return fR(a);var
-b=[0,n,c(2,n)];return O(fR(a),b)}function
-hG(b,a){return O(a,az(c5(b)))}var
-eo=c(2,c(2,c(2,c(2,c(2,c(2,c(2,n)))))));function
-c6(a){return G(a,q)?q:B(b$(a),n)}function
-hH(a){var
-b=S(c6(a[1]),eo);if(M(q,b)){var
-c=B(a[2],b);return[0,jv(a[1],b),c]}return a}function
-ep(b,a){return hH([0,r(b[1],a[1]),B(b[2],a[2])])}function
-hI(a,b){if(G(b,n))return ep([0,n,q],a);var
-e=au(b,at(2)),f=e[1];if(y(e[2],q)){var
-c=hI(a,f);return ep(c,c)}var
-d=hI(a,f);return ep(ep(d,d),a)}function
-lS(a){var
-g=r(c(2,n),eo),f=0,b=aR(function(b,a){if(y(a[1],q))return b;var
-d=a[2],c=B(c6(a[1]),d),e=b?b_(b[1],c):c;return[0,e]},a,f),h=b?b[1]:q,d=S(h,g),e=hH([0,aR(function(b,a){return B(b,bA(a[1],S(a[2],d)))},a,q),d]),i=S(e[2],eo),j=ag(ac(a));return[0,aw(bA(e[1],eo),j),i]}function
-lT(a,e){var
-b=r(a[1],e[1]),c=e[2],g=c6(c),h=a[2],d=S(B(c6(b),h),g);if(!y(d,q)&&!y(d,n)){var
-f=M(q,b);return f?M(q,d):f}return G(q,a[2])?G(c,bA(b,a[2])):G(bA(c,aI(a[2])),b)}var
-lU=[0,n,c(2,n)],vh=[0,c(2,c(2,c(2,z(c(2,n))))),n];function
-lV(d,a,f,b){if(d){var
-g=[0,r(c(2,n),b),n];if(D(O(O(a,a),g),vh))var
+h6(b,a){var
+c=A(b,a);return c?A(a,b):c}function
+ge(a){return cO(a[1])}function
+gf(a){if(a[2])return ge(a);var
+b=[0,n,c(2,n)];return M(ge(a),b)}function
+h7(b,a){return M(a,at(dg(b)))}var
+eJ=c(2,c(2,c(2,c(2,c(2,c(2,c(2,n)))))));function
+dh(a){return J(a,r)?r:E(cg(a),n)}function
+h8(a){var
+b=S(dh(a[1]),eJ);if(P(r,b)){var
+c=E(a[2],b);return[0,jU(a[1],b),c]}return a}function
+eK(b,a){return h8([0,s(b[1],a[1]),E(b[2],a[2])])}function
+h9(a,b){if(J(b,n))return eK([0,n,r],a);var
+e=ay(b,ax(2)),f=e[1];if(x(e[2],r)){var
+c=h9(a,f);return eK(c,c)}var
+d=h9(a,f);return eK(eK(d,d),a)}function
+mA(a){var
+g=s(c(2,n),eJ),f=0,b=aP(function(b,a){if(x(a[1],r))return b;var
+d=a[2],c=E(dh(a[1]),d),e=b?cf(b[1],c):c;return[0,e]},a,f),h=b?b[1]:r,d=S(h,g),e=h8([0,aP(function(b,a){return E(b,bE(a[1],S(a[2],d)))},a,r),d]),i=S(e[2],eJ),j=ag(aj(a));return[0,aC(bE(e[1],eJ),j),i]}function
+mB(a,e){var
+b=s(a[1],e[1]),c=e[2],g=dh(c),h=a[2],d=S(E(dh(b),h),g);if(!x(d,r)&&!x(d,n)){var
+f=P(r,b);return f?P(r,d):f}return J(r,a[2])?J(c,bE(b,a[2])):J(bE(c,aL(a[2])),b)}var
+mC=[0,n,c(2,n)],wq=[0,c(2,c(2,c(2,w(c(2,n))))),n];function
+mD(d,a,f,b){if(d){var
+g=[0,s(c(2,n),b),n];if(A(M(M(a,a),g),wq))var
 e=0;else
 var
-h=O(a,lU),e=lV(d[1],f,h,b);return[0,a,e]}return[0,a,0]}function
-lW(a){var
-b=aE(a);return b?D(a,P):b}function
-lX(d,a){if(aE(d)&&I(function(a){var
-b=lW(a[2]);return b?lW(a[3]):b},a)){var
-b=aR(function(b,a){return B(b,a[1])},a,q),e=z(c(2,n)),f=[0,c(2,n),e],g=c(2,c(2,c(2,c(2,n)))),h=[0,z(c(2,z(c(2,z(c(2,n)))))),g],i=c(2,c(2,n)),j=lV(aW(B(c6(b),i)),h,f,b);return lS(s(function(k){var
-b=[0,n,q];return aR(function(o,a){var
-j=a[1],f=d[2],g=a[2][2],h=a[3][2],b=r(r(r(k[2],f),g),h),i=B(b,r(k[1],S(r(r(d[1],a[3][1]),g),r(r(a[2][1],f),h)))),l=c6(i),c=b_(q,S(B(eo,c6(b)),l)),m=hH([0,aw(bA(i,c),b),aI(c)]),e=aQ(j),p=0===e?[0,n,q]:0<e?hI(m,j):[0,n,q];return ep(o,p)},a,b)},j))}return[0,q,q]}function
-lY(a){return[0,a[2][1],[0,a[2][2],[0,a[3][1],[0,a[3][2],0]]]]}function
-lZ(b,a){var
-c=bS(b[2],a[2]);return c?bS(b[3],a[3]):c}function
-l0(f){var
-a=0,b=fd(function(f,e){var
-g=lY(e),b=lY(f),a=g;for(;;){if(b){if(a){var
-c=a[1],d=b[1];if(y(d,c)){var
-b=b[2],a=a[2];continue}return M(d,c)}return 1}return 1}},f);for(;;){if(b){var
+h=M(a,mC),e=mD(d[1],f,h,b);return[0,a,e]}return[0,a,0]}function
+mE(a){var
+b=au(a);return b?A(a,L):b}function
+mF(d,a){if(au(d)&&G(function(a){var
+b=mE(a[2]);return b?mE(a[3]):b},a)){var
+b=aP(function(b,a){return E(b,a[1])},a,r),e=w(c(2,n)),f=[0,c(2,n),e],g=c(2,c(2,c(2,c(2,n)))),h=[0,w(c(2,w(c(2,w(c(2,n)))))),g],i=c(2,c(2,n)),j=mD(a1(E(dh(b),i)),h,f,b);return mA(q(function(k){var
+b=[0,n,r];return aP(function(o,a){var
+j=a[1],f=d[2],g=a[2][2],h=a[3][2],b=s(s(s(k[2],f),g),h),i=E(b,s(k[1],S(s(s(d[1],a[3][1]),g),s(s(a[2][1],f),h)))),l=dh(i),c=cf(r,S(E(eJ,dh(b)),l)),m=h8([0,aC(bE(i,c),b),aL(c)]),e=aV(j),p=0===e?[0,n,r]:0<e?h9(m,j):[0,n,r];return eK(o,p)},a,b)},j))}return[0,r,r]}function
+mG(a){return[0,a[2][1],[0,a[2][2],[0,a[3][1],[0,a[3][2],0]]]]}function
+mH(b,a){var
+c=b1(b[2],a[2]);return c?b1(b[3],a[3]):c}function
+mI(f){var
+a=0,b=em(function(f,e){var
+g=mG(e),b=mG(f),a=g;for(;;){if(b){if(a){var
+c=a[1],d=b[1];if(x(d,c)){var
+b=b[2],a=a[2];continue}return P(d,c)}return 1}return 1}},f);for(;;){if(b){var
 e=b[2],d=b[1];if(a){var
-c=a[1];if(lZ(c,d)){var
-a=[0,[0,B(c[1],d[1]),c[2],c[3],c[4]],a[2]],b=e;continue}var
+c=a[1];if(mH(c,d)){var
+a=[0,[0,E(c[1],d[1]),c[2],c[3],c[4]],a[2]],b=e;continue}var
 a=[0,d,a],b=e;continue}var
 a=[0,d,0],b=e;continue}return a}}function
-fT(b,a){return ay(b,a[2],0)}function
-l1(a){return l0(s(function(a){return[0,a[2],a[1],Q,q]},a))}function
-l2(b,a){var
-c=D(b,a);return c?D(a,b):c}function
-fU(a){var
-b=a[2]?P:lU;return O(ah(P,br(a[1])),b)}function
-l3(c,a){var
-b=V(a,c[9]);return W(function(d){var
-a=d[1],j=c[6],i=d[2],g=a[1],h=s(function(a){var
+gg(b,a){return as(b,a[2],0)}function
+mJ(a){return mI(q(function(a){return[0,a[2],a[1],Q,r]},a))}function
+mK(b,a){var
+c=A(b,a);return c?A(a,b):c}function
+gh(a){var
+b=a[2]?L:mC;return M(ab(L,aI(a[1])),b)}function
+mL(c,a){var
+b=W(a,c[9]);return Y(function(d){var
+a=d[1],j=c[6],i=d[2],g=a[1],h=q(function(a){var
 b=a[2];function
-c(a){return O(a,az(g))}var
-d=s(function(a){return ak(c,a)},b);return[0,a[1],d]},i),b=ac(a[2]),e=aN(0,b),f=W(function(a){var
-c=aN(0,b);return W(function(b){return a5(a,b)?0:[0,[0,a,b],0]},c)},e);return s(function(i){var
-b=ad(a[1]);if(b){var
-c=cb(q,h),d=l0(W(function(g){var
-a=g[2],b=g[1],h=i[2],c=fT(i[1],a);if(c){var
-d=c[1],e=fT(h,a);return e?[0,[0,a[1],d,e[1],b],0]:j?0:[0,[0,a[1],d,Q,b],0]}if(j)return 0;var
-f=fT(h,a),k=0,l=f?f[1]:Q;return[0,[0,a[1],P,l,b],k]},c));return fd(function(b,a){return G(b[4],a[4])},d)}return b},f)},b)}function
-l4(a){var
-b=a[2];return G(b,n)?[0,a[1]]:y(au(b,at(2))[2],q)?0:0}function
-l5(a){return a[1]}function
-hJ(b,a){if(b){if(a){var
-c=hJ(b[2],a[2]);return[0,B(b[1],a[1]),c]}return b}return a}function
-dE(a,h){if(a[4])return 0;if(h){var
-c=jB(l5,aI(n),aI(n),a[7]);return bR(function(c){var
+c(a){return M(a,at(g))}var
+d=q(function(a){return af(c,a)},b);return[0,a[1],d]},i),b=aj(a[2]),e=aT(0,b),f=Y(function(a){var
+c=aT(0,b);return Y(function(b){return bc(a,b)?0:[0,[0,a,b],0]},c)},e);return q(function(i){var
+b=ac(a[1]);if(b){var
+c=ci(r,h),d=mI(Y(function(g){var
+a=g[2],b=g[1],h=i[2],c=gg(i[1],a);if(c){var
+d=c[1],e=gg(h,a);return e?[0,[0,a[1],d,e[1],b],0]:j?0:[0,[0,a[1],d,Q,b],0]}if(j)return 0;var
+f=gg(h,a),k=0,l=f?f[1]:Q;return[0,[0,a[1],L,l,b],k]},c));return em(function(b,a){return J(b[4],a[4])},d)}return b},f)},b)}function
+mM(a){var
+b=a[2];return J(b,n)?[0,a[1]]:x(ay(b,ax(2))[2],r)?0:0}function
+mN(a){return a[1]}function
+h_(b,a){if(b){if(a){var
+c=h_(b[2],a[2]);return[0,E(b[1],a[1]),c]}return b}return a}function
+dR(a,h){if(a[4])return 0;if(h){var
+c=j0(mN,aL(n),aL(n),a[7]);return b0(function(c){var
 e=a[5],h=c[2];if(e)var
 b=[0,e[1]];else
 var
-g=h[4],b=bR(function(a){return a},g);if(b)var
-d=bR(l4,c[2][3]),i=d?[0,[0,c[1],b[1],d[1]]]:d,f=i;else
+g=h[4],b=b0(function(a){return a},g);if(b)var
+d=b0(mM,c[2][3]),i=d?[0,[0,c[1],b[1],d[1]]]:d,f=i;else
 var
 f=b;return f},c)}var
 b=a[5];if(b){var
 d=b[1],e=function(b){var
-c=a[7];return an(function(a){return y(a[2],b)},c)},f=s(e,ds(a[2])),g=an(function(a){var
-b=a?1:a;return b},f);return bR(function(a){var
-b=bR(function(a){return bR(l4,a[3])},a);return ak(function(a){return[0,q,d,aR(hJ,a,0)]},b)},g)}return b}function
-hK(a){return aR(gR,a,q)}function
-l6(a){return aR(function(b,a){return D(a,b)?b:a},a,Q)}function
-l7(a){return y(a[1],q)}function
-hL(a){var
-b=l6(a[2]),d=aE(b);if(d)var
-f=a[2],c=I(function(a){var
-c=l7(a);if(c)var
+c=a[7];return al(function(a){return x(a[2],b)},c)},f=q(e,dG(a[2])),g=al(function(a){var
+b=a?1:a;return b},f);return b0(function(a){var
+b=b0(function(a){return b0(mM,a[3])},a);return af(function(a){return[0,r,d,aP(h_,a,0)]},b)},g)}return b}function
+gi(a){return aP(ha,a,r)}function
+mO(a){return aP(function(b,a){return A(a,b)?b:a},a,Q)}function
+mP(a){return x(a[1],r)}function
+h$(a){var
+b=mO(a[2]),d=au(b);if(d)var
+f=a[2],c=G(function(a){var
+c=mP(a);if(c)var
 d=c;else{var
-e=D(a,b);if(e)return D(b,a);var
+e=A(a,b);if(e)return A(b,a);var
 d=e}return d},f);else
 var
 c=d;if(c)var
-g=V(a[2],a[3]),h=hK(s(function(a){return l7(a[1])?q:a[2]},g)),i=hK(a[3]),e=[0,[0,a[1],i,h,b]];else
+g=W(a[2],a[3]),h=gi(q(function(a){return mP(a[1])?r:a[2]},g)),i=gi(a[3]),e=[0,[0,a[1],i,h,b]];else
 var
-e=c;return e}function
-l8(a){var
-b=az(c5(hK(s(by,a))));return O(aF(s(function(a){var
-b=c5(a[2]);return O(a[1],b)},a)),b)}function
-l9(e,a){var
+e=c;return e}var
+wr=c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,c(2,c(2,c(2,c(2,w(c(2,n)))))))))))))))))))));function
+mQ(a){var
+b=at(dg(gi(q(bb,a))));return M(az(q(function(a){var
+b=dg(a[2]);return M(a[1],b)},a)),b)}function
+mR(e,a){var
 b=e[8];if(b){var
-c=b[1],f=ac(a),d=a5(ac(c),f);if(d){var
-g=V(a,c);return bR(function(g){var
-d=g[2],a=g[1],h=0,e=aR(function(b,a){var
-c=a[2],d=a[1];return hJ(b,s(function(a){return r(d,a)},c))},d,h),f=I(function(b){var
-c=ac(a[3]);return a5(ac(b[2]),c)},d);if(f)var
-i=ac(a[3]),b=a5(ac(e),i);else
+c=b[1],f=aj(a),d=bc(aj(c),f);if(d){var
+g=W(a,c);return b0(function(g){var
+d=g[2],a=g[1],h=0,e=aP(function(b,a){var
+c=a[2],d=a[1];return h_(b,q(function(a){return s(d,a)},c))},d,h),f=G(function(b){var
+c=aj(a[3]);return bc(aj(b[2]),c)},d);if(f)var
+i=aj(a[3]),b=bc(aj(e),i);else
 var
 b=f;if(b)var
-j=V(e,a[3]),c=I(function(a){return y(a[1],a[2])},j);else
+j=W(e,a[3]),c=G(function(a){return x(a[1],a[2])},j);else
 var
 c=b;var
-k=c?[0,s(function(b){var
-c=b[1];return[0,l8(V(a[2],b[2])),c]},d)]:c;return k},g)}return d}return[0,s(function(a){return V(a[2],a[3])},a)]}function
-l_(a){switch(a[0]){case
+k=c?[0,q(function(b){var
+c=b[1];return[0,mQ(W(a[2],b[2])),c]},d)]:c;return k},g)}return d}return[0,q(function(a){return W(a[2],a[3])},a)]}function
+mS(a){switch(a[0]){case
 0:return a[1][10];case
 1:return a[1][8];default:return a[1][12]}}function
-hM(a){switch(a[0]){case
+ia(a){switch(a[0]){case
 0:return a[1][9];case
 1:return[0,a[1][7]];default:return[0,a[1][11]]}}function
-l$(a){return a[1][3]}function
-vj(u,Y,X){switch(X[0]){case
+mT(a){return a[1][3]}function
+wt(u,X,V){switch(V[0]){case
 0:var
-aA=dE(u,Y);if(aA){var
-a=X[1],as=bR(hL,aA[1]);if(as){var
+aB=dR(u,X);if(aB){var
+a=V[1],as=b0(h$,aB[1]);if(as){var
 e=as[1];if(e){var
-aI=G(aR(function(b,a){if(en(a)){var
-d=c(2,z(c(2,c(2,n))));return B(B(b,hy(a[2])),d)}return b},e,q),vg);if(aI){var
-b8=D(a[1],P);if(b8){var
-aU=fP(e),aV=lK(e),aW=a[2],cn=0;if(aW)var
-af=aW;else{var
-aX=y(aU,q);if(aX)var
-af=aX;else{var
-cu=a[4],aY=O(c5(aV),cu),cv=a[5],aZ=O(c5(S(r(c(2,n),aU),aV)),cv),a0=D(aY,aZ);if(a0){var
-at=D(aZ,aY);cn=1}else
+aI=J(aP(function(b,a){if(eI(a)){var
+d=c(2,w(c(2,c(2,n))));return E(E(b,hZ(a[2])),d)}return b},e,r),wp);if(aI){var
+b8=A(a[1],L);if(b8){var
+aU=gc(e),aV=ms(e),aW=a[2],cn=0;if(aW)var
+ae=aW;else{var
+aX=x(aU,r);if(aX)var
+ae=aX;else{var
+cu=a[4],aY=M(dg(aV),cu),cv=a[5],aZ=M(dg(S(s(c(2,n),aU),aV)),cv),a1=A(aY,aZ);if(a1){var
+av=A(aZ,aY);cn=1}else
 var
-af=a0}}if(!cn)var
-at=af;if(at){var
-v=fP(e),ae=lK(e),k=a[4],f=a[5];if(y(v,q)){var
-aJ=D(k,Q);if(aJ){var
-aK=D(f,Q);if(aK)var
-aL=aE(k),l=aL?aE(f):aL;else
+ae=a1}}if(!cn)var
+av=ae;if(av){var
+v=gc(e),ad=ms(e),k=a[4],f=a[5];if(x(v,r)){var
+aJ=A(k,Q);if(aJ){var
+aK=A(f,Q);if(aK)var
+aL=au(k),l=aL?au(f):aL;else
 var
 l=aK}else
 var
 l=aJ}else{var
-aQ=ad(k);if(aQ){var
-aS=ad(f);if(aS)var
-aT=ad(cF(k)),l=aT?ad(cF(f)):aT;else
+aQ=ac(k);if(aQ){var
+aR=ac(f);if(aR)var
+aS=ac(cO(k)),l=aS?ac(cO(f)):aS;else
 var
-l=aS}else
+l=aR}else
 var
 l=aQ}var
-aD=0;if(l)if(a[2])var
-aM=hE(a[1],a[3],v,ae,k,Q),F=aM?hE(a[1],a[3],v,ae,f,f):aM;else{var
-aO=D(f,k);if(aO)var
-F=hE(a[1],a[3],v,ae,k,f);else{var
-aP=aO;aD=1}}else{var
-aP=l;aD=1}if(aD)var
-F=aP;var
+aE=0;if(l)if(a[2])var
+aM=h5(a[1],a[3],v,ad,k,Q),F=aM?h5(a[1],a[3],v,ad,f,f):aM;else{var
+aN=A(f,k);if(aN)var
+F=h5(a[1],a[3],v,ad,k,f);else{var
+aO=aN;aE=1}}else{var
+aO=l;aE=1}if(aE)var
+F=aO;var
 aF=0;if(F){var
-bj=lH(a[4],e,a[6]);if(bj){var
-cx=lM(e,a[6]),bk=a[10];if(bk){var
-ah=bk[1],a6=D(P,ah);if(a6){var
-A=cx;b:for(;;){if(A){var
-a4=A[2],C=A[1],w=a4;for(;;){if(w){var
-x=w[1];if(y(C[1],x[1])){var
-a1=lL(ah,C[2],x[2]);if(a1){var
-a2=lL(ah,x[2],C[2]);if(a2){var
-w=w[2];continue}var
-a3=a2}else
+bl=mp(a[4],e,a[6]);if(bl){var
+cx=mu(e,a[6]),bm=a[10];if(bm){var
+af=bm[1],a6=A(L,af);if(a6){var
+B=cx;b:for(;;){if(B){var
+a5=B[2],C=B[1],y=a5;for(;;){if(y){var
+z=y[1];if(x(C[1],z[1])){var
+a2=mt(af,C[2],z[2]);if(a2){var
+a3=mt(af,z[2],C[2]);if(a3){var
+y=y[2];continue}var
+a4=a3}else
 var
-a3=a1;var
-E=a3}else
+a4=a2;var
+D=a4}else
 var
-E=M(C[1],x[1])}else
+D=P(C[1],z[1])}else
 var
-E=1;if(E){var
-A=a4;continue b}var
-m=E;break}}else
+D=1;if(D){var
+B=a5;continue b}var
+m=D;break}}else
 var
 m=1;break}}else
 var
@@ -4159,107 +4386,107 @@ m=a6}else
 var
 m=1}else
 var
-m=bj;if(m){var
-bl=lH(a[5],e,a[7]);if(bl){var
-bm=lM(e,a[7]),bn=a[8],t=a[9];if(bn){var
-a7=bn[1],a8=a7[2],a9=a7[1],ai=fQ(bm,a9),Z=0;if(ai){var
-aj=ai[1],ak=fQ(bm,a8),_=0;if(ak){var
-al=ak[1],a_=y(aj[1],al[1]),$=0;if(a_){var
-a$=J(y(a9,a8));if(a$){var
-ba=ad(aj[2][1]);if(ba)if(t){var
-am=t[1],bb=D(P,am),co=0;if(bb){var
-bc=J(D(am,P));if(bc){var
-cw=aj[2][1],i=D(O(am,al[2][2]),cw);Z=1;_=1;$=1;co=1}else
+m=bl;if(m){var
+bn=mp(a[5],e,a[7]);if(bn){var
+bo=mu(e,a[7]),bp=a[8],t=a[9];if(bp){var
+a7=bp[1],a8=a7[2],a9=a7[1],ah=gd(bo,a9),Z=0;if(ah){var
+ai=ah[1],ak=gd(bo,a8),_=0;if(ak){var
+al=ak[1],a_=x(ai[1],al[1]),$=0;if(a_){var
+a$=I(x(a9,a8));if(a$){var
+ba=ac(ai[2][1]);if(ba)if(t){var
+am=t[1],bd=A(L,am),co=0;if(bd){var
+be=I(A(am,L));if(be){var
+cw=ai[2][1],i=A(M(am,al[2][2]),cw);Z=1;_=1;$=1;co=1}else
 var
-bd=bc}else
+bf=be}else
 var
-bd=bb;if(!co){var
-i=bd;Z=1;_=1;$=1}}else{var
-i=D(al[2][2],Q);Z=1;_=1;$=1}else
+bf=bd;if(!co){var
+i=bf;Z=1;_=1;$=1}}else{var
+i=A(al[2][2],Q);Z=1;_=1;$=1}else
 var
 an=ba}else
 var
 an=a$}else
 var
 an=a_;if(!$)var
-be=an}else
+bg=an}else
 var
-be=ak;if(!_)var
-bf=be}else
+bg=ak;if(!_)var
+bh=bg}else
 var
-bf=ai;if(!Z)var
-i=bf}else{var
+bh=ah;if(!Z)var
+i=bh}else{var
 cp=0;if(t){var
-bg=t[1],bh=D(bg,P);if(bh){var
-i=D(P,bg);cp=1}else
+bi=t[1],bj=A(bi,L);if(bj){var
+i=A(L,bi);cp=1}else
 var
-bi=bh}else
+bk=bj}else
 var
-bi=t;if(!cp)var
-i=bi}}else
+bk=t;if(!cp)var
+i=bk}}else
 var
-i=bl}else{var
-bo=m;aF=1}}else{var
-bo=F;aF=1}if(aF)var
-i=bo;var
-au=i}else
+i=bn}else{var
+bq=m;aF=1}}else{var
+bq=F;aF=1}if(aF)var
+i=bq;var
+aw=i}else
 var
-au=at}else
+aw=av}else
 var
-au=b8;var
-av=[0,au]}else
+aw=b8;var
+ax=[0,aw]}else
 var
-av=aI}else
+ax=aI}else
 var
-av=e;var
-b9=av}else
+ax=e;var
+b9=ax}else
 var
-b9=as;return b9}return aA;case
+b9=as;return b9}return aB;case
 1:var
-aB=dE(u,Y);if(aB){var
-d=X[1],b_=bR(hL,aB[1]);if(b_){var
+aC=dR(u,X);if(aC){var
+d=V[1],b_=b0(h$,aC[1]);if(b_){var
 j=b_[1];if(j){var
-b$=I(function(a){return G(a[2],lB)},j);if(b$){var
-ca=D(d[1],P);if(ca){var
-H=ag(ac(lN(by,bx,lP(j)))),bN=d[3],aa=0;if(bN){var
-bO=I(function(a){return ad(a[4])},j);if(bO){var
-bP=lO(by,lP(j));if(bP){var
-bQ=M(q,H);if(bQ){var
-cJ=fS(d),bS=hF(d[4][1],cJ);if(bS){var
-cK=hG(H,fS(d)),bT=hF(d[4][2],cK);if(bT){var
-bU=D(P,d[7]);if(bU){var
-br=d[8];if(br){var
-bs=br[1],ao=d[5],aG=0;if(ao){var
-cz=ly(fR(d)),cy=cb(q,j),bp=s(function(a){var
-b=lr(a[2][2],cz);return[0,a[1],a[2],b]},cy),bt=D(P,bs),ab=0;if(bt){var
-bu=lO(lQ,bp);if(bu){var
-cA=ao[1],cB=lN(lQ,function(a){return a[1]},bp),K=cB,o=cA,cC=fS(d);for(;;){if(K){if(o){var
-cm=lR(bs,cC,K[1],o[1]);if(cm){var
+b$=J(gi(q(function(a){return a[2]},j)),wr);if(b$){var
+ca=A(d[1],L);if(ca){var
+H=ag(aj(mv(bb,a0,mx(j)))),bN=d[3],aa=0;if(bN){var
+bO=G(function(a){return ac(a[4])},j);if(bO){var
+bP=mw(bb,mx(j));if(bP){var
+bQ=P(r,H);if(bQ){var
+cI=gf(d),bR=h6(d[4][1],cI);if(bR){var
+cJ=h7(H,gf(d)),bS=h6(d[4][2],cJ);if(bS){var
+bT=A(L,d[7]);if(bT){var
+bt=d[8];if(bt){var
+bu=bt[1],ao=d[5],aG=0;if(ao){var
+cz=mh(ge(d)),cy=ci(r,j),br=q(function(a){var
+b=ma(a[2][2],cz);return[0,a[1],a[2],b]},cy),bv=A(L,bu),ab=0;if(bv){var
+bw=mw(my,br);if(bw){var
+cA=ao[1],cB=mv(my,function(a){return a[1]},br),K=cB,o=cA,cC=gf(d);for(;;){if(K){if(o){var
+cm=mz(bu,cC,K[1],o[1]);if(cm){var
 K=K[2],o=o[2];continue}var
-bq=cm}else
+bs=cm}else
 var
-bq=o;var
-p=bq;ab=1}else
+bs=o;var
+p=bs;ab=1}else
 if(o){var
 p=0;ab=1}else{var
 p=1;ab=1}break}}else
 var
-bv=bu}else
+bx=bw}else
 var
-bv=bt;if(!ab){var
-bw=bv;aG=1}}else{var
-bw=ao;aG=1}if(aG)var
-p=bw}else
+bx=bv;if(!ab){var
+by=bx;aG=1}}else{var
+by=ao;aG=1}if(aG)var
+p=by}else
 var
 p=d[5]?0:1;if(p){var
 bz=d[6];if(bz){var
-bA=bz[1],bB=bA[1],bC=bB[2],bD=bB[1],bE=cb(q,j),cD=ly(hG(H,fR(d))),bF=function(a){var
-b=lr(a[2][2],cD);return[0,a[1],a[2],b]},ap=fQ(bE,bD),cq=0;if(ap){var
-bG=ap[1],aq=fQ(bE,bC),cr=0;if(aq){var
-bH=aq[1],bI=J(y(bD,bC)),cs=0;if(bI){var
-bJ=y(bG[2][1],bH[2][1]);if(bJ){var
-bK=J(D(d[7],P));if(bK){var
-cE=bA[2],cG=bF(bG),cH=[0,bF(bH),cG],cI=hG(H,fS(d)),N=lR(az(d[7]),cI,cH,cE);aa=1;cq=1;cr=1;cs=1}else
+bA=bz[1],bB=bA[1],bC=bB[2],bD=bB[1],bE=ci(r,j),cD=mh(h7(H,ge(d))),bF=function(a){var
+b=ma(a[2][2],cD);return[0,a[1],a[2],b]},ap=gd(bE,bD),cq=0;if(ap){var
+bG=ap[1],aq=gd(bE,bC),cr=0;if(aq){var
+bH=aq[1],bI=I(x(bD,bC)),cs=0;if(bI){var
+bJ=x(bG[2][1],bH[2][1]);if(bJ){var
+bK=I(A(d[7],L));if(bK){var
+cE=bA[2],cF=bF(bG),cG=[0,bF(bH),cF],cH=h7(H,gf(d)),O=mz(at(d[7]),cH,cG,cE);aa=1;cq=1;cr=1;cs=1}else
 var
 ar=bK}else
 var
@@ -4272,16 +4499,16 @@ bL=aq;if(!cr)var
 bM=bL}else
 var
 bM=ap;if(!cq){var
-N=bM;aa=1}}else{var
-N=hF(d[7],P);aa=1}}else
+O=bM;aa=1}}else{var
+O=h6(d[7],L);aa=1}}else
 var
 g=p}else
-var
-g=bU}else
 var
 g=bT}else
 var
 g=bS}else
+var
+g=bR}else
 var
 g=bQ}else
 var
@@ -4290,45 +4517,45 @@ var
 g=bO}else
 var
 g=bN;if(!aa)var
-N=g;var
-cc=N}else
+O=g;var
+cb=O}else
 var
-cc=ca;var
-aw=[0,cc]}else
+cb=ca;var
+ay=[0,cb]}else
 var
-aw=b$}else
+ay=b$}else
 var
-aw=j;return aw}return vi}return aB;default:var
-aC=dE(u,Y);if(aC){if(Y){var
-ck=aC[1],b=X[1];if(ft(u))return 0;var
-ch=b[7];if(ch){var
-ce=ch[1],cf=ce[1],cU=ce[2],cg=aE(cf);if(cg)var
-cV=fs(u),T=I(function(a){var
-b=D(cf,a);return b?D(a,cU):b},cV);else
+ay=j;return ay}return ws}return aC;default:var
+aD=dR(u,X);if(aD){if(X){var
+ck=aD[1],b=V[1];if(fP(u))return 0;var
+cg=b[7];if(cg){var
+cd=cg[1],ce=cd[1],cU=cd[2],cf=au(ce);if(cf)var
+cV=fO(u),T=G(function(a){var
+b=A(ce,a);return b?A(a,cU):b},cV);else
 var
-T=cg}else
+T=cf}else
 var
 T=1;if(T){var
-ax=l9(b,ck);if(ax){var
-ay=V(ck,ax[1]);if(ay){var
-cd=b[7],cT=g9(function(a){return a[1][1]},ay),R=s(by,s(function(a){var
-c=s(by,a[2]);if(cd)var
-b=cd[1][2];else
+az=mR(b,ck);if(az){var
+aA=W(ck,az[1]);if(aA){var
+cc=b[7],cT=hs(function(a){return a[1][1]},aA),R=q(bb,q(function(a){var
+c=q(bb,a[2]);if(cc)var
+b=cc[1][2];else
 var
-d=a[2],b=l6(W(function(a){return a[1][2]},d));return[0,a[1],[0,b,c]]},cT)),b1=b[10],aH=0;if(b1){var
-b2=J(b[3]);if(b2){var
-b3=D(b[1],P);if(b3){var
-cP=fU(b),b4=l2(b[4],cP);if(b4){var
-cQ=fU(b),b5=l2(b[5],cQ);if(b5){var
-cR=ac(b[9]),b6=a5(ac(R),cR);if(b6){var
-cS=V(R,b[9]),b7=I(function(c){var
-j=c[2],d=c[1],a=ac(d[2]),b=I(function(b){var
-c=M(q,b[1]);return c?a5(ac(b[2]),a):c},j);if(b){var
-e=d[2],f=V(aN(0,a),e);return I(function(i){var
-k=i[2],l=l1(jG(function(a){return J(y(a[2],q))},k)),b=l1(W(function(b){var
-a=fT(i[1],b),c=a?[0,[0,a[1],b[1]],0]:a;return c},j)),a=l;for(;;){if(b){if(a){var
-c=a[1],d=b[1],e=y(d[1],c[1]);if(e){var
-f=lZ(d,c);if(f){var
+d=a[2],b=mO(Y(function(a){return a[1][2]},d));return[0,a[1],[0,b,c]]},cT)),b1=b[10],aH=0;if(b1){var
+b2=I(b[3]);if(b2){var
+b3=A(b[1],L);if(b3){var
+cP=gh(b),b4=mK(b[4],cP);if(b4){var
+cQ=gh(b),b5=mK(b[5],cQ);if(b5){var
+cR=aj(b[9]),b6=bc(aj(R),cR);if(b6){var
+cS=W(R,b[9]),b7=G(function(c){var
+j=c[2],d=c[1],a=aj(d[2]),b=G(function(b){var
+c=P(r,b[1]);return c?bc(aj(b[2]),a):c},j);if(b){var
+e=d[2],f=W(aT(0,a),e);return G(function(i){var
+k=i[2],l=mJ(j5(function(a){return I(x(a[2],r))},k)),b=mJ(Y(function(b){var
+a=gg(i[1],b),c=a?[0,[0,a[1],b[1]],0]:a;return c},j)),a=l;for(;;){if(b){if(a){var
+c=a[1],d=b[1],e=x(d[1],c[1]);if(e){var
+f=mH(d,c);if(f){var
 b=b[2],a=a[2];continue}var
 g=f}else
 var
@@ -4336,23 +4563,23 @@ g=e;var
 h=g}else
 var
 h=a;return h}return a?0:1}},f)}return b},cS);if(b7){var
-bV=b[12];if(bV){var
-bW=bV[1],bX=D(P,bW);if(bX)var
-cL=l3(b,R),L=I(function(a){var
-c=fU(b);return lT(lX(bW,a),c)},cL);else
+bU=b[12];if(bU){var
+bV=bU[1],bW=A(L,bV);if(bW)var
+cK=mL(b,R),N=G(function(a){var
+c=gh(b);return mB(mF(bV,a),c)},cK);else
 var
-L=bX}else
+N=bW}else
 var
-L=1;if(L){var
-bY=D(P,b[11]),ct=0;if(bY){var
-bZ=D(b[11],P);if(bZ)var
-b0=bZ;else{var
-cM=fU(b),cN=l3(b,R),cO=az(b[11]),U=lT(lS(s(function(a){return lX(cO,a)},cN)),cM);aH=1;ct=1}}else
+N=1;if(N){var
+bX=A(L,b[11]),ct=0;if(bX){var
+bY=A(b[11],L);if(bY)var
+bZ=bY;else{var
+cL=gh(b),cM=mL(b,R),cN=at(b[11]),U=mB(mA(q(function(a){return mF(cN,a)},cM)),cL);aH=1;ct=1}}else
 var
-b0=bY;if(!ct){var
-U=b0;aH=1}}else
+bZ=bX;if(!ct){var
+U=bZ;aH=1}}else
 var
-h=L}else
+h=N}else
 var
 h=b7}else
 var
@@ -4369,59 +4596,59 @@ var
 h=b1;if(!aH)var
 U=h}else
 var
-U=ay;var
-ci=U}else
+U=aA;var
+ch=U}else
 var
-ci=ax;var
-cj=ci}else
+ch=az;var
+cj=ch}else
 var
 cj=T;return[0,cj]}var
-cl=vk}else
+cl=wu}else
 var
-cl=aC;return cl}}function
-hN(b,a){if(b[1])return kR(a,b[2]);var
-c=a?D(a[1],b[2]):a;return[0,c]}function
-ma(a){return ah(P,br(a[1][1]))}function
-hO(b,a){return ac(an(function(a){return bz(b,a)},a))}function
-mb(c,b){if(c){var
+cl=aD;return cl}}function
+ib(b,a){if(b[1])return hx(a,b[2]);var
+c=a?A(a[1],b[2]):a;return[0,c]}function
+mU(a){return ab(L,aI(a[1][1]))}function
+ic(b,a){return aj(al(function(a){return bn(b,a)},a))}function
+mV(c,b){if(c){var
 a=c[1];if(a[1][2]){var
-d=ma(a);return O([0,ag(b),n],d)}return b?ma(a):Q}return Q}function
-hP(k){var
+d=mU(a);return M([0,ag(b),n],d)}return b?mU(a):Q}return Q}function
+id(k){var
 b=k[1];if(0===b[0])return b[1];var
-a=b[1],d=ce(ll(a)),e=W(function(e){var
-b=ce(e[2]);return s(function(f){var
-b=f[1],c=e[1],l=f[2],h=hv(a,c,b),g=0;if(0===a[7][0])var
+a=b[1],d=cn(l6(a)),e=Y(function(e){var
+b=cn(e[2]);return q(function(f){var
+b=f[1],c=e[1],l=f[2],h=hW(a,c,b),g=0;if(0===a[7][0])var
 d=0;else
 var
-k=c3(a,c,b),d=s(function(a){return[0,a]},k);var
-i=lm(l),j=ag(b);return[0,ag(c),j,i,d,h,g]},b)},d),c=a[7],f=0,g=0===c[0]?[0,c[1]]:0,h=a[6]?1:2,i=ag(a[4]),j=ag(bk(a));return[0,ag(bl(a)),j,i,h,g,f,e]}function
-mc(b){var
+k=de(a,c,b),d=q(function(a){return[0,a]},k);var
+i=l7(l),j=ag(b);return[0,ag(c),j,i,d,h,g]},b)},d),c=a[7],f=0,g=0===c[0]?[0,c[1]]:0,h=a[6]?1:2,i=ag(a[4]),j=ag(bf(a));return[0,ag(bi(a)),j,i,h,g,f,e]}function
+mW(b){var
 a=b[1];return 0===a[0]?0:[0,a[1]]}function
-hQ(a,b){return b?a[2]:a[3]}var
-fV=k(vp),dF=k(vq),dG=k(vr),fW=k(vs),fX=k(vt),ci=k(vu),md=k(vv),cj=k(vw),eq=k(vx),er=k(vy),fY=k(vz),dH=k(vA),dI=k(vB),fZ=k(vC),hR=k(vD),me=k(vE),hS=k(vF),f0=k(vG),f1=k(vH),f2=k(vI),mf=k(vJ),es=k(vK),f3=k(vL),hT=k(vM),mg=k(vN),ck=k(vO),hU=k(vP),cG=k(vQ),f4=k(vR),f5=k(vS),mh=k(vT),f6=k(vU),vW=k(vV),cH=k(vX),mi=k(vY),mj=k(vZ),mk=k(v0),ml=k(v1),et=k(v2),mm=k(v3),hV=k(v4),hW=k(v5),mn=k(v6),dJ=k(v7),mo=k(v8),f7=k(v9),mp=k(v_),mq=k(v$);function
-mr(a){var
-b=0;return ao(function(b,a){return T(T(b,0),a)},b,a)}function
-hX(b,a){var
-c=k(wa),d=x(g4(a),c),e=x(k(wb),d);return x(k(b),e)}function
-bV(b,a){return E(ed(function(b){return fr(a,b)}),b)}function
-ms(a,b){function
-c(b){return a7(function(a){return u(ai,a,b)},a)}return i(U(a,0,b),c)}function
-hY(c,b,a){function
-d(a){return[0,bV(b[3],a)]}return i(ms(c[3][2],a),d)}function
-mt(c,b,a){function
-d(a){return[0,bV(b[4],a)]}return i(ms(c[3][3],a),d)}function
-mu(b,a){function
+ie(a,b){return b?a[2]:a[3]}var
+gj=k(wz),dS=k(wA),dT=k(wB),gk=k(wC),gl=k(wD),bV=k(wE),mX=k(wF),cr=k(wG),eL=k(wH),eM=k(wI),gm=k(wJ),dU=k(wK),dV=k(wL),gn=k(wM),ig=k(wN),mY=k(wO),ih=k(wP),eN=k(wQ),go=k(wR),gp=k(wS),mZ=k(wT),cP=k(wU),eO=k(wV),ii=k(wW),m0=k(wX),cs=k(wY),ij=k(wZ),ct=k(w0),gq=k(w1),gr=k(w2),m1=k(w3),gs=k(w4),w6=k(w5),cQ=k(w7),m2=k(w8),m3=k(w9),m4=k(w_),m5=k(w$),dW=k(xa),m6=k(xb),dX=k(xc),ik=k(xd),il=k(xe),di=k(xf),im=k(xg),gt=k(xh),m7=k(xi),m8=k(xj);function
+m9(a){var
+b=0;return ap(function(b,a){return T(T(b,0),a)},b,a)}function
+io(b,a){var
+c=k(xk),d=z(hn(a),c),e=z(k(xl),d);return z(k(b),e)}function
+aD(b,a){return F(ew(function(b){return cK(a,b)}),b)}function
+m_(a,b){function
+c(b){return bd(function(a){return t(X,a,b)},a)}return i(U(a,0,b),c)}function
+ip(c,b,a){function
+d(a){return[0,aD(b[3],a)]}return i(m_(c[3][2],a),d)}function
+m$(c,b,a){function
+d(a){return[0,aD(b[4],a)]}return i(m_(c[3][3],a),d)}function
+na(b,a){function
 c(a){var
-c=b[2];return[0,E(ed(function(b){return K(a,b)}),c)]}return i(ai(a),c)}function
-cI(b,a){function
+c=b[2];return[0,F(ew(function(b){return K(a,b)}),c)]}return i(X(a),c)}function
+cR(b,a){function
 d(a){if(a){var
-b=a[2];return b?b[2]?R(wc):[0,[0,a[1],b[1]]]:R(wd)}return R(we)}return i(ax(c(2,n),b,a),d)}var
-wg=[0,[0,k(wf),n],0],wi=[0,[0,k(wh),q],wg];function
-bm(a,b){var
+b=a[2];return b?b[2]?R(xm):[0,[0,a[1],b[1]]]:R(xn)}return R(xo)}return i(aA(c(2,n),b,a),d)}var
+xq=[0,[0,k(xp),n],0],xs=[0,[0,k(xr),r],xq];function
+bj(a,b){var
 c=a?[0,b,0]:a;return c}function
-bW(c,b,a){return c?a:[0,b]}function
-mv(d,c,a,f,e){var
-b=a[6],g=b?[0,[0,b[1],b[2]],0]:b,h=x([0,c0,[0,cd,0]],g),j=x(bm(a[5],f6),h),k=x(bm(a[4],fE),j),l=x(bm(a[3],dy),k),m=x(bm(a[2],am),l);function
+b3(c,b,a){return c?a:[0,b]}function
+nb(d,c,a,f,e){var
+b=a[6],g=b?[0,[0,b[1],b[2]],0]:b,h=z([0,be,[0,a2,0]],g),j=z(bj(a[5],gs),h),k=z(bj(a[4],f3),j),l=z(bj(a[3],dO),k),m=z(bj(a[2],ad),l);function
 n(b){function
 e(e){function
 g(g){function
@@ -4431,22 +4658,22 @@ k(k){function
 l(l){function
 m(a){return[0,[0,f,[0,j,e,g,k,l],a,h]]}var
 c=a[6];if(c)var
-n=function(a){return[0,[0,a]]},o=[0,c[1],c[2]],d=i(u(function(a){return cI(ar,a)},o,b),n);else
+n=function(a){return[0,[0,a]]},o=[0,c[1],c[2]],d=i(t(function(a){return cR(av,a)},o,b),n);else
 var
-d=wl;return i(d,m)}return i(u(function(a){return hY(d,c,a)},cd,b),l)}return i(u(function(a){return hY(d,c,a)},c0,b),k)}var
-k=u(function(a){return aO(wi,a)},f6,b);return i(bW(a[5],bf,k),j)}function
-j(a){return mu(c,a)}var
-k=u(function(a){return _(j,a)},fE,b);return i(bW(a[4],0,k),h)}var
-h=u(function(a){return mu(c,a)},dy,b);return i(bW(a[3],bf,h),g)}var
-g=u(function(a){return mt(d,c,a)},am,b);return i(bW(a[2],bf,g),e)}return i(U(m,0,e),n)}function
-wn(a){function
+d=xv;return i(d,m)}return i(t(function(a){return ip(d,c,a)},a2,b),l)}return i(t(function(a){return ip(d,c,a)},be,b),k)}var
+k=t(function(a){return aR(xs,a)},gs,b);return i(b3(a[5],ao,k),j)}function
+j(a){return na(c,a)}var
+k=t(function(a){return V(j,a)},f3,b);return i(b3(a[4],0,k),h)}var
+h=t(function(a){return na(c,a)},dO,b);return i(b3(a[3],ao,h),g)}var
+g=t(function(a){return m$(d,c,a)},ad,b);return i(b3(a[2],ao,g),e)}return i(U(m,0,e),n)}function
+xx(a){function
 b(a){var
-r=K(a,k(wm)),s=[0,a],d=r||K(a,kj),o=0;if(d)var
+r=K(a,k(xw)),s=[0,a],d=r||K(a,kI),o=0;if(d)var
 e=d;else{var
-f=kh(46,0,a),b=f[2],p=0;if(b){var
-g=b[1],h=g6(f[1]),q=0;if(h){var
-i=bJ(c(2,c(2,z(c(2,n)))),g);if(i){var
-m=I(fk,g);o=1;p=1;q=1}else
+f=kG(46,0,a),b=f[2],p=0;if(b){var
+g=b[1],h=hp(f[1]),q=0;if(h){var
+i=bP(c(2,c(2,w(c(2,n)))),g);if(i){var
+m=G(fH,g);o=1;p=1;q=1}else
 var
 j=i}else
 var
@@ -4455,113 +4682,113 @@ l=j}else
 var
 l=b;if(!p)var
 e=l}if(!o)var
-m=e;return N(m,wo,s)}return i(ai(a),b)}function
-eu(f,e,b,c){if(typeof
+m=e;return O(m,xy,s)}return i(X(a),b)}function
+eP(f,e,b,c){if(typeof
 c==="number")return[0,[0,[0,[0,[1,b,0]],0],0]];if(typeof
 b==="number")switch(b){case
 0:var
-a=[0,1,1,0,0,0,f5];break;case
+a=[0,1,1,0,0,0,gr];break;case
 1:var
-a=[0,1,0,0,0,0,f5];break;case
+a=[0,1,0,0,0,0,gr];break;case
 2:var
-a=wj;break;case
+a=xt;break;case
 3:var
-a=wk;break;case
+a=xu;break;case
 4:var
-a=[0,1,1,1,0,0,mh];break;case
+a=[0,1,1,1,0,0,m1];break;case
 5:var
-a=[0,1,0,1,0,0,mh];break;case
+a=[0,1,0,1,0,0,m1];break;case
 6:var
-a=[0,0,1,0,0,0,f5];break;default:var
-a=[0,0,0,0,0,0,f5]}else
+a=[0,0,1,0,0,0,gr];break;default:var
+a=[0,0,0,0,0,0,gr]}else
 var
-a=[0,0,J(b[1]),0,0,1,vW];if(a[1]){var
+a=[0,0,I(b[1]),0,0,1,w6];if(a[1]){var
 d=function(c){function
 d(d){function
 g(g){function
-h(a){return[0,[0,[0,[0,[1,b,[0,a]]],[0,[2,d,g[1],g[2]],0]],[0,d]]]}return i(u(function(b){return mv(f,e,a,d,b)},f4,c),h)}return i(u(function(a){return cI(wn,a)},hU,c),g)}return i(u(bB,ck,c),d)};return i(U([0,ck,[0,hU,[0,f4,0]]],0,c),d)}function
+h(a){return[0,[0,[0,[0,[1,b,[0,a]]],[0,[2,d,g[1],g[2]],0]],[0,d]]]}return i(t(function(b){return nb(f,e,a,d,b)},gq,c),h)}return i(t(function(a){return cR(xx,a)},ij,c),g)}return i(t(by,cs,c),d)};return i(U([0,cs,[0,ij,[0,gq,0]]],0,c),d)}function
 g(c){function
 d(d){function
 g(a){return[0,[0,[0,[0,[1,b,[0,a]]],0],[0,[0,d]]]]}var
-h=[0,d];return i(u(function(b){return mv(f,e,a,h,b)},f4,c),g)}return i(u(ar,cG,c),d)}return i(U([0,cG,[0,f4,0]],0,c),g)}var
-wp=z(c(2,c(2,n))),wr=[0,[0,k(wq),wp],0],ws=c(2,c(2,n)),wu=[0,[0,k(wt),ws],wr],wv=z(c(2,n)),wx=[0,[0,k(ww),wv],wu],wy=c(2,n),wA=[0,[0,k(wz),wy],wx],wC=[0,[0,k(wB),n],wA],wE=[0,[0,k(wD),q],wC],wG=[0,[0,k(wF),[0,n,1]],0],wI=[0,[0,k(wH),[0,n,0]],wG],wK=[0,[0,k(wJ),[0,q,1]],wI],mw=[0,[0,k(wL),[0,q,0]],wK];function
-ev(b,a){var
-c=I(function(b){return Y(b,a)},b);return c?I(function(a){return cB(b,a[1])},a):c}function
-mx(g,e,d,a){function
+h=[0,d];return i(t(function(b){return nb(f,e,a,h,b)},gq,c),g)}return i(t(av,ct,c),d)}return i(U([0,ct,[0,gq,0]],0,c),g)}var
+xz=w(c(2,c(2,n))),xB=[0,[0,k(xA),xz],0],xC=c(2,c(2,n)),xE=[0,[0,k(xD),xC],xB],xF=w(c(2,n)),xH=[0,[0,k(xG),xF],xE],xI=c(2,n),xK=[0,[0,k(xJ),xI],xH],xM=[0,[0,k(xL),n],xK],xO=[0,[0,k(xN),r],xM],xQ=[0,[0,k(xP),[0,n,1]],0],xS=[0,[0,k(xR),[0,n,0]],xQ],xU=[0,[0,k(xT),[0,r,1]],xS],nc=[0,[0,k(xV),[0,r,0]],xU];function
+eQ(b,a){var
+c=G(function(b){return Z(b,a)},b);return c?G(function(a){return bO(b,a[1])},a):c}function
+nd(g,e,d,a){function
 b(a){function
-b(b){return d?ev([0,bF,b],a):d}var
-f=[0,b([0,bK,[0,cH,0]]),0],h=[0,b([0,am,[0,cH,0]]),f],j=[0,b([0,am,[0,bK,[0,cH,0]]]),h],k=[0,ev([0,bF,[0,cH,0]],a),j],l=[0,ev([0,bK,[0,cH,0]],a),k],m=[0,ev([0,am,[0,cH,0]],a),l],o=[0,ev([0,am,[0,bK,[0,cH,0]]],a),m];function
+b(b){return d?eQ([0,bJ,b],a):d}var
+f=[0,b([0,bR,[0,cQ,0]]),0],h=[0,b([0,ad,[0,cQ,0]]),f],j=[0,b([0,ad,[0,bR,[0,cQ,0]]]),h],k=[0,eQ([0,bJ,[0,cQ,0]],a),j],l=[0,eQ([0,bR,[0,cQ,0]],a),k],m=[0,eQ([0,ad,[0,cQ,0]],a),l],o=[0,eQ([0,ad,[0,bR,[0,cQ,0]]],a),m];function
 p(d){function
 b(C){function
 b(f){function
 b(e){function
 b(k){var
-l=ec(wE,C),b=0===l[0]?l[1]:kk,m=ec(mw,k),g=0===m[0]?[0,m[1]]:0,h=e?1:e;if(Y(bF,a)){var
-B=0;if(K(k,bh)&&J(Y(am,a))&&J(Y(bK,a)))if(y(b,z(c(2,n))))var
-d=wM;else
+l=ev(xO,C),b=0===l[0]?l[1]:kJ,m=ev(nc,k),g=0===m[0]?[0,m[1]]:0,h=e?1:e;if(Z(bJ,a)){var
+B=0;if(K(k,br)&&I(Z(ad,a))&&I(Z(bR,a)))if(x(b,w(c(2,n))))var
+d=xW;else
 var
-o=y(b,n),d=o?wN:o;else
+o=x(b,n),d=o?xX:o;else
 B=1;if(B)if(g){var
-p=g[1],i=p[1],D=Y(am,a);if(bz(p[2],D))var
+p=g[1],i=p[1],D=Z(ad,a);if(bn(p[2],D))var
 j=0;else
-if(Y(bK,a))var
-E=y(i,q)?c(2,c(2,n)):z(c(2,c(2,n))),r=y(b,E),s=r?h:r,j=s?[0,[3,i,f,e]]:s;else
+if(Z(bR,a))var
+E=x(i,r)?c(2,c(2,n)):w(c(2,c(2,n))),q=x(b,E),s=q?h:q,j=s?[0,[3,i,f,e]]:s;else
 var
-t=y(b,n),j=t?[0,[4,i,f]]:t;var
+t=x(b,n),j=t?[0,[4,i,f]]:t;var
 d=j}else
 var
 d=g}else
-if(Y(am,a))if(Y(bK,a))var
-u=y(b,q),v=u?h:u,d=v?[0,[0,f,e]]:v;else
+if(Z(ad,a))if(Z(bR,a))var
+u=x(b,r),v=u?h:u,d=v?[0,[0,f,e]]:v;else
 var
-w=y(b,n),d=w?[0,[1,f]]:w;else
+y=x(b,n),d=y?[0,[1,f]]:y;else
 var
-x=y(b,c(2,n)),A=x?h:x,d=A?[0,[2,e]]:A;return[0,d]}var
-d=u(ai,bF,a);return i(bW(Y(bF,a),0,d),b)}function
+z=x(b,c(2,n)),A=z?h:z,d=A?[0,[2,e]]:A;return[0,d]}var
+d=t(X,bJ,a);return i(b3(Z(bJ,a),0,d),b)}function
 d(b){function
-a(a){return[0,bV(e[3],a)]}return i(ax(Z(g[3][2]),ai,b),a)}var
-h=u(function(a){return _(d,a)},bK,a);return i(bW(Y(bK,a),0,h),b)}var
-d=u(function(b){function
-a(a){return[0,bV(e[4],a)]}return i(ax(Z(g[3][3]),ai,b),a)},am,a);return i(bW(Y(am,a),bf,d),b)}return i(u(ai,cH,a),b)}return i(N($(function(a){return a},o),wP,wO),p)}return i(bd(a),b)}function
-dK(e,d){var
+a(a){return[0,aD(e[3],a)]}return i(aA(aa(g[3][2]),X,b),a)}var
+h=t(function(a){return V(d,a)},bR,a);return i(b3(Z(bR,a),0,h),b)}var
+d=t(function(b){function
+a(a){return[0,aD(e[4],a)]}return i(aA(aa(g[3][3]),X,b),a)},ad,a);return i(b3(Z(ad,a),ao,d),b)}return i(t(X,cQ,a),b)}return i(O($(function(a){return a},o),xZ,xY),p)}return i(bh(a),b)}function
+dY(e,d){var
 a=e,b=d;for(;;){if(a){var
 c=a[1];if(c){var
 a=a[2],b=[0,c[1],b];continue}return c}return[0,T(b,0)]}}var
-wR=[0,[0,k(wQ),5],0],wT=[0,[0,k(wS),4],wR],wV=[0,[0,k(wU),2],wT],my=[0,[0,bg,0],[0,[0,bh,1],[0,[0,k(wW),3],wV]]],wY=[0,[0,k(wX),7],0],ew=[0,[0,k(wZ),6],wY];function
-mz(a){if(a)var
-c=[0,[0,k(w1),w0],0],b=[0,[0,k(w3),w2],c];else
+x1=[0,[0,k(x0),5],0],x3=[0,[0,k(x2),4],x1],x5=[0,[0,k(x4),2],x3],ne=[0,[0,bq,0],[0,[0,br,1],[0,[0,k(x6),3],x5]]],x8=[0,[0,k(x7),7],0],eR=[0,[0,k(x9),6],x8];function
+nf(a){if(a)var
+c=[0,[0,k(x$),x_],0],b=[0,[0,k(yb),ya],c];else
 var
 b=a;var
-d=[0,[0,k(w5),w4],0];return x([0,[0,k(w7),w6],d],b)}var
-w8=x(ew,mz(1)),w_=[0,[0,k(w9),2],0],xa=[0,[0,k(w$),3],w_],xc=[0,[0,k(xb),1],xa],xe=x([0,[0,k(xd),0],xc],w8),hZ=k(xf),c7=k(xg),h0=k(xh),h1=k(xi),xk=k(xj),mA=k(xl),mB=k(xm),f8=k(xn),mC=k(xo),mD=k(xp),mE=k(xq),f9=k(xr),ex=k(xs);function
-bX(c,b){var
-a=ec(c,b);return 0===a[0]?[0,a[1]]:0}function
-mF(a,h){var
-c=K(a,mA);if(c)var
+d=[0,[0,k(yd),yc],0];return z([0,[0,k(yf),ye],d],b)}var
+yg=z(eR,nf(1)),yi=[0,[0,k(yh),2],0],yk=[0,[0,k(yj),3],yi],ym=[0,[0,k(yl),1],yk],yo=z([0,[0,k(yn),0],ym],yg),eS=k(yp),b4=k(yq),dZ=k(yr),gu=k(ys),yu=k(yt),ng=k(yv),nh=k(yw),eT=k(yx),ni=k(yy),nj=k(yz),nk=k(yA),dj=k(yB),dk=k(yC);function
+bL(c,b){var
+a=ev(c,b);return 0===a[0]?[0,a[1]]:0}function
+nl(a,h){var
+c=K(a,ng);if(c)var
 b=c;else{var
-d=K(a,mC);if(d)var
+d=K(a,ni);if(d)var
 b=d;else{var
-e=K(a,mD);if(e)var
+e=K(a,nj);if(e)var
 b=e;else{var
-f=K(a,mB);if(f)var
+f=K(a,nh);if(f)var
 b=f;else{var
-g=K(a,f8);if(g)return K(h,h1);var
+g=K(a,eT);if(g)return K(h,gu);var
 b=g}}}}return b}function
-mG(b,a){return N(G(Z(a),b),xB,[0,a])}function
-xC(a){function
+nm(b,a){return O(J(aa(a),b),yL,[0,a])}function
+yM(a){function
 b(a){function
 b(b){function
 d(b){function
 c(c){function
-d(a){return[0,[0,c,a,b]]}return i(u(bB,mq,a),d)}return i(u(al,mp,a),c)}return i(mG(c(2,c(2,c(2,c(2,n)))),b),d)}function
-d(a){return cI(al,a)}return i(u(function(a){return _(d,a)},dz,a),b)}return i(U([0,mp,[0,mq,[0,dz,0]]],0,a),b)}function
-mH(a){function
+d(a){return[0,[0,c,a,b]]}return i(t(by,m8,a),d)}return i(t(am,m7,a),c)}return i(nm(c(2,c(2,c(2,c(2,n)))),b),d)}function
+d(a){return cR(am,a)}return i(t(function(a){return V(d,a)},dP,a),b)}return i(U([0,m7,[0,m8,[0,dP,0]]],0,a),b)}function
+nn(a){function
 b(a){function
 b(a){var
-b=a7(xC,a),c=a?1:a;return N(c,xD,b)}return i(mG(c(2,c(2,c(2,n))),a),b)}return i(be(a),b)}function
-mI(a){function
-b(a){return xE}return i(bd(a),b)}function
-h2(Q,v,P,a){function
+b=bd(yM,a),c=a?1:a;return O(c,yN,b)}return i(nm(c(2,c(2,c(2,n))),a),b)}return i(bp(a),b)}function
+no(a){function
+b(a){return yO}return i(bh(a),b)}function
+iq(Q,v,P,a){function
 b(c){function
 a(b){function
 a(d){function
@@ -4569,7 +4796,7 @@ a(a){function
 e(g){function
 e(h){function
 e(R){var
-n=af(cG,c);if(n){var
+n=ah(ct,c);if(n){var
 o=n[1],r=0;if(typeof
 o==="number")r=1;else
 switch(o[0]){case
@@ -4582,193 +4809,193 @@ p=0;var
 w=p}else
 var
 w=n;var
-S=[0,d$([2,a]),0],T=[0,w,[0,k(xF),S]],V=[0,k(xG),T],W=[0,d$([2,d]),V],X=[0,k(xH),W],Y=[0,d$([2,b]),X],Z=[0,k(xI),Y],_=mr([0,hX(xJ,P),Z]);function
-e(a){return u(a,et,c)}var
-x=K(a,mB);if(x)var
-y=K(d,c7),z=y?K(g,xk):y;else
+S=[0,es([2,a]),0],T=[0,w,[0,k(yP),S]],V=[0,k(yQ),T],W=[0,es([2,d]),V],X=[0,k(yR),W],Y=[0,es([2,b]),X],Z=[0,k(yS),Y],_=m9([0,io(yT,P),Z]);function
+e(a){return t(a,dW,c)}var
+x=K(a,nh);if(x)var
+y=K(d,b4),z=y?K(g,yu):y;else
 var
 z=x;function
 $(c){if(c&&typeof
 c[1]==="number")var
 e=c[2],f=e?1:e;else
 var
-f=1;return[0,[0,[0,b,[0,d,[0,a,[0,g,0]]]],_,c,f,R]]}if(J(K(g,h1)))var
+f=1;return[0,[0,[0,b,[0,d,[0,a,[0,g,0]]]],_,c,f,R]]}if(I(K(g,gu)))var
 f=0;else{var
-A=0;if(K(d,hZ)&&K(a,mA))var
-F=bX(xe,b),f=ak(function(a){return[0,function(b){return[9,a,b]}]},F);else
+A=0;if(K(d,eS)&&K(a,ng))var
+E=bL(yo,b),f=af(function(a){return[0,function(b){return[9,a,b]}]},E);else
 A=1;if(A){var
-B=0;if(K(d,hZ)&&K(a,mC))var
-G=[0,[0,k(xt),0],0],H=bX([0,[0,k(xu),1],G],b),f=ak(function(a){return[0,function(b){return[10,a,b]}]},H);else
+B=0;if(K(d,eS)&&K(a,ni))var
+G=[0,[0,k(yD),0],0],H=bL([0,[0,k(yE),1],G],b),f=af(function(a){return[0,function(b){return[10,a,b]}]},H);else
 B=1;if(B){var
-C=0;if(K(d,c7)&&K(a,mD))var
-I=[0,[0,k(xw),xv],0],L=bX([0,[0,k(xy),xx],I],b),f=ak(function(a){return[1,a[1],a[2]]},L);else
+C=0;if(K(d,b4)&&K(a,nj))var
+J=[0,[0,k(yG),yF],0],L=bL([0,[0,k(yI),yH],J],b),f=af(function(a){return[1,a[1],a[2]]},L);else
 C=1;if(C){var
-D=0;if(K(d,h0)&&K(a,mE))var
-M=[0,[0,k(xz),0],0],N=bX([0,[0,k(xA),1],M],b),f=ak(function(a){return[2,a]},N);else
+D=0;if(K(d,dZ)&&K(a,nk))var
+M=[0,[0,k(yJ),0],0],N=bL([0,[0,k(yK),1],M],b),f=af(function(a){return[2,a]},N);else
 D=1;if(D){var
-s=K(d,c7);if(s)var
-t=K(a,f8),m=t?K(b,ex):t;else
+s=K(d,b4);if(s)var
+u=K(a,eT),m=u?K(b,dk):u;else
 var
 m=s;var
 O=m?[0,[0,function(a){return[11,0,1,a]}]]:m,f=O}}}}}if(f){var
 j=f[1];switch(j[0]){case
 0:var
 aa=j[1],ab=function(a){var
-b=[0,[11,K(a,Q)],0];return[0,[0,[0,E(aa,h)],b]]},q=i(e(function(a){function
-b(a){return u(fq,er,a)}return i(U([0,er,0],0,a),b)}),ab);break;case
+b=[0,[12,K(a,Q)],0];return[0,[0,[0,F(aa,h)],b]]},q=i(e(function(a){function
+b(a){return t(fN,eM,a)}return i(U([0,eM,0],0,a),b)}),ab);break;case
 1:var
 ac=j[2],ad=j[1],ae=function(a){return[0,[0,[0,[11,1,ac,h]],[0,[0,[10,ad,a]],0]]]},q=i(e(function(a){function
-b(a){return u(bB,mm,a)}return i(U([0,mm,0],0,a),b)}),ae);break;default:var
-ag=j[1],ah=function(a){return[0,[0,[0,[12,ag,h,a]],0]]},q=i(e(function(a){function
-b(a){return u(mH,f7,a)}return i(U([0,f7,0],0,a),b)}),ah)}var
+b(a){return t(by,m6,a)}return i(U([0,m6,0],0,a),b)}),ae);break;default:var
+ag=j[1],ai=function(a){return[0,[0,[0,[12,ag,h,a]],0]]},q=i(e(function(a){function
+b(a){return t(nn,gt,a)}return i(U([0,gt,0],0,a),b)}),ai)}var
 l=q}else
-if(z)if(K(b,f9))var
-ai=function(a){return[0,[0,[1,1,h,a],0]]},aj=1,l=i(e(function(a){return lf(aj,v,a)}),ai);else
-if(K(b,ex))var
-al=function(a){return[0,[0,[1,0,h,a],0]]},am=0,l=i(e(function(a){return lf(am,v,a)}),al);else
+if(z)if(K(b,dj))var
+aj=function(a){return[0,[0,[1,1,h,a],0]]},ak=1,l=i(e(function(a){return l0(ak,v,a)}),aj);else
+if(K(b,dk))var
+al=function(a){return[0,[0,[1,0,h,a],0]]},am=0,l=i(e(function(a){return l0(am,v,a)}),al);else
 var
 an=function(e){var
-b=mF(a,g),c=0,d=b?xK:b;return[0,[0,d,c]]},l=i(e(mI),an);else
+b=nl(a,g),c=0,d=b?yU:b;return[0,[0,d,c]]},l=i(e(no),an);else
 var
 ao=function(e){var
-b=mF(a,g),c=0,d=b?xL:b;return[0,[0,d,c]]},l=i(e(mI),ao);return i(l,$)}return i(u(function(a){return _(ai,a)},ml,c),e)}return i(u(bB,cG,c),e)}return i(u(ai,mj,c),e)}return i(u(ai,mk,c),a)}return i(u(ai,mi,c),a)}return i(u(ai,bF,c),a)}return i(U([0,bF,[0,mi,[0,cG,[0,mj,[0,mk,[0,ml,[0,et,0]]]]]]],0,a),b)}function
-h3(c,a){if(a)var
-b=a[1],e=h3([0,b[1],c],a[2]),f=b[1],g=$(function(a){return fr(f,a)},c)?xM:b[3],d=[0,[0,b[2],g],e];else
+b=nl(a,g),c=0,d=b?yV:b;return[0,[0,d,c]]},l=i(e(no),ao);return i(l,$)}return i(t(function(a){return V(X,a)},m5,c),e)}return i(t(by,ct,c),e)}return i(t(X,m3,c),e)}return i(t(X,m4,c),a)}return i(t(X,m2,c),a)}return i(t(X,bJ,c),a)}return i(U([0,bJ,[0,m2,[0,ct,[0,m3,[0,m4,[0,m5,[0,dW,0]]]]]]],0,a),b)}function
+ir(c,a){if(a)var
+b=a[1],e=ir([0,b[1],c],a[2]),f=b[1],g=$(function(a){return cK(f,a)},c)?yW:b[3],d=[0,[0,b[2],g],e];else
 var
 d=a;return d}function
-dL(f,e){var
+dl(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=eW(b[1],a[1]);if(c){var
+c=fi(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return 1}}function
-mJ(b,a){var
-c=T(a,0);return dL(T(b,0),c)}var
-xO=[0,k(xN),0],xQ=[0,k(xP),xO],xS=[0,k(xR),xQ],mK=[0,k(xT),xS],mL=c(2,c(2,c(2,c(2,c(2,n))))),a3=bA(n,mL);function
-h4(e,d){var
-b=cg(e,d);if(G(b,q))return q;var
-c=S(b,n),a=aQ(c),f=0===a?q:0<a?d5(c)[1]:q;return B(f,n)}function
-mM(a,e,i){var
-b=S(a,e),d=r(c(2,n),i);if(G(a,r(c(2,n),b)))var
-g=cg(B(r(b,a3),h4(r(r(d,a3),r(b,S(a,b))),a)),a);else{var
-l=S(a,r(c(2,n),b));if(M(r(r(r(a,S(a,r(c(2,n),b))),l),a3),r(r(d,a),a)))var
-g=cg(B(r(b,a3),h4(r(r(i,aw(a3,c(2,n))),r(a,a)),a)),a);else
+np(b,a){var
+c=T(a,0);return dl(T(b,0),c)}var
+yY=[0,k(yX),0],y0=[0,k(yZ),yY],y2=[0,k(y1),y0],nq=[0,k(y3),y2],nr=c(2,c(2,c(2,c(2,c(2,n))))),a$=bE(n,nr);function
+is(e,d){var
+b=cp(e,d);if(J(b,r))return r;var
+c=S(b,n),a=aV(c),f=0===a?r:0<a?el(c)[1]:r;return E(f,n)}function
+ns(a,e,i){var
+b=S(a,e),d=s(c(2,n),i);if(J(a,s(c(2,n),b)))var
+g=cp(E(s(b,a$),is(s(s(d,a$),s(b,S(a,b))),a)),a);else{var
+l=S(a,s(c(2,n),b));if(P(s(s(s(a,S(a,s(c(2,n),b))),l),a$),s(s(d,a),a)))var
+g=cp(E(s(b,a$),is(s(s(i,aC(a$,c(2,n))),s(a,a)),a)),a);else
 var
-h=r(a,a3),m=r(r(c(2,n),a),B(h,d)),o=h4(r(r(r(d,a3),a3),B(r(r(r(c(2,c(2,n)),h),b),S(a,b)),r(r(d,a),a))),n),g=cg(B(r(a3,B(r(r(c(2,n),h),b),r(d,a))),o),m)}var
-f=S(a3,hD(a3,g));if(!G(e,q)&&!G(r(e,a3),r(c(2,c(2,n)),r(f,a)))){var
-j=r(r(e,a),a3),p=r(z(c(2,c(2,c(2,n)))),j),k=cg(r(z(c(2,c(2,z(c(2,n))))),B(j,r(i,a))),p);return G(k,mL)?b_(f,aw(r(e,a3),bA(a,k))):f}return f}function
-mN(a){return[0,Q,a[4]]}function
-mO(j,k,f){if(0===f[0])return f[1];var
-b=0,a=q,d=k,c=f[1];for(;;){if(d){var
+h=s(a,a$),m=s(s(c(2,n),a),E(h,d)),o=is(s(s(s(d,a$),a$),E(s(s(s(c(2,c(2,n)),h),b),S(a,b)),s(s(d,a),a))),n),g=cp(E(s(a$,E(s(s(c(2,n),h),b),s(d,a))),o),m)}var
+f=S(a$,h4(a$,g));if(!J(e,r)&&!J(s(e,a$),s(c(2,c(2,n)),s(f,a)))){var
+j=s(s(e,a),a$),p=s(w(c(2,c(2,c(2,n)))),j),k=cp(s(w(c(2,c(2,w(c(2,n))))),E(j,s(i,a))),p);return J(k,nr)?cf(f,aC(s(e,a$),bE(a,k))):f}return f}function
+nt(a){return[0,Q,a[4]]}function
+nu(j,k,f){if(0===f[0])return f[1];var
+b=0,a=r,d=k,c=f[1];for(;;){if(d){var
 e=d[2],h=d[1];if(c){var
-i=c[1];if(y(i[1],a)){var
-b=[0,i[2],b],a=B(a,n),d=e,c=c[2];continue}var
-b=[0,E(j,h),b],a=B(a,n),d=e;continue}var
-b=[0,E(j,h),b],a=B(a,n),d=e,c=0;continue}var
+i=c[1];if(x(i[1],a)){var
+b=[0,i[2],b],a=E(a,n),d=e,c=c[2];continue}var
+b=[0,F(j,h),b],a=E(a,n),d=e;continue}var
+b=[0,F(j,h),b],a=E(a,n),d=e,c=0;continue}var
 g=c?0:[0,T(b,0)],l=g?g[1]:g;return l}}var
-cl=k(xV),cJ=k(xW),dM=k(xX),dN=k(xY),dO=k(xZ),c8=k(x0),dP=k(x1),bY=k(x2),bZ=k(x3),f_=k(x4),mP=k(x5),f$=k(x6),mQ=k(x7),h5=s(function(a){return[0,k(a),0]},x8);function
-ey(h,g,f,e){var
+cu=k(y5),cS=k(y6),d0=k(y7),d1=k(y8),d2=k(y9),dm=k(y_),d3=k(y$),b5=k(za),b6=k(zb),gv=k(zc),nv=k(zd),gw=k(ze),nw=k(zf),it=q(function(a){return[0,k(a),0]},zg);function
+eU(h,g,f,e){var
 a=h,b=g,c=e;for(;;){if(a){var
-d=a[2];if(y(a[1][1],f)){if(y(c,q))return[0,b];var
-a=d,b=B(b,n),c=S(c,n);continue}var
-a=d,b=B(b,n);continue}return a}}var
-ez=aI(n);function
-mR(b,a){if(typeof
-a==="number")return x9;else
+d=a[2];if(x(a[1][1],f)){if(x(c,r))return[0,b];var
+a=d,b=E(b,n),c=S(c,n);continue}var
+a=d,b=E(b,n);continue}return a}}var
+eV=aL(n);function
+nx(b,a){if(typeof
+a==="number")return zh;else
 switch(a[0]){case
 0:var
 d=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return R(x_);var
+d=c[2];if(d){if(d[2])return R(zi);var
 e=function(c){var
-a=ey(b,q,f,c);return a?a[1]:ez},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return N(I(function(a){return G(q,a)},a),x$,h)}return R(ya)}return R(yb)}return R(yc)};return i(ax(z(c(2,n)),aK,a),d);case
+a=eU(b,r,f,c);return a?a[1]:eV},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return J(r,a)},a),zj,h)}return R(zk)}return R(zl)}return R(zm)};return i(aA(w(c(2,n)),aN,a),d);case
 1:var
 e=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return R(yd);var
+d=c[2];if(d){if(d[2])return R(zn);var
 e=function(c){var
-a=ey(b,q,f,c);return a?a[1]:ez},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return N(I(function(a){return G(q,a)},a),ye,h)}return R(yf)}return R(yg)}return R(yh)};return i(ax(z(c(2,n)),aK,a),e);case
+a=eU(b,r,f,c);return a?a[1]:eV},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return J(r,a)},a),zo,h)}return R(zp)}return R(zq)}return R(zr)};return i(aA(w(c(2,n)),aN,a),e);case
 2:var
 f=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return R(yi);var
+d=c[2];if(d){if(d[2])return R(zs);var
 e=function(c){var
-a=ey(b,q,f,c);return a?a[1]:ez},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return N(I(function(a){return G(q,a)},a),yj,h)}return R(yk)}return R(yl)}return R(ym)};return i(ax(z(c(2,n)),aK,a),f);case
+a=eU(b,r,f,c);return a?a[1]:eV},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return J(r,a)},a),zt,h)}return R(zu)}return R(zv)}return R(zw)};return i(aA(w(c(2,n)),aN,a),f);case
 3:var
 g=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return R(yn);var
+d=c[2];if(d){if(d[2])return R(zx);var
 e=function(c){var
-a=ey(b,q,f,c);return a?a[1]:ez},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return N(I(function(a){return G(q,a)},a),yo,h)}return R(yp)}return R(yq)}return R(yr)};return i(ax(z(c(2,n)),aK,a),g);default:var
+a=eU(b,r,f,c);return a?a[1]:eV},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return J(r,a)},a),zy,h)}return R(zz)}return R(zA)}return R(zB)};return i(aA(w(c(2,n)),aN,a),g);default:var
 h=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return R(ys);var
+d=c[2];if(d){if(d[2])return R(zC);var
 e=function(c){var
-a=ey(b,q,f,c);return a?a[1]:ez},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return N(I(function(a){return G(q,a)},a),yt,h)}return R(yu)}return R(yv)}return R(yw)};return i(ax(z(c(2,n)),aK,a),h)}}function
-mS(a){if(typeof
+a=eU(b,r,f,c);return a?a[1]:eV},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return J(r,a)},a),zD,h)}return R(zE)}return R(zF)}return R(zG)};return i(aA(w(c(2,n)),aN,a),h)}}function
+ny(a){if(typeof
 a!=="number"&&4===a[0]){var
 c=function(a){function
 b(c){function
 b(f){var
-a=c,g=[0,[1,V(c,f)]];for(;;){if(a){var
+a=c,g=[0,[1,W(c,f)]];for(;;){if(a){var
 b=a[2];if(b){var
-e=M(a[1],b[1]);if(e){var
+e=P(a[1],b[1]);if(e){var
 a=b;continue}var
 d=e}else
 var
 d=1}else
 var
-d=1;return N(d,yx,g)}}function
-d(a){return cI(al,a)}var
-e=Z(c);return i(u(function(a){return ax(e,d,a)},cJ,a),b)}return i(u(function(a){return _(aK,a)},dH,a),b)};return i(U([0,dH,[0,cJ,0]],0,a),c)}function
-b(a){return[0,[0,a]]}return i(_(function(a){return cI(al,a)},a),b)}function
-ga(a){var
-b=ad(a);return b?ad(ah(P,br(a))):b}var
-c9=k(yy),eA=k(yz);function
-mT(t,g,f){var
-v=g?bg:bh,a=af(v,f);if(a){var
-h=a[1],b=dE(t,g);if(b){var
-l=b[1],j=I(function(d){var
+d=1;return O(d,zH,g)}}function
+d(a){return cR(am,a)}var
+e=aa(c);return i(t(function(a){return aA(e,d,a)},cS,a),b)}return i(t(function(a){return V(aN,a)},dU,a),b)};return i(U([0,dU,[0,cS,0]],0,a),c)}function
+b(a){return[0,[0,a]]}return i(V(function(a){return cR(am,a)},a),b)}function
+gx(a){var
+b=ac(a);return b?ac(ab(L,aI(a))):b}var
+dn=k(zI),eW=k(zJ);function
+nz(u,g,f){var
+v=g?bq:br,a=ah(v,f);if(a){var
+h=a[1],b=dR(u,g);if(b){var
+l=b[1],j=G(function(d){var
 a=d[2];if(typeof
 a!=="number"&&4===a[0]){var
-b=a[1],c=J(Y(f$,b));return c?J(Y(cZ,b)):c}return 0},f);if(j){var
+b=a[1],c=I(Z(gw,b));return c?I(Z(c_,b)):c}return 0},f);if(j){var
 p=function(a){function
-b(s){function
-b(y){function
-b(t){function
+b(q){function
+b(x){function
+b(u){function
 b(d){function
-b(z){function
+b(y){function
 b(d){function
 b(v){function
 b(b){function
 d(j){function
 d(A){function
-b(C){function
-b(D){var
-k=bR(hL,l),w=k?k[1]:k;if(ad(j)){var
-o=az(j),p=r(B(b$(o[1]),n),a3),d=e4(aW(b$(p)),xU),g=q,b=p;for(;;){if(d){var
-h=d[1];if(!G(S(b,g),n)){var
-e=aw(B(g,b),c(2,n)),m=eh(o,[0,e,gS(a3)]);if(m){if(2<=m[1]){var
+b(B){function
+b(C){var
+k=b0(h$,l),w=k?k[1]:k;if(ac(j)){var
+o=at(j),p=s(E(cg(o[1]),n),a$),d=fq(a1(cg(p)),y4),g=r,b=p;for(;;){if(d){var
+h=d[1];if(!J(S(b,g),n)){var
+e=aC(E(g,b),c(2,n)),m=eA(o,[0,e,hb(a$)]);if(m){if(2<=m[1]){var
 d=h,g=e;continue}var
 d=h,b=e;continue}var
 d=h,b=e;continue}}var
 f=b;break}}else
 var
-f=q;var
-E=mO(function(a){if(en(a)&&M(q,f)){var
+f=r;var
+D=nu(function(a){if(eI(a)&&P(r,f)){var
 c=function(b){var
-c=[0,b,gS(a3)];return O(a[4],c)},b=a[2],d=a[3],e=c(S(a3,mM(b,S(b,d),f)));return[0,c(mM(b,d,f)),e]}return mN(a)},w,C),F=mO(mN,w,D);function
-H(e){var
-f=0,g=0,h=t?eA:c9,i=x(h,y),k=[0,[0,[0,[0,s,t,z,j,A,E,F,e,v[1],v[2]]],i,g,f]],l=N(ga(s),yA,k),b=af(c8,a);if(b)var
+c=[0,b,hb(a$)];return M(a[4],c)},b=a[2],d=a[3],e=c(S(a$,ns(b,S(b,d),f)));return[0,c(ns(b,d,f)),e]}return nt(a)},w,B),F=nu(nt,w,C);function
+G(e){var
+f=0,g=0,h=u?eW:dn,i=z(h,x),k=[0,[0,[0,[0,q,u,y,j,A,D,F,e,v[1],v[2]]],i,g,f]],l=O(gx(q),zK,k),b=ah(dm,a);if(b)var
 c=typeof
 b[1]==="number"?1:0,d=c?1:c;else
 var
-d=b;return N(d,yB,l)}return i(u(function(a){return mR(l,a)},f_,a),H)}return i(u(mS,bZ,a),b)}return i(u(mS,bY,a),b)}return i(u(al,bZ,b),d)}return i(u(al,bY,b),d)}var
-d=0,e=[0,bY,[0,bZ,0]];return i(u(function(a){return U(e,d,a)},dP,a),b)}return i(u(function(a){return cI(bB,a)},ck,a),b)}return i(u(function(a){return aO(h5,a)},dO,a),b)}return i(u(eb,dN,a),b)}var
-d=[0,[0,k(yC),0],0];return i(u(function(a){return aO(d,a)},dM,a),b)}var
-d=[0,[0,k(yD),1],0],e=[0,[0,k(yE),0],d];return i(u(function(a){return aO(e,a)},cJ,a),b)}return i(u(ai,cl,a),b)}return i(u(ar,cl,a),b)},d=i(U([0,cl,[0,cJ,[0,dM,[0,dN,[0,dO,[0,c8,[0,ck,[0,dP,[0,bY,[0,bZ,[0,f_,0]]]]]]]]]]],0,h),p);if(0===d[0])return[0,d[1]];var
-s=function(a){function
+d=b;return O(d,zL,l)}return i(t(function(a){return nx(l,a)},gv,a),G)}return i(t(ny,b6,a),b)}return i(t(ny,b5,a),b)}return i(t(am,b6,b),d)}return i(t(am,b5,b),d)}var
+d=0,e=[0,b5,[0,b6,0]];return i(t(function(a){return U(e,d,a)},d3,a),b)}return i(t(function(a){return cR(by,a)},cs,a),b)}return i(t(function(a){return aR(it,a)},d2,a),b)}return i(t(eu,d1,a),b)}var
+d=[0,[0,k(zM),0],0];return i(t(function(a){return aR(d,a)},d0,a),b)}var
+d=[0,[0,k(zN),1],0],e=[0,[0,k(zO),0],d];return i(t(function(a){return aR(e,a)},cS,a),b)}return i(t(X,cu,a),b)}return i(t(av,cu,a),b)},d=i(U([0,cu,[0,cS,[0,d0,[0,d1,[0,d2,[0,dm,[0,cs,[0,d3,[0,b5,[0,b6,[0,gv,0]]]]]]]]]]],0,h),p);if(0===d[0])return[0,d[1]];var
+q=function(a){function
 b(c){function
 b(j){function
 b(d){function
@@ -4782,94 +5009,94 @@ f(n){function
 b(o){function
 b(l){var
 f=e[1];if(f)var
-p=0,q=0,r=d?eA:c9,s=x(r,j),g=[0,[0,[1,[0,c,d,k,[0,m,n],o,l,f[1],e[2]]],s,q,p]];else
+p=0,q=0,r=d?eW:dn,s=z(r,j),g=[0,[0,[1,[0,c,d,k,[0,m,n],o,l,f[1],e[2]]],s,q,p]];else
 var
-g=R(yH);var
-t=N(ga(c),yF,g),b=af(c8,a);if(b)var
+g=R(zR);var
+t=O(gx(c),zP,g),b=ah(dm,a);if(b)var
 h=typeof
 b[1]==="number"?1:0,i=h?1:h;else
 var
-i=b;return N(i,yG,t)}function
+i=b;return O(i,zQ,t)}function
 f(a){function
 b(a){function
 b(b){function
-c(a){return b?[0,[0,b[1],a]]:R(yI)}return i(u(function(a){return _(al,a)},mQ,a),c)}return i(u(function(a){return mR(l,a)},f_,a),b)}return i(U([0,f_,[0,mQ,0]],0,a),b)}return i(u(function(a){return a8(f,a)},bZ,a),b)}function
-f(a){return _(al,a)}function
-g(a){return _(f,a)}return i(u(function(a){return a8(g,a)},bY,a),b)}return i(u(al,bZ,b),f)}return i(u(al,bY,b),f)}var
-f=0,g=[0,bY,[0,bZ,0]];return i(u(function(a){return U(g,f,a)},dP,a),b)}return i(u(function(a){return cI(bB,a)},ck,a),b)}return i(u(function(a){return aO(h5,a)},dO,a),b)}return i(u(eb,dN,a),b)}var
-e=[0,[0,k(yJ),0],0];return i(u(function(a){return aO(e,a)},dM,a),b)}var
-d=[0,[0,k(yK),1],0],e=[0,[0,k(yL),0],d];return i(u(function(a){return aO(e,a)},cJ,a),b)}return i(u(ai,cl,a),b)}return i(u(ar,cl,a),b)},e=i(U([0,cl,[0,cJ,[0,dM,[0,dN,[0,dO,[0,c8,[0,ck,[0,dP,[0,bY,[0,bZ,0]]]]]]]]]],0,h),s);return 0===e[0]?[0,e[1]]:0}var
+c(a){return b?[0,[0,b[1],a]]:R(zS)}return i(t(function(a){return V(am,a)},nw,a),c)}return i(t(function(a){return nx(l,a)},gv,a),b)}return i(U([0,gv,[0,nw,0]],0,a),b)}return i(t(function(a){return aQ(f,a)},b6,a),b)}function
+f(a){return V(am,a)}function
+g(a){return V(f,a)}return i(t(function(a){return aQ(g,a)},b5,a),b)}return i(t(am,b6,b),f)}return i(t(am,b5,b),f)}var
+f=0,g=[0,b5,[0,b6,0]];return i(t(function(a){return U(g,f,a)},d3,a),b)}return i(t(function(a){return cR(by,a)},cs,a),b)}return i(t(function(a){return aR(it,a)},d2,a),b)}return i(t(eu,d1,a),b)}var
+e=[0,[0,k(zT),0],0];return i(t(function(a){return aR(e,a)},d0,a),b)}var
+d=[0,[0,k(zU),1],0],e=[0,[0,k(zV),0],d];return i(t(function(a){return aR(e,a)},cS,a),b)}return i(t(X,cu,a),b)}return i(t(av,cu,a),b)},e=i(U([0,cu,[0,cS,[0,d0,[0,d1,[0,d2,[0,dm,[0,cs,[0,d3,[0,b5,[0,b6,0]]]]]]]]]],0,h),q);return 0===e[0]?[0,e[1]]:0}var
 m=j}else
 var
 m=b;var
 o=m}else
 var
 o=a;return o}function
-mU(d){var
+nA(d){var
 a=d[1];if(a){var
-b=a[1],c=K(b,f9);return c?c:K(b,k(yP))}return 1}var
-yT=k(yS),yV=k(yU),yY=k(yX),y0=k(yZ),y2=k(y1),y4=k(y3),y6=k(y5),y8=k(y7);function
-mV(f,e){var
+b=a[1],c=K(b,dj);return c?c:K(b,k(zZ))}return 1}var
+z3=k(z2),z5=k(z4),z8=k(z7),z_=k(z9),Aa=k(z$),Ac=k(Ab),Ae=k(Ad),Ag=k(Af);function
+nB(f,e){var
 b=e[3];if(b){var
 a=b[1];if(typeof
-a!=="number"&&7===a[0]){var
+a!=="number"&&8===a[0]){var
 d=a[2];if(typeof
-d!=="number"&&2!==d[0])return bz(a[1],f);return 0}var
+d!=="number"&&2!==d[0])return bn(a[1],f);return 0}var
 c=0}else
 var
 c=b;return c}var
-mW=k(zb),mX=k(zc);function
-h6(a){if(typeof
+nC=k(Al),nD=k(Am);function
+iu(a){if(typeof
 a!=="number"&&4===a[0]){var
-b=af(dM,a[1]);if(b){var
+b=ah(d0,a[1]);if(b){var
 c=b[1];if(typeof
 c!=="number"&&2===c[0]){var
-e=k(zd);return K(c[1],e)}var
+e=k(An);return K(c[1],e)}var
 d=0}else
 var
 d=b;return d}return 0}function
-h7(a){if(typeof
-a!=="number"&&4===a[0])return Y(f$,a[1]);return 0}function
-mY(g,f,a){function
+iv(a){if(typeof
+a!=="number"&&4===a[0])return Z(gw,a[1]);return 0}function
+nE(g,f,a){function
 b(a){function
 b(b){var
-c=[0,b];return N(cA(s(function(b){if(typeof
+c=[0,b];return O(ck(q(function(b){if(typeof
 b!=="number"&&3===b[0]){var
 c=b[1];if(c){var
-a=c[2];if(a)return a[2]?0:d$(a[1]);var
+a=c[2];if(a)return a[2]?0:es(a[1]);var
 d=a}else
 var
-d=c;return d}return 0},a)),zk,c)}return i(a7(function(c){if(typeof
+d=c;return d}return 0},a)),Au,c)}return i(bd(function(c){if(typeof
 c!=="number"&&3===c[0]){var
 a=c[1];if(a){var
 b=a[2];if(b){var
-d=b[1];if(b[2])return R(zf);var
+d=b[1];if(b[2])return R(Ap);var
 e=function(a){function
-b(b){return N(M(q,a),zh,N(J(I(f,b)),zg,[0,[0,a,b]]))}return i(_(g,d),b)};return i(aK(a[1]),e)}return R(zi)}return R(zj)}return R(ze)},a),b)}return i(be(a),b)}function
-zl(a){return a?0:1}function
-zm(a){return a8(al,a)}function
-zn(a){return mY(zm,zl,a)}function
-zo(a){return _(zn,a)}function
-zp(a){return y(q,a)}function
-zq(a){return mY(aK,zp,a)}function
-zr(a){return _(zq,a)}function
-zu(a){if(typeof
+b(b){return O(P(r,a),Ar,O(I(G(f,b)),Aq,[0,[0,a,b]]))}return i(V(g,d),b)};return i(aN(a[1]),e)}return R(As)}return R(At)}return R(Ao)},a),b)}return i(bp(a),b)}function
+Av(a){return a?0:1}function
+Aw(a){return aQ(am,a)}function
+Ax(a){return nE(Aw,Av,a)}function
+Ay(a){return V(Ax,a)}function
+Az(a){return x(r,a)}function
+AA(a){return nE(aN,Az,a)}function
+AB(a){return V(AA,a)}function
+AE(a){if(typeof
 a!=="number"&&3===a[0]){var
 b=a[1];if(b){var
 c=b[2];if(c){var
-d=c[1];if(c[2])return R(zw);var
+d=c[1];if(c[2])return R(AG);var
 e=function(a){function
-b(b){return[0,[0,a,b]]}return i(bB(d),b)};return i(ar(b[1]),e)}return R(zx)}return R(zy)}return R(zv)}function
-mZ(A,m,l,b,d,a){var
-j=d?bg:bh,e=af(j,a);if(e){var
-f=e[1];if(h6(f)){var
-o=d?I(function(a){var
-b=K(a[1],j);return b?b:J(h7(a[2]))},a):d;if(o){var
-p=dE(b,1);if(p){var
-c=h7(f),w=function(a){function
-d(q){function
-d(B){function
+b(b){return[0,[0,a,b]]}return i(by(d),b)};return i(av(b[1]),e)}return R(AH)}return R(AI)}return R(AF)}function
+nF(B,m,l,b,d,a){var
+j=d?bq:br,e=ah(j,a);if(e){var
+f=e[1];if(iu(f)){var
+o=d?G(function(a){var
+b=K(a[1],j);return b?b:I(iv(a[2]))},a):d;if(o){var
+p=dR(b,1);if(p){var
+c=iv(f),w=function(a){function
 d(r){function
+d(C){function
+d(s){function
 d(f){function
 d(g){function
 d(j){function
@@ -4879,11 +5106,11 @@ g(g){function
 h(h){function
 d(o){function
 d(p){function
-t(v){function
-t(C){var
-d=af(cZ,a),w=d?E(A,d[1]):d,t=[0,q,r,f,g,h,o,j,v,p,w,e[1],e[2]];function
-y(C){var
-i=af(c8,a);if(i){var
+u(v){function
+u(D){var
+d=ah(c_,a),w=d?F(B,d[1]):d,u=[0,r,s,f,g,h,o,j,v,p,w,e[1],e[2]];function
+x(D){var
+i=ah(dm,a);if(i){var
 l=i[1],w=0;if(typeof
 l==="number"||!(3===l[0]))w=1;else{var
 c=l[1],e=0;if(c){var
@@ -4893,7 +5120,7 @@ m=0;if(d){var
 h=d[1],n=0;if(typeof
 h!=="number"&&2===h[0])if(d[2]){var
 b=0;e=1;f=1;m=1;n=1}else{var
-y=h[1],z=x(k(zs),y),A=x(g[1],z),b=[0,x(k(zt),A)];e=1;f=1;m=1;n=1}if(!n)var
+x=h[1],y=z(k(AC),x),B=z(g[1],y),b=[0,z(k(AD),B)];e=1;f=1;m=1;n=1}if(!n)var
 p=0}else
 var
 p=d;if(!m){var
@@ -4903,46 +5130,48 @@ var
 o=c;if(!e)var
 b=o}if(w)var
 b=0;var
-s=b}else
+q=b}else
 var
-s=i;var
-E=r?eA:c9,F=[0,[0,[2,t],x(E,B),C,s]],G=N(ga(q),zD,F);if(j)var
-u=j[1],v=D(u[1],u[2]);else
+q=i;var
+E=s?eW:dn,F=[0,[0,[2,u],z(E,C),D,q]],G=O(gx(r),AN,F);if(j)var
+t=j[1],v=A(t[1],t[2]);else
 var
-v=1;return N(v,zE,G)}var
-z=c?u(function(a){function
+v=1;return O(v,AO,G)}var
+y=c?t(function(a){function
 c(d){function
-c(d){var
-a=dE(b,1),c=a?l9(t,a[1]):a,e=hm(m,l[1]),f=d[1],g=s(function(a){if(typeof
+c(h){var
+a=dR(b,1),c=a?mR(u,a[1]):a,d=m[3],e=l[1][3],i=h[1],j=q(function(a){if(typeof
 a!=="number"&&0===a[0]){if(c){var
-f=a[1],g=c[1],d=V(jB(l5,aI(n),aI(n),b[7]),g),e=s(function(a){var
-b=[0,[0,l8(a[2])],0];return[0,a[1][2][1],a[1][2][2],[0,P,0],b,Q,0]},d);return[10,[0,b[1],b[2],n,2,0,0,e],f]}return zz}return a},f),h=e[2]?0:zA;return[0,x(h,g)]}return i(eu(m,l,0,a),c)}var
+f=a[1],g=c[1],d=W(j0(mN,aL(n),aL(n),b[7]),g),e=q(function(a){var
+b=[0,[0,mQ(a[2])],0];return[0,a[1][2][1],a[1][2][2],[0,L,0],b,Q,0]},d);return[11,[0,b[1],b[2],n,2,0,0,e],f]}return AJ}return a},i),g=0;if(cK(d[2],e[2])&&cK(d[3],e[3])){var
+f=0;g=1}if(!g)var
+f=AK;return[0,z(f,j)]}return i(eP(m,l,0,a),c)}var
 d=typeof
-a==="number"?0:1;return i(N(d,zC,zB),c)},mX,a):zF;return i(z,y)}if(c)var
-w=[0,[0,k(zG),0],0],d=u(function(a){return aO(w,a)},dJ,a);else
+a==="number"?0:1;return i(O(d,AM,AL),c)},nD,a):AP;return i(y,x)}if(c)var
+w=[0,[0,k(AQ),0],0],d=t(function(a){return aR(w,a)},di,a);else
 var
-d=zH;return i(d,t)}if(c)var
-v=function(a){return[0,[0,a]]},d=i(u(zr,f$,a),v);else
+d=AR;return i(d,u)}if(c)var
+v=function(a){return[0,[0,a]]},d=i(t(AB,gw,a),v);else
 var
-d=zI;return i(d,t)}return i(u(zo,cZ,a),d)}var
-o=[0,[0,k(zJ),1],0],p=[0,[0,k(zK),0],o];return i(u(function(a){return aO(p,a)},mW,a),d)}return i(u(al,bZ,d),h)}return i(u(al,bY,d),g)}var
-g=0,h=[0,bY,[0,bZ,0]];return i(u(function(a){return U(h,g,a)},dP,a),d)}return i(u(zu,ck,a),d)}function
-e(a){return cI(al,a)}return i(u(function(a){return a8(e,a)},c8,a),d)}return i(u(function(a){return aO(h5,a)},dO,a),d)}return i(u(eb,dN,a),d)}var
-e=[0,[0,k(zL),1],0],f=[0,[0,k(zM),0],e];return i(u(function(a){return aO(f,a)},cJ,a),d)}return i(u(ai,cl,a),d)}return i(u(ar,cl,a),d)},y=0,z=c?[0,f$,[0,dJ,[0,mX,0]]]:c,h=i(U(x([0,cl,[0,cJ,[0,dM,[0,dN,[0,dO,[0,c8,[0,ck,[0,dP,[0,mW,[0,cZ,0]]]]]]]]]],z),y,f),w);return 0===h[0]?[0,h[1]]:0}var
-q=p}else
+d=AS;return i(d,u)}return i(t(Ay,c_,a),d)}var
+o=[0,[0,k(AT),1],0],p=[0,[0,k(AU),0],o];return i(t(function(a){return aR(p,a)},nC,a),d)}return i(t(am,b6,d),h)}return i(t(am,b5,d),g)}var
+g=0,h=[0,b5,[0,b6,0]];return i(t(function(a){return U(h,g,a)},d3,a),d)}return i(t(AE,cs,a),d)}function
+e(a){return cR(am,a)}return i(t(function(a){return aQ(e,a)},dm,a),d)}return i(t(function(a){return aR(it,a)},d2,a),d)}return i(t(eu,d1,a),d)}var
+e=[0,[0,k(AV),1],0],f=[0,[0,k(AW),0],e];return i(t(function(a){return aR(f,a)},cS,a),d)}return i(t(X,cu,a),d)}return i(t(av,cu,a),d)},x=0,y=c?[0,gw,[0,di,[0,nD,0]]]:c,h=i(U(z([0,cu,[0,cS,[0,d0,[0,d1,[0,d2,[0,dm,[0,cs,[0,d3,[0,nC,[0,c_,0]]]]]]]]]],y),x,f),w);return 0===h[0]?[0,h[1]]:0}var
+r=p}else
 var
-q=o;return q}if($(function(a){return h6(a[2])},a)){var
-g=mT(b,d,an(function(a){return J(h6(a[2]))},a));if(g){var
-r=g[1],v=0;if(!$(function(a){return h7(a[2])},a)&&!l$(r[1])){var
-t=[0,r];v=1}if(!v)return 0}else
+r=o;return r}if($(function(a){return iu(a[2])},a)){var
+g=nz(b,d,al(function(a){return I(iu(a[2]))},a));if(g){var
+s=g[1],v=0;if(!$(function(a){return iv(a[2])},a)&&!mT(s[1])){var
+u=[0,s];v=1}if(!v)return 0}else
 var
-t=g;return t}return mT(b,d,a)}return e}var
-zO=k(zN),zQ=[0,[0,k(zP),0],0],zT=[0,[0,k(zS),zR],zQ],zW=[0,[0,k(zV),zU],zT],zZ=[0,[0,k(zY),zX],zW],m0=[0,[0,k(z1),z0],zZ];function
-m1(a){return $(function(b){return mJ(b,a)},mK)}function
-m2(a){return dL(c9,a)}function
-m3(a){var
-b=m2(a);return b?b:m1(a)}function
-m4(z,y,m,w,v,a){function
+u=g;return u}return nz(b,d,a)}return e}var
+AY=k(AX),A0=[0,[0,k(AZ),0],0],A3=[0,[0,k(A2),A1],A0],A6=[0,[0,k(A5),A4],A3],A9=[0,[0,k(A8),A7],A6],nG=[0,[0,k(A$),A_],A9];function
+nH(a){return $(function(b){return np(b,a)},nq)}function
+nI(a){return dl(dn,a)}function
+nJ(a){var
+b=nI(a);return b?b:nH(a)}function
+nK(y,x,m,w,v,a){function
 b(b){function
 a(d){function
 a(h){function
@@ -4950,7 +5179,7 @@ a(j){function
 a(e){function
 a(a){function
 g(f){var
-a=af(f,b);if(a){var
+a=ah(f,b);if(a){var
 c=a[1],e=0;if(typeof
 c!=="number")switch(c[0]){case
 2:return c[1];case
@@ -4959,312 +5188,359 @@ c!=="number")switch(c[0]){case
 d=0;e=1}if(!e)return 0}else
 var
 d=a;return d}var
-p=m3(e),A=0;if(p)var
-B=d$([2,e]),q=x(k(Ab),B);else
+p=nJ(e),B=0;if(p)var
+C=es([2,e]),q=z(k(Bl),C);else
 var
 q=p;var
-C=[0,g(ci),[0,q,A]],F=[0,k(Ac),C],G=[0,g(hV),F],H=[0,k(Ad),G],I=[0,g(hW),H],L=[0,k(Ae),I],M=[0,g(bF),L],O=[0,k(Af),M],Q=mr([0,hX(Ag,v),O]),n=d?0:1,R=2<=j?0:1,c=R?E(y,d):2;function
+D=[0,g(bV),[0,q,B]],E=[0,k(Bm),D],G=[0,g(dX),E],H=[0,k(Bn),G],J=[0,g(ik),H],M=[0,k(Bo),J],N=[0,g(bJ),M],P=[0,k(Bp),N],Q=m9([0,io(Bq,v),P]),n=d?0:1,R=2<=j?0:1,c=R?F(x,d):2;function
 S(f){if(f)var
 g=f[1],l=g?1:g;else
 var
 l=f;var
-q=K(e,k(Ah)),x=typeof
+q=K(e,k(Br)),x=typeof
 c==="number"?0:l?c[1]:l;function
-p(L){if(f){var
-y=j?0:1,A=[0,y,h];if(typeof
+p(M){if(f){var
+z=j?0:1,B=[0,z,h];if(typeof
 c==="number")switch(c){case
 0:var
-i=z7;break;case
+i=Bf;break;case
 1:var
-i=a?2===a[1]?[0,[11,J(m)],0]:z8:z9;break;default:var
-i=a?z_:z$}else
+i=a?2===a[1]?[0,[12,I(m)],0]:Bg:Bh;break;default:var
+i=a?Bi:Bj}else
 if(a)var
-v=[0,[8,d,A,a[1]],c[2]],i=[0,[11,J(m)],v];else
+v=[0,[9,d,B,a[1]],c[2]],i=[0,[12,I(m)],v];else
 var
-i=Aa;var
+i=Bk;var
 g=i}else
-if(m3(e))var
-g=Ak;else
-if(J(q))var
-g=Al;else
+if(nJ(e))var
+g=Bu;else
+if(I(q))var
+g=Bv;else
 switch(j){case
 0:var
-u=E(z,d);if(u)if(a)var
-p=a[1],k=u[1],o=1===p?[0,[0,[9,n,k]],[0,[3,k,h,0],0]]:p?z3:[0,[0,[9,n,k]],[0,[3,k,h,1],0]];else
+u=F(y,d);if(u)if(a)var
+p=a[1],k=u[1],o=1===p?[0,[0,[9,n,k]],[0,[3,k,h,0],0]]:p?Bb:[0,[0,[9,n,k]],[0,[3,k,h,1],0]];else
 var
-o=z4;else
+o=Bc;else
 var
-o=a?2===a[1]?[0,[0,[1,n,0]],0]:z5:z6;var
-g=[0,[11,J(m)],o];break;case
+o=a?2===a[1]?[0,[0,[1,n,0]],0]:Bd:Be;var
+g=[0,[12,I(m)],o];break;case
 1:if(a)var
-K=[0,[0,[13,0,d,h,a[1]]],0],g=[0,[11,J(m)],K];else
+K=[0,[0,[15,0,d,h,a[1]]],0],g=[0,[12,I(m)],K];else
 var
-g=Am;break;default:var
-g=w?a?[0,[0,[13,1,d,h,a[1]]],0]:An:Ao}var
-B=typeof
-c==="number"?0:l,C=f?f[1]:f,F=[0,[0,d,j,Q,g,a,C,B]],G=q||l,r=J(G);if(r)var
+g=Bw;break;default:var
+g=w?a?[0,[0,[15,1,d,h,a[1]]],0]:Bx:By}var
+C=typeof
+c==="number"?0:l,D=f?f[1]:f,E=[0,[0,d,j,Q,g,a,D,C]],G=q||l,r=I(G);if(r)var
 s=r;else
 var
-t=bz(Y(dJ,b),x),s=t?J(Y(mo,b)):t;var
-H=N(s,Ai,F),I=1===j?D(P,h):1;return N(I,Aj,H)}if(Y(dJ,b))var
-r=[0,[0,zO,0],0],o=u(function(a){return aO(r,a)},dJ,b);else
+t=bn(Z(di,b),x),s=t?I(Z(im,b)):t;var
+H=O(s,Bs,E),J=1===j?A(L,h):1;return O(J,Bt,H)}if(Z(di,b))var
+r=[0,[0,AY,0],0],o=t(function(a){return aR(r,a)},di,b);else
 var
-o=Ap;return i(o,p)}var
-r=0;if(m2(e)&&J(m1(e))){var
+o=Bz;return i(o,p)}var
+r=0;if(nI(e)&&I(nH(e))){var
 s=0;if(typeof
 c==="number"&&2<=c){var
-o=Aq;s=1}if(!s){var
-T=function(a){return[0,[0,[0,a]]]},l=c9,f=e,t=function(a){return N(ga(a),z2,[0,a])};for(;;){if(l&&f){var
+o=BA;s=1}if(!s){var
+T=function(a){return[0,[0,[0,a]]]},l=dn,f=e,u=function(a){return O(gx(a),Ba,[0,a])};for(;;){if(l&&f){var
 l=l[2],f=f[2];continue}var
-o=i(i(ar([2,f]),t),T);break}}}else
+o=i(i(av([2,f]),u),T);break}}}else
 r=1;if(r)var
-o=Ar;return i(o,S)}return i(u(function(a){return aO(m0,a)},ci,b),a)}return i(u(ai,mn,b),a)}var
-c=[0,[0,hU,0],[0,[0,ck,1],[0,[0,k(As),2],0]]];return i(u(function(a){return aO(c,a)},hW,b),a)}return i(u(al,hV,b),a)}var
-c=[0,[0,bg,1],[0,[0,bh,0],0]];return i(u(function(a){return aO(c,a)},bF,b),a)}return i(U([0,bF,[0,hV,[0,hW,[0,mn,[0,ci,0]]]]],[0,dJ,[0,mo,0]],a),b)}function
-m5(a){return $(function(b){var
+o=BB;return i(o,S)}return i(t(function(a){return aR(nG,a)},bV,b),a)}return i(t(X,il,b),a)}var
+c=[0,[0,ij,0],[0,[0,cs,1],[0,[0,k(BC),2],0]]];return i(t(function(a){return aR(c,a)},ik,b),a)}return i(t(am,dX,b),a)}var
+c=[0,[0,bq,1],[0,[0,br,0],0]];return i(t(function(a){return aR(c,a)},bJ,b),a)}return i(U([0,bJ,[0,dX,[0,ik,[0,il,[0,bV,0]]]]],[0,di,[0,im,0]],a),b)}function
+nL(a){return $(function(b){var
 a=typeof
 b==="number"?1:0,c=a?1:a;return c},a)}function
-h8(b){var
-a=W(function(b){var
+iw(b){var
+a=Y(function(b){var
 a=b[6],c=a?[0,a[1],0]:a;return c},b);if(a){var
-c=a[1],f=0;if($(function(a){return m5(a[4])},b))var
+c=a[1],f=0;if($(function(a){return nL(a[4])},b))var
 d=0;else
 var
-i=an(function(a){return a[7]},b),d=[9,s(function(a){return a[1]},i),c];var
-g=[0,d,f],h=a[2],e=[0,[11,I(function(a){var
-b=D(c,a);return b?D(a,c):b},h)],g]}else
+i=al(function(a){return a[7]},b),d=[10,q(function(a){return a[1]},i),c];var
+g=[0,d,f],h=a[2],e=[0,[12,G(function(a){var
+b=A(c,a);return b?A(a,c):b},h)],g]}else
 var
 e=a;return e}function
-h9(d,c,b){if(b){var
-a=b[1],h=h9(d,[0,a,c],b[2]);if($(function(e){var
-d=bz(a[1],e[1]);if(d){var
+ix(d,c,b){if(b){var
+a=b[1],h=ix(d,[0,a,c],b[2]);if($(function(e){var
+d=bn(a[1],e[1]);if(d){var
 b=e[2];switch(a[2]){case
 0:return b?0:1;case
 1:return 1===b?1:0;default:var
 c=2<=b?1:0,f=c?1:c;return f}}return d},c))var
-e=At;else
+e=BD;else
 var
-g=a[6],i=g?d:g,e=x(a[4],i);var
+g=a[6],i=g?d:g,e=z(a[4],i);var
 f=[0,[0,a[3],e],h]}else
 var
 f=b;return f}function
-m6(a,b){function
-d(c){if($(function(a){return m5(a[4])},a))var
-d=Au;else{var
-f=0,e=dK(s(function(a){return a[5]},a),f);if(e)if(c)var
-g=h8(a),h=x(W(function(a){return a[4]},a),g),b=[0,[0,[14,e[1],c[1]]],h];else
+nM(a,b){function
+d(c){if($(function(a){return nL(a[4])},a))var
+d=BE;else{var
+f=0,e=dY(q(function(a){return a[5]},a),f);if(e)if(c)var
+g=iw(a),h=z(Y(function(a){return a[4]},a),g),b=[0,[0,[16,e[1],c[1]]],h];else
 var
-b=Av;else
+b=BF;else
 var
-b=Aw;var
-d=b}return[0,d]}if(K(b,k(Ax)))var
-c=Ay;else
+b=BG;var
+d=b}return[0,d]}if(K(b,k(BH)))var
+c=BI;else
 var
-e=function(a){return[0,ak(function(a){return[0,a]},a)]},c=i(ec(m0,b),e);return i(c,d)}var
-m7=k(Az),h_=k(AA),m8=k(AB),h$=k(AC),ia=k(AD),m9=k(AE),ib=k(AF),ic=k(AG),gb=k(AH),AJ=k(AI);function
-m_(a){return s(function(a){if(K(a[1],dx)){var
-b=[2,k(AK)];return[0,a[1],b]}return a},a)}function
-id(g,f){var
+e=function(a){return[0,af(function(a){return[0,a]},a)]},c=i(ev(nG,b),e);return i(c,d)}var
+gy=k(BJ),gz=k(BK),nN=k(BL),nO=k(BM),BR=[0,[0,k(BQ),BP],0],BU=[0,[0,k(BT),BS],BR],BX=[0,[0,k(BW),BV],BU],B0=[0,[0,k(BZ),BY],BX],B3=[0,[0,k(B2),B1],B0],B6=[0,[0,k(B5),B4],B3],B9=[0,[0,k(B8),B7],B6],nP=[0,[0,k(B$),B_],B9],Cb=[0,[0,k(Ca),0],0],Cd=[0,[0,k(Cc),1],Cb];function
+nQ(a,b){if(typeof
+b==="number")return Ce;else
+switch(b[0]){case
+0:var
+c=function(b){function
+c(c){function
+d(d){function
+e(b){var
+e=aD(a[3],b),f=aD(a[3],d),g=c?aD(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return i(t(function(a){return V(X,a)},a2,b),e)}return i(t(function(a){return V(X,a)},be,b),d)}function
+d(a){return V(X,a)}return i(t(function(a){return aQ(d,a)},ad,b),c)};return i(U([0,ad,[0,be,[0,a2,0]]],0,b),c);case
+1:var
+d=function(b){function
+c(c){function
+d(d){function
+e(b){var
+e=aD(a[3],b),f=aD(a[3],d),g=c?aD(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return i(t(function(a){return V(X,a)},a2,b),e)}return i(t(function(a){return V(X,a)},be,b),d)}function
+d(a){return V(X,a)}return i(t(function(a){return aQ(d,a)},ad,b),c)};return i(U([0,ad,[0,be,[0,a2,0]]],0,b),d);case
+2:var
+e=function(b){function
+c(c){function
+d(d){function
+e(b){var
+e=aD(a[3],b),f=aD(a[3],d),g=c?aD(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return i(t(function(a){return V(X,a)},a2,b),e)}return i(t(function(a){return V(X,a)},be,b),d)}function
+d(a){return V(X,a)}return i(t(function(a){return aQ(d,a)},ad,b),c)};return i(U([0,ad,[0,be,[0,a2,0]]],0,b),e);case
+3:var
+f=function(b){function
+c(c){function
+d(d){function
+e(b){var
+e=aD(a[3],b),f=aD(a[3],d),g=c?aD(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return i(t(function(a){return V(X,a)},a2,b),e)}return i(t(function(a){return V(X,a)},be,b),d)}function
+d(a){return V(X,a)}return i(t(function(a){return aQ(d,a)},ad,b),c)};return i(U([0,ad,[0,be,[0,a2,0]]],0,b),f);default:var
+g=function(b){function
+c(c){function
+d(d){function
+e(b){var
+e=aD(a[3],b),f=aD(a[3],d),g=c?aD(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return i(t(function(a){return V(X,a)},a2,b),e)}return i(t(function(a){return V(X,a)},be,b),d)}function
+d(a){return V(X,a)}return i(t(function(a){return aQ(d,a)},ad,b),c)};return i(U([0,ad,[0,be,[0,a2,0]]],0,b),g)}}function
+nR(b,g,a){function
+c(d){var
+h=g[3],a=d,i=[0,q(function(a){return aD(h,a)},d)];for(;;){if(a){var
+b=a[2],f=a[1],c=I($(function(b){return function(a){return cK(b,a)}}(f),b));if(c){var
+a=b;continue}var
+e=c}else
+var
+e=1;return O(e,Cf,i)}}var
+d=aa(b[3][2]);return i(V(function(a){return aA(d,X,a)},a),c)}var
+Cl=k(Ck),Cn=k(Cm),Cs=k(Cr),nS=k(CD),iy=k(CE),nT=k(CF),iz=k(CG),iA=k(CH),nU=k(CI),iB=k(CJ),iC=k(CK),gA=k(CL),CN=k(CM);function
+nV(a){return q(function(a){if(K(a[1],dN)){var
+b=[2,k(CO)];return[0,a[1],b]}return a},a)}function
+iD(g,f){var
 b=g,a=f;for(;;){if(b){if(a){var
 c=a[2],d=b[2];if(b[1]){var
-h=id(d,c);return[0,a[1],h]}var
+h=iD(d,c);return[0,a[1],h]}var
 b=d,a=c;continue}var
 e=a}else
 var
 e=b;return e}}function
-AL(a){function
+CP(a){function
 b(a){function
 b(c){function
 g(b){function
 c(d){function
 c(c){var
-e=Z(c);function
+e=aa(c);function
 f(a){var
-e=s(lh,cD(ac(c),a)),f=s(function(a){return id(e,a)},a),g=[0,[0,b,d,id(e,c),f]];return N(M(q,b),AN,N(I(function(a){return bS(aF(a),P)},a),AM,g))}function
-g(a){return ax(e,al,a)}var
-h=Z(d);return i(u(function(a){return ax(h,g,a)},bj,a),f)}return i(u(function(a){return fp(b,a)},m8,a),c)}return i(u(function(a){return fp(b,a)},h_,a),c)}if(c){var
+e=q(l2,cM(aj(c),a)),f=q(function(a){return iD(e,a)},a),g=[0,[0,b,d,iD(e,c),f]];return O(P(r,b),CR,O(G(function(a){return b1(az(a),L)},a),CQ,g))}function
+g(a){return aA(e,am,a)}var
+h=aa(d);return i(t(function(a){return aA(h,g,a)},bt,a),f)}return i(t(function(a){return fM(b,a)},nT,a),c)}return i(t(function(a){return fM(b,a)},iy,a),c)}if(c){var
 b=c[1],f=0;if(typeof
 b!=="number"&&3===b[0]){var
-d=[0,Z(b[1])];f=1}if(!f)var
-d=R(AO);var
+d=[0,aa(b[1])];f=1}if(!f)var
+d=R(CS);var
 e=d}else
 var
-e=R(AP);return i(e,g)}return i(u(be,h_,a),b)}return i(U([0,h_,[0,m8,[0,bj,0]]],0,a),b)}function
-m$(c,a){function
+e=R(CT);return i(e,g)}return i(t(bp,iy,a),b)}return i(U([0,iy,[0,nT,[0,bt,0]]],0,a),b)}function
+nW(c,a){function
 b(a){var
-d=[0,a],b=a?1:a,e=b?y(ao(function(b,a){return B(b[1],a)},q,a),c):b;return N(e,AQ,d)}return i(_(AL,a),b)}function
-c_(a){if(a){var
-b=c_(a[2]),c=a[1];return W(function(a){return s(function(b){return x(a,b)},b)},c)}return AR}function
-a4(a){return ao(function(b,a){return r(Z(b),a)},n,a)}function
-cK(a){var
-b=a[1];return s(function(a){return a[2]},b)}function
-cL(c,b){var
+d=[0,a],b=a?1:a,e=b?x(ap(function(b,a){return E(b[1],a)},r,a),c):b;return O(e,CU,d)}return i(V(CP,a),b)}function
+dp(a){if(a){var
+b=dp(a[2]),c=a[1];return Y(function(a){return q(function(b){return z(a,b)},b)},c)}return CV}function
+ba(a){return ap(function(b,a){return s(aa(b),a)},n,a)}function
+cT(a){var
+b=a[1];return q(function(a){return a[2]},b)}function
+cU(c,b){var
 a=b[2];if(a){var
-d=a[1];return s(function(a){return a[2]},d)}return[0,c[4],0]}function
-gc(a){var
-b=a[1];return s(function(a){return a[3]},b)}function
-ie(c,b){var
+d=a[1];return q(function(a){return a[2]},d)}return[0,c[4],0]}function
+gB(a){var
+b=a[1];return q(function(a){return a[3]},b)}function
+iE(c,b){var
 a=b[2];if(a){var
-d=a[1];return s(function(a){return a[3]},d)}return[0,c[4],0]}function
-AU(b,a){var
-i=a4(cK(a)),g=r(a4(cL(b,a)),i),h=M(c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,c(2,c(2,z(c(2,z(c(2,z(c(2,c(2,c(2,n)))))))))))))))))),g);if(h)var
+d=a[1];return q(function(a){return a[3]},d)}return[0,c[4],0]}function
+CY(b,a){var
+i=ba(cT(a)),g=s(ba(cU(b,a)),i),h=P(c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,c(2,c(2,w(c(2,w(c(2,w(c(2,c(2,c(2,n)))))))))))))))))),g);if(h)var
 d=h;else
 var
-s=r(g,Z(b[2])),d=M(c(2,c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,c(2,c(2,c(2,c(2,z(c(2,n)))))))))))))))))))))),s);if(d)var
+r=s(g,aa(b[2])),d=P(c(2,c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,c(2,c(2,c(2,c(2,w(c(2,n)))))))))))))))))))))),r);if(d)var
 e=d;else
 var
-p=a4(gc(a)),q=r(a4(cK(a)),p),e=M(c(2,c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,c(2,c(2,c(2,c(2,z(c(2,n)))))))))))))))))))))),q);if(e)var
+p=ba(gB(a)),q=s(ba(cT(a)),p),e=P(c(2,c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,c(2,c(2,c(2,c(2,w(c(2,n)))))))))))))))))))))),q);if(e)var
 f=e;else
 var
-m=a4(ie(b,a)),o=r(a4(cL(b,a)),m),f=M(c(2,c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,c(2,c(2,c(2,c(2,z(c(2,n)))))))))))))))))))))),o);if(f)return f;var
-j=Z(b[2]),k=a4(gc(a)),l=r(r(a4(cL(b,a)),k),j);return M(c(2,c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,c(2,c(2,c(2,c(2,z(c(2,n)))))))))))))))))))))),l)}function
-na(a,d,c,b){var
-e=a[3],f=s(function(a){return bV(e,a)},b),g=0;return dK(s(function(b){var
-e=bV(a[4],b),c=an(function(a){return y(a[1],e)},d),g=0;return dK(s(function(d){var
+m=ba(iE(b,a)),o=s(ba(cU(b,a)),m),f=P(c(2,c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,c(2,c(2,c(2,c(2,w(c(2,n)))))))))))))))))))))),o);if(f)return f;var
+j=aa(b[2]),k=ba(gB(a)),l=s(s(ba(cU(b,a)),k),j);return P(c(2,c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,c(2,c(2,c(2,c(2,w(c(2,n)))))))))))))))))))))),l)}function
+nX(a,d,c,b){var
+e=a[3],f=q(function(a){return aD(e,a)},b),g=0;return dY(q(function(b){var
+e=aD(a[4],b),c=al(function(a){return x(a[1],e)},d),g=0;return dY(q(function(d){var
 a=c;for(;;){if(a){var
-b=a[1];if(y(b[2],d))return[0,b[3]];var
+b=a[1];if(x(b[2],d))return[0,b[3]];var
 a=a[2];continue}return a}},f),g)},c),g)}function
-eB(a){return 1===a[1][2]?1:0}function
-gd(a){return a[5]?0:1}function
-nb(a){return s(function(a){return a[4]},a)}function
-cm(a,c){var
-b=af(a,c);if(b){var
-d=function(a){return[0,[0,a]]};return i(a6(a,al(b[1])),d)}return A2}function
-ig(b,a){function
+eX(a){return 1===a[1][2]?1:0}function
+gC(a){return a[5]?0:1}function
+nY(a){return q(function(a){return a[4]},a)}function
+cv(a,c){var
+b=ah(a,c);if(b){var
+d=function(a){return[0,[0,a]]};return i(a_(a,am(b[1])),d)}return C6}function
+iF(b,a){function
 g(a){if(b){if(a){var
-h=a[1],c=h[2],d=h[1],i=a[2],j=b[1],e=j[2],f=j[1],k=b[2];switch(jt(r(f,c),r(d,e))){case
-0:return[0,[0,B(f,d),B(e,c)],ig(k,i)];case
-1:return[0,[0,f,e],ig(k,a)];default:return[0,[0,d,c],g(i)]}}return b}return a}return g(a)}function
-nc(a){if(a){var
+h=a[1],c=h[2],d=h[1],i=a[2],j=b[1],e=j[2],f=j[1],k=b[2];switch(jS(s(f,c),s(d,e))){case
+0:return[0,[0,E(f,d),E(e,c)],iF(k,i)];case
+1:return[0,[0,f,e],iF(k,a)];default:return[0,[0,d,c],g(i)]}}return b}return a}return g(a)}function
+nZ(a){if(a){var
 b=a[2];if(b){var
-c=nc(b[2]);return[0,ig(a[1],b[1]),c]}return a}return a}function
-nd(f){var
-g=an(function(a){var
-b=y(a[1],q),c=b?y(a[2],q):b;return J(c)},f),b=A8,a=s(function(a){return[0,a,0]},g);for(;;){if(b){if(a){if(a[2]){var
-e=nc(a),b=b[1],a=e;continue}var
+c=nZ(b[2]);return[0,iF(a[1],b[1]),c]}return a}return a}function
+n0(f){var
+g=al(function(a){var
+b=x(a[1],r),c=b?x(a[2],r):b;return I(c)},f),b=Da,a=q(function(a){return[0,a,0]},g);for(;;){if(b){if(a){if(a[2]){var
+e=nZ(a),b=b[1],a=e;continue}var
 c=a[1]}else
 var
-c=a;return c}if(a){if(a[2])return bc(a);var
+c=a;return c}if(a){if(a[2])return bo(a);var
 d=a[1]}else
 var
 d=a;return d}}function
-ih(a,b){return nd(W(function(a){return s(function(b){return[0,r(a[1],b[1]),r(a[2],b[2])]},b)},a))}function
-ne(e,d){var
+gD(a,b){return n0(Y(function(a){return q(function(b){return[0,s(a[1],b[1]),s(a[2],b[2])]},b)},a))}function
+n1(e,d){var
 a=e,b=d;for(;;){if(b){var
 c=b[1],f=b[2],g=$(function(i){return function(h){var
 b=i,a=h;for(;;){if(b){if(a){var
-c=a[1],d=b[1],e=y(d[1],c[1]),f=e?y(d[2],c[2]):e;if(f){var
+c=a[1],d=b[1],e=x(d[1],c[1]),f=e?x(d[2],c[2]):e;if(f){var
 b=b[2],a=a[2];continue}var
 g=f}else
 var
 g=a;return g}return a?0:1}}}(c),a)?a:[0,c,a],a=g,b=f;continue}return a}}function
-ge(b,a){if(a){var
-c=a[2],d=a[1],e=ge([0,d,b],c),f=x(b,c);return x(s(function(a){return[0,d,a]},f),e)}return a}function
-ii(b,a){return nd(V(b,a))}function
-eC(a){if(a){var
-b=a[2],c=a[1],e=ge(0,dC(c)),f=ne(0,s(function(a){return ii(a[1],a[2])},e)),d=eC(b),g=dB(c),h=[0,[0,dB(c),g],0],i=s(function(a){return ih(h,a)},d);return ne(0,x(W(function(a){var
-c=fK(b),e=[0,[0,[0,fK(b),c],0],d];return s(function(b){return ih(a,b)},e)},f),i))}return a}function
-nf(b,a,d){var
-c=aQ(b);if(0===c)return Q;if(0<c){var
-e=r(b,a[2]);return dt([0,ao(function(b,c){return B(b_(q,S(r(b[1],a[2]),r(b[2],a[1]))),c)},q,d),e])}return Q}function
-cM(b,a){return b?a?D(b[1],a[1]):1:a?0:1}function
-gf(b,a){if(b){if(a){var
-c=a[1],d=b[1],e=D(d,c);if(e)return D(c,d);var
+eY(b,a){if(a){var
+c=a[2],d=a[1],e=eY([0,d,b],c),f=z(b,c);return z(q(function(a){return[0,d,a]},f),e)}return a}function
+eZ(b,a){return n0(W(b,a))}function
+d4(a){if(a){var
+b=a[2],c=a[1],e=eY(0,dc(c)),f=n1(0,q(function(a){return eZ(a[1],a[2])},e)),d=d4(b),g=db(c),h=[0,[0,db(c),g],0],i=q(function(a){return gD(h,a)},d);return n1(0,z(Y(function(a){var
+c=f9(b),e=[0,[0,[0,f9(b),c],0],d];return q(function(b){return gD(a,b)},e)},f),i))}return a}function
+n2(b,a,d){var
+c=aV(b);if(0===c)return Q;if(0<c){var
+e=s(b,a[2]);return dH([0,ap(function(b,c){return E(cf(r,S(s(b[1],a[2]),s(b[2],a[1]))),c)},r,d),e])}return Q}function
+cV(b,a){return b?a?A(b[1],a[1]):1:a?0:1}function
+gE(b,a){if(b){if(a){var
+c=a[1],d=b[1],e=A(d,c);if(e)return A(c,d);var
 f=e}else
 var
 f=a;return f}return a?0:1}function
-ij(b,a){return em(c2,b,a)}function
-eD(a){return y(a[1],q)}function
-a9(b,a){return ah(b,br(a))}function
-gg(b){var
-a=b[7];return 0===a[0]?a[1]:bc(bc(a[1]))}function
-ng(a){var
+iG(b,a){return eH(dd,b,a)}function
+e0(a){return x(a[1],r)}function
+a3(b,a){return ab(b,aI(a))}function
+gF(b){var
+a=b[7];return 0===a[0]?a[1]:bo(bo(a[1]))}function
+n3(a){var
 b=a[7];if(0===b[0])return Q;var
-c=b[1];return ao(function(d,c){var
-b=cD(a[4],d);return c2(ao(function(a,b){var
-c=cE(a);return c2(a9(dD(a),c),b)},Q,b),c)},Q,c)}function
-ik(a,b){return a?a[1]:b}function
-cN(a){var
-b=dD(gg(a));return ik(a[8][1],b)}function
-eE(a){var
-b=cE(gg(a));return ik(a[8][2],b)}function
-cO(a){var
-b=ng(a);return ik(a[8][4],b)}function
-nh(a){var
-e=cN(a),b=D(dD(gg(a)),e);if(b){var
-f=cE(gg(a)),c=D(eE(a),f);if(c){var
-g=cO(a);return D(ng(a),g)}var
+c=b[1];return ap(function(d,c){var
+b=cM(a[4],d);return dd(ap(function(a,b){var
+c=cN(a);return dd(a3(dQ(a),c),b)},Q,b),c)},Q,c)}function
+iH(a,b){return a?a[1]:b}function
+cW(a){var
+b=dQ(gF(a));return iH(a[8][1],b)}function
+e1(a){var
+b=cN(gF(a));return iH(a[8][2],b)}function
+cX(a){var
+b=n3(a);return iH(a[8][4],b)}function
+n4(a){var
+e=cW(a),b=A(dQ(gF(a)),e);if(b){var
+f=cN(gF(a)),c=A(e1(a),f);if(c){var
+g=cX(a);return A(n3(a),g)}var
 d=c}else
 var
 d=b;return d}function
-eF(a){return eD(cO(a))}function
-bO(a){return jr(a[3],n)}function
-b0(a){return lo(a[1])}function
-c$(b,a){var
-c=V(b,a);return aF(s(function(a){return O(a[1],a[2])},c))}function
-eG(a){var
-b=ce(ll(a));return s(function(b){var
-c=ce(b[2]);return s(function(c){var
-d=c3(a,b[1],c[1]);return c$(lm(c[2]),d)},c)},b)}function
-il(a,b){var
+e2(a){return e0(cX(a))}function
+b7(a){return jQ(a[3],n)}function
+b8(a){return l9(a[1])}function
+dq(b,a){var
+c=W(b,a);return az(q(function(a){return M(a[1],a[2])},c))}function
+e3(a){var
+b=cn(l6(a));return q(function(b){var
+c=cn(b[2]);return q(function(c){var
+d=de(a,b[1],c[1]);return dq(l7(c[2]),d)},c)},b)}function
+iI(a,b){var
 c=a[5];function
-d(c){return c$(c,c3(a,b,0))}return s(function(a){return s(d,a)},c)}function
-ni(a){var
-b=ce(el(a));return ao(ij,[0,P],s(fM,s(function(b){var
-c=il(a,b[1]),d=cD(dA(a),c),e=b[2];return s(function(a){return c$(e,a)},d)},b)))}function
-nj(a,b){var
-c=aN(0,bl(a));return s(function(c){return hv(a,c,b)},c)}function
-da(a){var
-b=aN(0,bk(a));return an(function(b){return ad(aF(nj(a,b)))},b)}function
-eH(c,b){var
-a=nj(c,b),d=az(aF(a));return s(function(a){return O(d,a)},a)}function
-nk(a){return gQ(A9,ac(da(a)))}function
-nl(a){var
-b=da(a),c=s(function(b){return eH(a,b)},b),d=el(a),e=cD(bG(a),d);return ao(ij,[0,P],s(fM,s(function(a){return s(function(b){return c$(a,b)},c)},e)))}function
-eI(b,h,g){switch(h){case
+d(c){return dq(c,de(a,b,0))}return q(function(a){return q(d,a)},c)}function
+n5(a){var
+b=cn(eG(a));return ap(iG,[0,L],q(f$,q(function(b){var
+c=iI(a,b[1]),d=cM(c$(a),c),e=b[2];return q(function(a){return dq(e,a)},d)},b)))}function
+n6(a,b){var
+c=aT(0,bi(a));return q(function(c){return hW(a,c,b)},c)}function
+cY(a){var
+b=aT(0,bf(a));return al(function(b){return ac(az(n6(a,b)))},b)}function
+cw(c,b){var
+a=n6(c,b),d=at(az(a));return q(function(a){return M(d,a)},a)}function
+n7(a){return g$(Db,aj(cY(a)))}function
+n8(a){var
+b=cY(a),c=q(function(b){return cw(a,b)},b),d=eG(a),e=cM(bK(a),d);return ap(iG,[0,L],q(f$,q(function(a){return q(function(b){return dq(a,b)},c)},e)))}function
+e4(b,h,g){switch(h){case
 0:var
-a=[0,cE(bc(eG(b)))];break;case
+a=[0,cN(bo(e3(b)))];break;case
 2:var
 a=b[8][3];break;case
 7:var
-f=ce(el(b)),a=[0,cE(W(function(a){var
-c=il(b,a[1]),d=V(a[2],c);return W(function(a){var
-b=ad(a[1]);return b?a[2]:b},d)},f))];break;default:var
+f=cn(eG(b)),a=[0,cN(Y(function(a){var
+c=iI(b,a[1]),d=W(a[2],c);return Y(function(a){var
+b=ac(a[1]);return b?a[2]:b},d)},f))];break;default:var
 a=0}if(a){var
-c=a[1],d=ad(c);if(d)return E(g,c);var
+c=a[1],d=ac(c);if(d)return F(g,c);var
 e=d}else
 var
 e=a;return e}function
-gh(b,i,h,g,f,a,e,c){if(b){var
-j=b[1];return I(function(k){return $(function(a){var
-c=aE(a);if(c){var
-d=O(a9(a,P),g),b=a9(ah(i,O(h,nf(e,a,k))),d),l=aE(b)?ah(a,O(b,az(f))):a;return D(l,j)}return c},a)},c)}var
+gG(b,i,h,g,f,a,e,c){if(b){var
+j=b[1];return G(function(k){return $(function(a){var
+c=au(a);if(c){var
+d=M(a3(a,L),g),b=a3(ab(i,M(h,n2(e,a,k))),d),l=au(b)?ab(a,M(b,at(f))):a;return A(l,j)}return c},a)},c)}var
 d=a?1:a;return d}function
-cP(a){var
-b=eC(a[1]);return[0,fK(a[1]),b]}function
-nm(e){var
-c=b0(e);if(c){var
-d=c[1],a=d[1],b=d[2];return[0,B(a,b),[0,[0,[0,a,b],[0,[0,b,a],0]],0]]}return[0,n,[0,[0,[0,n,q],[0,[0,q,n],0]],0]]}function
-gi(b,a){if(!(3<=a))switch(a){case
+d5(a){var
+b=d4(a[1]);return[0,f9(a[1]),b]}function
+n9(e){var
+c=b8(e);if(c){var
+d=c[1],a=d[1],b=d[2];return[0,E(a,b),[0,[0,[0,a,b],[0,[0,b,a],0]],0]]}return[0,n,[0,[0,[0,n,r],[0,[0,r,n],0]],0]]}function
+gH(b,a){if(!(3<=a))switch(a){case
 0:return 1;case
-2:return bO(b)}return 0}function
-A_(a,c,e){var
-d=c[3],b=J(c[1]);if(typeof
+2:return b7(b)}return 0}function
+Dc(a,c,e){var
+d=c[3],b=I(c[1]);if(typeof
 e==="number")switch(e){case
 0:if(b){var
-v=gi(a,c[4]);if(v){var
-w=fe(b0(a));if(w){var
+v=gH(a,c[4]);if(v){var
+w=fB(b8(a));if(w){var
 an=function(b){var
-c=az(b),e=[0,ah(P,O(cO(a),c))];return cM(em(O,b0(a),e),d)};return eI(a,c[4],an)}var
+c=at(b),e=[0,ab(L,M(cX(a),c))];return cV(eH(M,b8(a),e),d)};return e4(a,c[4],an)}var
 l=w}else
 var
 l=v}else
 var
 l=b;return l;case
 1:if(1===c[4]){if(b){var
-x=bO(a);if(x){var
-y=eF(a);if(y){var
-z=fe(b0(a));if(z)return cM(b0(a),d);var
+x=b7(a);if(x){var
+y=e2(a);if(y){var
+z=fB(b8(a));if(z)return cV(b8(a),d);var
 h=z}else
 var
 h=y}else
@@ -5273,79 +5549,79 @@ h=x}else
 var
 h=b;return h}return 0;case
 2:if(1===c[4]){var
-A=J(b);if(A){var
-B=nk(a);if(B){var
-C=bO(a);if(C){var
-E=eF(a);if(E){var
-F=fe(b0(a));if(F){var
-aj=da(a),k=s(function(b){return eH(a,b)},aj);if(k)var
-ak=k[2],al=k[1],m=I(function(e){var
+B=I(b);if(B){var
+C=n7(a);if(C){var
+D=b7(a);if(D){var
+E=e2(a);if(E){var
+F=fB(b8(a));if(F){var
+aj=cY(a),k=q(function(b){return cw(a,b)},aj);if(k)var
+ak=k[2],al=k[1],m=G(function(e){var
 b=al,a=e;for(;;){if(b){if(a){var
-c=bS(b[1],a[1]);if(c){var
+c=b1(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return a?0:1}},ak);else
 var
-m=1;if(m)return cM(b0(a),d);var
+m=1;if(m)return cV(b8(a),d);var
 f=m}else
 var
 f=F}else
 var
 f=E}else
 var
+f=D}else
+var
 f=C}else
 var
-f=B}else
-var
-f=A;return f}return 0;case
+f=B;return f}return 0;case
 3:var
-G=8<=c[4]?1:0;if(G)if(b){var
-H=0===a[7][0]?1:0;if(H){var
+H=8<=c[4]?1:0;if(H)if(b){var
+J=0===a[7][0]?1:0;if(J){var
 K=0===a[2][0]?1:0;if(K){var
-ai=il(a,0);return cM(ao(ij,[0,P],s(fM,s(function(b){var
-c=ek(a);return s(function(a){return c$(a,b)},c)},ai))),d)}var
+ai=iI(a,0);return cV(ap(iG,[0,L],q(f$,q(function(b){var
+c=eF(a);return q(function(a){return dq(a,b)},c)},ai))),d)}var
 i=K}else
 var
-i=H}else
+i=J}else
 var
 i=b;else
 var
-i=G;return i;default:if(b){var
-L=gi(a,c[4]);if(L){var
-ap=function(b){var
-c=az(b);return cM([0,O(cN(a),c)],d)};return eI(a,c[4],ap)}var
-M=L}else
+i=H;return i;default:if(b){var
+N=gH(a,c[4]);if(N){var
+ao=function(b){var
+c=at(b);return cV([0,M(cW(a),c)],d)};return e4(a,c[4],ao)}var
+O=N}else
 var
-M=b;return M}else
+O=b;return O}else
 switch(e[0]){case
 0:var
 aq=e[1];if(b){var
-N=gi(a,c[4]);if(N){var
+P=gH(a,c[4]);if(P){var
 ar=function(b){var
-c=cP(a)[2],e=cP(a)[1],f=cN(a);return gh(d,cO(a),f,Q,b,aq,e,c)};return eI(a,c[4],ar)}var
-R=N}else
+c=d5(a)[2],e=d5(a)[1],f=cW(a);return gG(d,cX(a),f,Q,b,aq,e,c)};return e4(a,c[4],ar)}var
+R=P}else
 var
 R=b;return R;case
 1:var
 S=e[1],n=c[4];if(7===n){if(b){var
-T=eF(a);if(T)return eI(a,7,function(b){var
-c=D(b,cN(a));if(c){var
-e=nm(a)[2],f=nm(a)[1];return gh(d,Q,cN(a),Q,b,S,f,e)}return c});var
+T=e2(a);if(T)return e4(a,7,function(b){var
+c=A(b,cW(a));if(c){var
+e=n9(a)[2],f=n9(a)[1];return gG(d,Q,cW(a),Q,b,S,f,e)}return c});var
 U=T}else
 var
 U=b;return U}if(b){var
-V=gi(a,n);if(V)return eI(a,n,function(b){var
-e=cO(a),c=D(b,a9(cN(a),e));if(c){var
-f=cP(a)[2],g=cP(a)[1],h=cO(a),i=a9(cN(a),h);return gh(d,cO(a),i,Q,b,S,g,f)}return c});var
+V=gH(a,n);if(V)return e4(a,n,function(b){var
+e=cX(a),c=A(b,a3(cW(a),e));if(c){var
+f=d5(a)[2],g=d5(a)[1],h=cX(a),i=a3(cW(a),h);return gG(d,cX(a),i,Q,b,S,g,f)}return c});var
 W=V}else
 var
 W=b;return W;case
 2:if(1===c[4]){if(b){var
-X=bO(a);if(X){var
-Y=eF(a);if(Y){var
-Z=ad(eE(a));if(Z){var
-as=cP(a)[2],at=cP(a)[1],au=e[1],av=eE(a),aw=eE(a),ax=eE(a);return gh(d,Q,a9(cN(a),ax),aw,av,au,at,as)}var
+X=b7(a);if(X){var
+Y=e2(a);if(Y){var
+Z=ac(e1(a));if(Z){var
+as=d5(a)[2],au=d5(a)[1],av=e[1],aw=e1(a),ax=e1(a),ay=e1(a);return gG(d,Q,a3(cW(a),ay),ax,aw,av,au,as)}var
 j=Z}else
 var
 j=Y}else
@@ -5354,18 +5630,18 @@ j=X}else
 var
 j=b;return j}return 0;case
 3:if(1===c[4]){var
-_=J(b);if(_){var
-$=nk(a);if($){var
-aa=bO(a);if(aa){var
-ab=0===a[7][0]?1:0;if(ab){var
-ac=fe(b0(a));if(ac){var
-ay=nl(a),ae=gf(e[1],ay);if(ae){var
-aA=nl(a);return cM(em(O,b0(a),aA),d)}var
+_=I(b);if(_){var
+$=n7(a);if($){var
+aa=b7(a);if(aa){var
+ad=0===a[7][0]?1:0;if(ad){var
+ae=fB(b8(a));if(ae){var
+az=n8(a),af=gE(e[1],az);if(af){var
+aA=n8(a);return cV(eH(M,b8(a),aA),d)}var
+g=af}else
+var
 g=ae}else
 var
-g=ac}else
-var
-g=ab}else
+g=ad}else
 var
 g=aa}else
 var
@@ -5373,28 +5649,28 @@ g=$}else
 var
 g=_;return g}return 0;case
 4:if(7===c[4]){if(b){var
-af=eF(a);if(af){var
-aB=ni(a),ag=gf(e[1],aB);if(ag){var
-o=ni(a),p=b0(a);if(p)if(o)var
-t=o[1],u=p[1],am=az(ah(t,u)),q=[0,O(ah(P,O(t,u)),am)];else
+ag=e2(a);if(ag){var
+aB=n5(a),ah=gE(e[1],aB);if(ah){var
+o=n5(a),p=b8(a);if(p)if(o)var
+t=o[1],u=p[1],am=at(ab(t,u)),r=[0,M(ab(L,M(t,u)),am)];else
 var
-q=p;else
+r=p;else
 var
-q=o;return cM(q,d)}var
-r=ag}else
+r=o;return cV(r,d)}var
+s=ah}else
 var
-r=af}else
+s=ag}else
 var
-r=b;return r}return 0;default:return 0}}var
-nn=k(A$),no=k(Ba),gj=k(Bb),Bd=k(Bc),Bf=k(Be),eJ=k(Bg),im=k(Bh),np=k(Bi),nq=k(Bj);function
-nr(a){function
+s=b;return s}return 0;default:return 0}}var
+n_=k(Dd),n$=k(De),gI=k(Df),Dh=k(Dg),Dj=k(Di),e5=k(Dk),iJ=k(Dl),oa=k(Dm),ob=k(Dn);function
+oc(a){function
 b(a){function
 b(b){function
-c(a){return[0,[0,b,a]]}return i(u(function(a){return _(bB,a)},no,a),c)}return i(u(bB,nn,a),b)}return i(U([0,nn,[0,no,0]],0,a),b)}function
-ns(l,g,d){var
-b=x(k(Bk),l);if(g){if(d){var
-h=d[1],i=g[1],o=s(ln,h),c=i[2],a=o,m=0,n=0;for(;;){if(c){if(a){var
-e=gf(c[1],a[1]);if(e){var
+c(a){return[0,[0,b,a]]}return i(t(function(a){return V(by,a)},n$,a),c)}return i(t(by,n_,a),b)}return i(U([0,n_,[0,n$,0]],0,a),b)}function
+od(l,g,d){var
+b=z(k(Do),l);if(g){if(d){var
+h=d[1],i=g[1],o=q(l8,h),c=i[2],a=o,m=0,n=0;for(;;){if(c){if(a){var
+e=gE(c[1],a[1]);if(e){var
 c=c[2],a=a[2];continue}var
 f=e}else
 var
@@ -5402,50 +5678,54 @@ f=a;var
 j=f}else
 var
 j=a?0:1;var
-p=[0,[0,x(b,k(Bl)),[0,[11,j],n]],m],q=lo(h),r=[0,[11,gf(i[1],q)],0];return[0,[0,x(b,k(Bm)),r],p]}}return[0,[0,b,Bn],0]}return d?[0,[0,b,Bo],0]:[0,[0,b,Bp],0]}function
-gk(e,a,d,c){if(a)var
-f=[0,[0,d],[0,[11,E(c,a[1])],0]],b=[0,[0,x(k(Bq),e),f],0];else
+p=[0,[0,z(b,k(Dp)),[0,[12,j],n]],m],r=l9(h),s=[0,[12,gE(i[1],r)],0];return[0,[0,z(b,k(Dq)),s],p]}}return[0,[0,b,Dr],0]}return d?[0,[0,b,Ds],0]:[0,[0,b,Dt],0]}function
+gJ(e,a,d,c){if(a)var
+f=[0,[0,d],[0,[12,F(c,a[1])],0]],b=[0,[0,z(k(Du),e),f],0];else
 var
 b=a;return b}function
-nt(c,b,a){if(a)var
-d=a[1],e=d[1],g=a[2],h=nt(B(c,n),b_(b,e),g),i=M(b,e)?[0,[5,[0,d]],0]:Bs,f=[0,[0,hX(Br,c),i],h];else
+oe(c,b,a){if(a)var
+d=a[1],e=d[1],g=a[2],h=oe(E(c,n),cf(b,e),g),i=P(b,e)?[0,[6,[0,d]],0]:Dw,f=[0,[0,io(Dv,c),i],h];else
 var
 f=a;return f}var
-dQ=k(Bu),eK=x(dQ,k(Bv)),nu=x(dQ,k(Bw)),nv=x(dQ,k(Bx)),nw=x(eK,k(By)),BA=k(Bz),BC=[0,[0,h1,0],[0,[0,dQ,1],[0,[0,eK,2],[0,[0,nv,5],[0,[0,BA,7],[0,[0,k(BB),8],0]]]]]];function
-dR(b,a){function
+d6=k(Dy),e6=z(d6,k(Dz)),of=z(d6,k(DA)),og=z(d6,k(DB)),iK=z(e6,k(DC)),DE=k(DD),DG=[0,[0,gu,0],[0,[0,d6,1],[0,[0,e6,2],[0,[0,og,5],[0,[0,iK,6],[0,[0,DE,7],[0,[0,k(DF),8],0]]]]]]];function
+d7(b,a){function
 c(a){return[0,b]}return i(U(0,0,a),c)}function
-nx(a,c,b){function
+oh(a,c,b){function
 d(b){function
-d(a){return[0,E(c,a)]}return i(u(bB,a,b),d)}return i(U([0,a,0],0,b),d)}function
-gl(b,a){function
+d(a){return[0,F(c,a)]}return i(t(by,a,b),d)}return i(U([0,a,0],0,b),d)}function
+e7(b,a){function
 c(a){function
 c(a){var
-c=[0,E(b,a)],d=a?1:a;return N(d,BD,c)}return i(u(function(a){return _(al,a)},gj,a),c)}return i(U([0,gj,0],0,a),c)}var
-io=k(BE),ny=k(BF);function
-nz(f,a,e,d){var
-b=E(f,a);if(b){var
-c=b[1],g=[0,[11,cM(c,e)],0],h=a?0:1;return[0,d,[0,[0,[9,h,c]],g]]}return BQ}var
-BT=[0,[0,k(BS),1],0],BR=[0,[0,dQ,1],[0,[0,nu,4],[0,[0,eK,3],0]]],BV=[0,[0,k(BU),0],BT];function
-nA(b,a){function
+c=[0,F(b,a)],d=a?1:a;return O(d,DH,c)}return i(t(function(a){return V(am,a)},gI,a),c)}return i(U([0,gI,0],0,a),c)}var
+e8=k(DI),iL=k(DJ);function
+oi(f,a,e,d){var
+b=F(f,a);if(b){var
+c=b[1],g=[0,[12,cV(c,e)],0],h=a?0:1;return[0,d,[0,[0,[9,h,c]],g]]}return DU}var
+DX=[0,[0,k(DW),1],0],DV=[0,[0,d6,1],[0,[0,of,4],[0,[0,e6,3],0]]],DZ=[0,[0,k(DY),0],DX];function
+oj(b,a){function
 c(c){function
 d(j){function
 d(k){var
-a=bV(b[3],j),d=bV(b[3],k),e=c?bV(b[4],c[1]):q,f=G(q,a),g=f?G(q,d):f,h=g?G(q,e):g;if(h)var
-l=aW(d),m=aW(a),i=[0,[0,ak(function(a){return aW(e)},c),m,l]];else
+a=aD(b[3],j),d=aD(b[3],k),e=c?aD(b[4],c[1]):r,f=J(r,a),g=f?J(r,d):f,h=g?J(r,e):g;if(h)var
+l=a1(d),m=a1(a),i=[0,[0,af(function(a){return a1(e)},c),m,l]];else
 var
-i=h;return[0,i]}return i(u(function(a){return _(ai,a)},cd,a),d)}return i(u(function(a){return _(ai,a)},c0,a),d)}function
-d(a){return _(ai,a)}return i(u(function(a){return a8(d,a)},am,a),c)}function
-nB(b,a){function
-c(a){return nA(b,a)}return i(U([0,am,[0,c0,[0,cd,0]]],0,a),c)}function
-nC(c,a){function
+i=h;return[0,i]}return i(t(function(a){return V(X,a)},a2,a),d)}return i(t(function(a){return V(X,a)},be,a),d)}function
+d(a){return V(X,a)}return i(t(function(a){return aQ(d,a)},ad,a),c)}function
+ok(b,a){function
+c(a){return oj(b,a)}return i(U([0,ad,[0,be,[0,a2,0]]],0,a),c)}function
+ol(c,a){function
 b(d){var
-b=af(eJ,d);if(b){var
+b=ah(e5,d);if(b){var
 a=b[1];if(typeof
-a==="number")return BW;else{if(4===a[0]){var
-e=function(a){return[0,ak(function(a){return[0,a]},a)]};return i(a6(eJ,nB(c,a)),e)}return R(BX)}}return R(BY)}return i(U([0,eJ,0],0,a),b)}function
-nD(b,a){function
-c(a){return N(G(q,a),BZ,[0,aW(gO(a,b))])}return i(aK(a),c)}function
-nE(a){if(a){var
+a==="number")return D0;else{if(4===a[0]){var
+e=function(a){return[0,af(function(a){return[0,a]},a)]};return i(a_(e5,ok(c,a)),e)}return R(D1)}}return R(D2)}return i(U([0,e5,0],0,a),b)}function
+om(b,a){function
+c(a){var
+c=P(a,b)?a:b;return O(J(r,a),D3,[0,a1(c)])}return i(aN(a),c)}var
+D_=[0,k(D9),0],Ea=[0,k(D$),D_],Ec=[0,k(Eb),Ea],Ee=[0,k(Ed),Ec],Eg=[0,k(Ef),Ee],Ei=[0,k(Eh),Eg],Ek=[0,k(Ej),Ei],Em=[0,e8,[0,eT,[0,iL,[0,k(El),Ek]]]];function
+cx(b){var
+a=bO(Em,b),c=0,d=a?En:a;return[0,d,c]}function
+on(a){if(a){var
 c=typeof
 a[1]==="number"?1:0;if(c){if(a[2])return 0;var
 b=1}else
@@ -5453,91 +5733,96 @@ var
 b=c}else
 var
 b=a;return b}var
-Cg=k(Cf),nF=k(Ch);function
-nG(a){var
-b=x(a,k(Ci));return x(k(Cj),b)}function
-Cr(a){var
-b=x(a,k(Cs));return x(k(Ct),b)}function
-CC(a){return 0!==(a&dc)?[0,a,0]:eR===a?[0,a,0]:j$(a)}function
-dS(e,d){var
-a=af(d,e);if(a){var
+Es=k(Er),oo=k(Et);function
+op(a){var
+b=z(a,k(Eu));return z(k(Ev),b)}function
+ED(a){var
+b=z(a,k(EE));return z(k(EF),b)}function
+EO(a){return 0!==(a&ds)?[0,a,0]:fd===a?[0,a,0]:ky(a)}function
+d8(e,d){var
+a=ah(d,e);if(a){var
 b=a[1];if(typeof
 b!=="number"&&2===b[0])return b[1];var
 c=0}else
 var
 c=a;return c}function
-nH(e,d){var
-a=af(gb,e);if(a){var
+oq(e,d){var
+a=ah(gA,e);if(a){var
 b=a[1];if(typeof
 b!=="number"&&3===b[0]){var
-f=b[1];return W(function(a){if(typeof
-a!=="number"&&4===a[0])return E(d,a[1]);return 0},f)}var
+f=b[1];return Y(function(a){if(typeof
+a!=="number"&&4===a[0])return F(d,a[1]);return 0},f)}var
 c=0}else
 var
 c=a;return c}function
-ip(g,f,e){var
-a=af(f,g);if(a){var
+iM(g,f,e){var
+a=ah(f,g);if(a){var
 b=a[1];if(typeof
 b!=="number"&&2===b[0]){var
-d=b[1];return K(d,k(CI))?0:[0,E(e,d),0]}var
+d=b[1];return K(d,k(EU))?0:[0,F(e,d),0]}var
 c=0}else
 var
 c=a;return c}function
-nI(i){var
-b=af(am,i);if(b){var
+or(i){var
+b=ah(ad,i);if(b){var
 c=b[1],d=function(a){if(typeof
 a!=="number")switch(a[0]){case
-2:return[0,cW,x(W(CC,a[1]),[0,cW,0])];case
+2:return[0,c6,z(Y(EO,a[1]),[0,c6,0])];case
 0:case
 1:break;default:return 0}return 0};if(typeof
 c!=="number"&&3===c[0]){var
 a=c[1];if(a){var
-e=k(CE),f=a[2],g=x(W(function(a){var
-b=d(a);return x(k(CF),b)},f),e),h=x(d(a[1]),g);return x(k(CG),h)}return k(CH)}return k(CD)}return b}function
-eL(a){return a?ao(b_,a[1],a[2]):q}function
-gm(a){return eL(s(bx,a))}function
-CK(a){return eL(s(function(b){var
-c=gm(a);return y(b[1],c)?b[2]:q},a))}function
-gn(g,f,e,d,c,a){return ao(function(b,h){var
-a=V(d,c);return B(E(g,s(function(a){return[0,S(r(r(b[1],a[1]),e),r(r(b[2],a[2]),f)),r(b[2],a[2])]},a)),h)},q,a)}function
-eM(c,b,a){var
-d=V(b,a);return ao(function(a,b){return B(aA(c,a[1],a[2]),b)},q,d)}function
-CL(a){return $(function(a){return y(q,a)},a)}function
-go(a,b){if(b){var
-c=b[1];return c?ih(a,go(a,c)):a}return a}function
-iq(b,a){return a?r(b,iq(b,a[1])):n}function
-eN(a){return js(e4,a[3],rI)}function
-nJ(a,h){var
-b=ag(bk(a)),d=bO(a);if(d)var
+e=k(EQ),f=a[2],g=z(Y(function(a){var
+b=d(a);return z(k(ER),b)},f),e),h=z(d(a[1]),g);return z(k(ES),h)}return k(ET)}return k(EP)}return b}function
+os(b,a){return J(b,a)?b:a}function
+e9(a){return a?ap(cf,a[1],a[2]):r}function
+gK(a){return e9(q(a0,a))}function
+EW(a){return e9(q(function(b){var
+c=gK(a);return x(b[1],c)?b[2]:r},a))}function
+gL(g,f,e,d,c,a){return ap(function(b,h){var
+a=W(d,c);return E(F(g,q(function(a){return[0,S(s(s(b[1],a[1]),e),s(s(b[2],a[2]),f)),s(b[2],a[2])]},a)),h)},r,a)}function
+e_(c,b,a){var
+d=W(b,a);return ap(function(a,b){return E(aE(c,a[1],a[2]),b)},r,d)}function
+EX(a){return $(function(a){return x(r,a)},a)}function
+e$(a,b){if(b){var
+c=b[1];return c?gD(a,e$(a,c)):a}return a}function
+iN(b,a){return a?s(b,iN(b,a[1])):n}function
+d9(a){return jR(fq,a[3],sw)}function
+iO(a,h){var
+b=ag(bf(a)),d=b7(a);if(d)var
 e=d;else{var
-i=c(2,c(2,c(2,z(c(2,c(2,c(2,z(c(2,n))))))))),f=G(a[3],i);if(f){var
-j=a[3],k=aw(c(2,c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,c(2,c(2,c(2,c(2,z(c(2,n)))))))))))))))))))))),r(b,b)),g=gO(c(2,c(2,c(2,z(c(2,z(c(2,z(c(2,c(2,z(c(2,z(c(2,z(c(2,c(2,n))))))))))))))))),k);return I(function(e){var
-a=ac(e),b=a?a[1]:a,c=aN(0,b),d=s(function(a){return B(ag(a),n)},c);return G(aR(function(a,b){return M(g,a)?a:aw(r(a,B(j,b)),b)},d,n),g)},h)}var
+i=c(2,c(2,c(2,w(c(2,c(2,c(2,w(c(2,n))))))))),f=J(a[3],i);if(f){var
+j=a[3],k=aC(c(2,c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,c(2,c(2,c(2,c(2,w(c(2,n)))))))))))))))))))))),s(b,b)),g=os(c(2,c(2,c(2,w(c(2,w(c(2,w(c(2,c(2,w(c(2,w(c(2,w(c(2,c(2,n))))))))))))))))),k);return G(function(e){var
+a=aj(e),b=a?a[1]:a,c=aT(0,b),d=q(function(a){return E(ag(a),n)},c);return J(aP(function(a,b){return P(g,a)?a:aC(s(a,E(j,b)),b)},d,n),g)},h)}var
 e=f}return e}function
-nK(a,b){var
-c=aN(0,bk(a));return s(function(c){return c3(a,b,c)},c)}function
-nL(b,a){var
-c=dq(Q,b);return ao(function(a,b){if(eD(a[1]))return b;var
-c=V(a[2],b);return s(function(b){var
-c=b[2];return ah(O(a[1],b[1]),c)},c)},c,a)}function
-gp(a){var
-b=el(a),d=cD(bG(a),b),c=aN(0,bk(a));return s(function(c){var
-b=eH(a,c);return W(function(d){var
-e=aN(0,bl(a)),f=V(V(b,d),e),g=s(function(b){var
-d=c3(a,b[2],c);return[0,O(b[1][1],b[1][2]),d]},f);return nL(a[4],g)},d)},c)}function
-ir(b,a){return a?nK(b,a[1]):gp(b)}function
-nM(b,a){return a?CM:bG(b)}function
-is(a,b){return b?aN(0,bk(a)):da(a)}function
-it(b,a){if(a)return CN;var
-c=aN(0,bl(b));return s(function(a){return[0,a]},c)}function
-gq(a){return dC(ek(a))}function
-nN(a,t,q,e,p,b,o){var
-f=dB(ir(a,b)),j=dC(ir(a,b)),k=a[4],l=nM(a,b),m=s(function(a){return bM(l,k,a)},j),n=is(a,b),d=s(function(a){var
-b=E(o,a),c=ay(a,m,0);return[0,a,ay(a,t,0),c,b]},n);if(d){var
-g=d[2],c=d[1],h=I(function(k){var
+ot(a,b){var
+c=aT(0,bf(a));return q(function(c){return de(a,b,c)},c)}function
+ou(b,a){var
+c=dF(Q,b);return ap(function(a,b){if(e0(a[1]))return b;var
+c=W(a[2],b);return q(function(b){var
+c=b[2];return ab(M(a[1],b[1]),c)},c)},c,a)}function
+gM(a){var
+b=eG(a),d=cM(bK(a),b),c=aT(0,bf(a));return q(function(c){var
+b=cw(a,c);return Y(function(d){var
+e=aT(0,bi(a)),f=W(W(b,d),e),g=q(function(b){var
+d=de(a,b[2],c);return[0,M(b[1][1],b[1][2]),d]},f);return ou(a[4],g)},d)},c)}function
+iP(b,a){return a?ot(b,a[1]):gM(b)}function
+ov(b,a){return a?EY:bK(b)}function
+iQ(a,b){return b?aT(0,bf(a)):cY(a)}function
+iR(b,a){if(a)return EZ;var
+c=aT(0,bi(b));return q(function(a){return[0,a]},c)}function
+fa(a){return dc(eF(a))}function
+ow(a){var
+b=d9(a);return iN(db(eF(a)),b)}function
+ox(a){var
+b=d9(a);return iN(f9(a[1]),b)}function
+oy(a,t,r,e,p,b,o){var
+f=db(iP(a,b)),j=dc(iP(a,b)),k=a[4],l=ov(a,b),m=q(function(a){return bT(l,k,a)},j),n=iQ(a,b),d=q(function(a){var
+b=F(o,a),c=as(a,m,0);return[0,a,as(a,t,0),c,b]},n);if(d){var
+g=d[2],c=d[1],h=G(function(k){var
 e=c[3],b=k[3];b:for(;;){if(e){if(b){var
 d=e[1],a=b[1];for(;;){if(d){if(a){var
-h=y(d[1],a[1]);if(h){var
+h=x(d[1],a[1]);if(h){var
 d=d[2],a=a[2];continue}var
 i=h}else
 var
@@ -5551,560 +5836,570 @@ var
 j=b;var
 g=j}else
 var
-g=b?0:1;return g?bS(c[4],k[4]):g}},g),i=h?I(function(d){var
-g=c[4],h=c[3],i=c[3],b=eN(a);return n$(e,r(f,iq(fK(a[1]),b)),d,i,h,g)},q):h;if(i)return i;var
-u=ge(0,[0,c,g]);return I(function(b){var
-g=b[2][4],h=b[2][3],i=b[1][3],j=eN(a),k=go(ii(b[1][2],b[2][2]),j),d=eN(a),c=n$(e,r(f,iq(dB(ek(a)),d)),k,i,h,g);return c?c:aA(p,b[1][1],b[2][1])},u)}return 1}function
-nO(a){var
-b=eC(a[1]);return s(function(b){return go(b,eN(a))},b)}function
-dT(e,d,a){function
+g=b?0:1;return g?b1(c[4],k[4]):g}},g),i=h?G(function(b){var
+d=c[4],g=c[3],h=c[3];return oZ(e,s(f,ox(a)),b,h,g,d)},r):h;if(i)return i;var
+u=eY(0,[0,c,g]);return G(function(b){var
+d=b[2][4],g=b[2][3],h=b[1][3],i=d9(a),j=e$(eZ(b[1][2],b[2][2]),i),c=oZ(e,s(f,ow(a)),j,h,g,d);return c?c:aE(p,b[1][1],b[2][1])},u)}return 1}function
+iS(a){var
+b=d4(a[1]);return q(function(b){return e$(b,d9(a))},b)}function
+d_(e,d,a){function
 f(b){var
-c=is(e,a[1]);return $(function(a){return a5(b,a)},c)}var
+c=iQ(e,a[1]);return $(function(a){return bc(b,a)},c)}var
 g=a[1];if(g){var
-h=J(d);if(h)var
-k=bl(e),b=e6(g[1],k);else
+h=I(d);if(h)var
+k=bi(e),b=fs(g[1],k);else
 var
 b=h}else
 var
 b=d;if(b){var
 i=f(a[2]);if(i){var
-j=f(a[3]);if(j)return J(a5(a[2],a[3]));var
+j=f(a[3]);if(j)return I(bc(a[2],a[3]));var
 c=j}else
 var
 c=i}else
 var
 c=b;return c}function
-nP(b,a,f){var
-c=a[1],g=dC(ir(b,c)),h=b[4],i=nM(b,c),d=s(function(a){return bM(i,h,a)},g),e=gq(b),j=ay(a[3],d,0),k=ay(a[2],d,0),l=eN(b),m=ay(a[3],e,0);return n_(f,go(ii(ay(a[2],e,0),m),l),k,j)}function
-nQ(a,c,b){var
-d=gq(a),e=nO(a),f=it(a,c);return I(function(c){function
+oz(b,a,f){var
+c=a[1],g=dc(iP(b,c)),h=b[4],i=ov(b,c),d=q(function(a){return bT(i,h,a)},g),e=fa(b),j=as(a[3],d,0),k=as(a[2],d,0),l=d9(b),m=as(a[3],e,0);return oY(f,e$(eZ(as(a[2],e,0),m),l),k,j)}function
+oA(a,c,b){var
+d=fa(a),e=iS(a),f=iR(a,c);return G(function(c){function
 f(a){return Q}function
-g(b,a){return 0}return nN(a,d,e,function(e,d,a,c,f){return G(eM(function(c,a){return gn(gm,b[1],b[2],c,a,d)},a,c),q)},g,c,f)},f)}function
-iu(f,e,d,a){var
-g=f[8][7],b=cy(function(a){var
-b=ag(d);return y(a[1],b)},g);if(b){var
-c=E(e,b[1]);return c?c[1]:a}return a}function
-nR(a,b){return[0,a[1],a[2],a[3],a[4],b,a[6],a[7],a[8]]}function
-nS(a,b){var
-d=dA(a),c=fI(bG(a),d,b);if(c){var
-e=a[4],f=function(a){return ej(e,a)};return I(function(a){return I(f,a)},b)}return c}function
-gr(d,c,b,a){if(b)return ay(a,ay(b[1],c,0),Q);var
-e=s(function(b){return ay(a,b,Q)},c);return c$(eH(d,a),e)}function
-nT(f,e,d,a){var
-b=gr(f,e,a[1],a[2]),c=gr(f,e,a[1],a[3]);if(d){var
-g=O(d[1],c),h=ad(c);if(h){var
-i=D(b,g);if(i)return D(g,b);var
+g(b,a){return 0}return oy(a,d,e,function(e,d,a,c,f){return J(e_(function(c,a){return gL(gK,b[1],b[2],c,a,d)},a,c),r)},g,c,f)},f)}function
+oB(a,b){return[0,a[1],a[2],a[3],a[4],b,a[6],a[7],a[8]]}function
+oC(a,b){var
+d=c$(a),c=f7(bK(a),d,b);if(c){var
+e=a[4],f=function(a){return eE(e,a)};return G(function(a){return G(f,a)},b)}return c}function
+gN(d,c,b,a){if(b)return as(a,as(b[1],c,0),Q);var
+e=q(function(b){return as(a,b,Q)},c);return dq(cw(d,a),e)}function
+oD(f,e,d,a){var
+b=gN(f,e,a[1],a[2]),c=gN(f,e,a[1],a[3]);if(d){var
+g=M(d[1],c),h=ac(c);if(h){var
+i=A(b,g);if(i)return A(g,b);var
 j=i}else
 var
 j=h;return j}var
-k=eD(c);return k?ad(b):k}function
-nU(a){return a?a[1]:Q}function
-eO(a,b){var
-c=iu(a,function(a){return a[4]},b,Q);return c2(nU(a[8][3]),c)}function
-gs(a){return nU(a[8][5])}function
-iv(a,b){return a?E(b,a[1]):1}function
-iw(c,e,b,a){if(b){var
-d=b[1],f=ay(d,el(c),0);return W(function(b){var
-e=c3(c,d,a);return s(function(a){return O(b,a)},e)},f)}return ay(a,e,0)}function
-nV(a,c,b){if(c){var
-d=c[1];if(e6(d,bl(a))&&e6(b,bk(a)))return eO(a,d);return Q}var
-e=da(a);return $(function(a){return a5(b,a)},e)?gs(a):Q}function
-nW(a,h,g,b){var
-c=b[1],d=c?a?a5(c[1],a[1]):a:a?0:1;if(d){var
-e=a5(b[2],h);if(e)return a5(b[3],g);var
+k=e0(c);return k?ac(b):k}function
+iT(f,e,d,a){var
+g=f[8][7],b=bZ(function(a){var
+b=ag(d);return x(a[1],b)},g);if(b){var
+c=F(e,b[1]);return c?c[1]:a}return a}function
+oE(a){return a?a[1]:Q}function
+d$(a,b){var
+c=iT(a,function(a){return a[4]},b,Q);return dd(oE(a[8][3]),c)}function
+gO(a){return oE(a[8][5])}function
+oF(a,b){if(b){var
+c=d$(a,b[1]);return function(a){return c}}var
+d=aT(0,bi(a)),e=q(function(b){return d$(a,b)},d);return function(b){var
+c=dq(cw(a,b),e);return dd(gO(a),c)}}function
+iU(a,b){return a?F(b,a[1]):1}function
+iV(c,e,b,a){if(b){var
+d=b[1],f=as(d,eG(c),0);return Y(function(b){var
+e=de(c,d,a);return q(function(a){return M(b,a)},e)},f)}return as(a,e,0)}function
+oG(a,c,b){if(c){var
+d=c[1];if(fs(d,bi(a))&&fs(b,bf(a)))return d$(a,d);return Q}var
+e=cY(a);return $(function(a){return bc(b,a)},e)?gO(a):Q}function
+oH(a,h,g,b){var
+c=b[1],d=c?a?bc(c[1],a[1]):a:a?0:1;if(d){var
+e=bc(b[2],h);if(e)return bc(b[3],g);var
 f=e}else
 var
 f=d;return f}function
-ix(a){return ao(gR,q,a)}function
-nX(a){return fJ(bc(bc(a[5])))}function
-nY(a){return I(function(a){return y(q,a)},a)}function
-nZ(a,b){if(b){var
-c=b[1],d=bS(a[1][1],c[1][1])?D(a[1][2],c[1][2]):D(a[1][1],c[1][1]);return d?[0,a,b]:[0,c,nZ(a,b[2])]}return[0,a,0]}function
-n0(a){return ao(nZ,0,a)}function
-iy(c,e,b){if(b){var
+iW(a){return ap(ha,r,a)}function
+oI(a){return f8(bo(bo(a[5])))}function
+oJ(a){return G(function(a){return x(r,a)},a)}function
+oK(a,b){if(b){var
+c=b[1],d=b1(a[1][1],c[1][1])?A(a[1][2],c[1][2]):A(a[1][1],c[1][1]);return d?[0,a,b]:[0,c,oK(a,b[2])]}return[0,a,0]}function
+oL(a){return ap(oK,0,a)}function
+iX(c,e,b){if(b){var
 f=b[2],a=b[1];if(f){var
-d=fL(c,a[2][2]),h=ah(e,d),i=iy(a9(c,d),h,f),j=a9(a[2][2],d);return[0,[0,a[2][1],j],i]}var
-k=fL(c,a[2][2]),l=ah(e,c),m=ah(a9(a[2][2],k),l),g=[0,[0,a[2][1],m],0]}else
+d=f_(c,a[2][2]),h=ab(e,d),i=iX(a3(c,d),h,f),j=a3(a[2][2],d);return[0,[0,a[2][1],j],i]}var
+k=f_(c,a[2][2]),l=ab(e,c),m=ab(a3(a[2][2],k),l),g=[0,[0,a[2][1],m],0]}else
 var
 g=b;return g}function
-n1(c,b){var
-a=cy(function(a){return a5(a[1],b)},c);return a?a[1][2]:Q}function
-n2(a,f,e,b){var
-j=b[1]?0:gp(a);function
+oM(c,b){var
+a=bZ(function(a){return bc(a[1],b)},c);return a?a[1][2]:Q}function
+oN(a,f,e,b){var
+j=b[1]?0:gM(a);function
 g(c){var
-d=iw(a,j,b[1],c),e=a[4];return bM(bG(a),e,d)}function
-h(b){return ay(b,ek(a),0)}var
-k=a[5],l=g(b[3]),m=V(V(g(b[2]),l),k),c=s(function(c){var
-d=c[2],g=h(b[3]),i=V(V(h(b[2]),g),d);return s(function(d){var
-j=d[2],p=c[1][2],q=d[1][2],r=s(function(a){return O(q,a)},p),t=c[1][1],u=d[1][1],v=s(function(a){return O(u,a)},t),k=ce(j),b=V(V(v,r),k),g=aN(0,a[4]);if(e){var
-l=e[1],m=iy(f,Q,n0(s(function(a){var
-b=a[2],c=a[1][2],d=O(l,a[1][2]);return[0,[0,a9(a[1][1],d),c],b]},b)));return s(function(a){return n1(m,a)},g)}var
-n=an(function(a){return eD(a[1][2])},b),h=aF(s(function(a){return eD(a[1][2])?Q:a[2][2]},b)),i=a9(f,h);if(aE(i)){var
-o=iy(i,h,n0(s(function(a){return[0,[0,a[1][1],Q],a[2]]},n)));return s(function(a){return n1(o,a)},g)}return j},i)},m),i=nS(a,c);if(i)var
-n=V(c,a[5]),d=I(function(a){var
-b=V(a[1],a[2]);return I(function(a){var
-b=V(a[1],a[2]);return D(aF(s(function(a){var
-b=a9(a[1],a[2]);return aE(b)?b:Q},b)),f)},b)},n);else
+d=iV(a,j,b[1],c),e=a[4];return bT(bK(a),e,d)}function
+h(b){return as(b,eF(a),0)}var
+k=a[5],l=g(b[3]),m=W(W(g(b[2]),l),k),c=q(function(c){var
+d=c[2],g=h(b[3]),i=W(W(h(b[2]),g),d);return q(function(d){var
+j=d[2],p=c[1][2],r=d[1][2],s=q(function(a){return M(r,a)},p),t=c[1][1],u=d[1][1],v=q(function(a){return M(u,a)},t),k=cn(j),b=W(W(v,s),k),g=aT(0,a[4]);if(e){var
+l=e[1],m=iX(f,Q,oL(q(function(a){var
+b=a[2],c=a[1][2],d=M(l,a[1][2]);return[0,[0,a3(a[1][1],d),c],b]},b)));return q(function(a){return oM(m,a)},g)}var
+n=al(function(a){return e0(a[1][2])},b),h=az(q(function(a){return e0(a[1][2])?Q:a[2][2]},b)),i=a3(f,h);if(au(i)){var
+o=iX(i,h,oL(q(function(a){return[0,[0,a[1][1],Q],a[2]]},n)));return q(function(a){return oM(o,a)},g)}return j},i)},m),i=oC(a,c);if(i)var
+n=W(c,a[5]),d=G(function(a){var
+b=W(a[1],a[2]);return G(function(a){var
+b=W(a[1],a[2]);return A(az(q(function(a){var
+b=a3(a[1],a[2]);return au(b)?b:Q},b)),f)},b)},n);else
 var
-d=i;return d?nT(a,eG(nR(a,c)),e,b):d}function
-CP(a,b,g){if(typeof
-g!=="number")switch(g[0]){case
-5:var
-d=g[1],a6=b[4];if(1===a6){var
-a7=b[2];if(a7){var
-a8=b[3],v=b[1];if(J(nJ(a,eC(a[1]))))return 0;if(a8){var
-e=a8[1];if(d){var
-ai=d[1],aj=D(P,e);if(aj){var
-ak=J(D(e,P));if(ak){var
-al=dT(a,v,ai);if(al)var
-am=e[2],an=e[1],af=nP(a,ai,function(c,b,a){var
-d=y(eM(function(b,a){return gn(gm,an,am,b,a,c)},b,a),q);return d?M(q,eM(function(b,a){return gn(CK,an,am,b,a,c)},b,a)):d}),l=af?nQ(a,v,e):af;else
+d=i;return d?oD(a,e3(oB(a,c)),e,b):d}function
+oO(f,c,b,e,d,a){var
+g=M(a3(a,L),c),h=n2(e,a,d);return a3(ab(b,M(a3(a3(f,b),c),h)),g)}function
+oP(b,i,a,h,g,d,f,e){if(i){var
+j=ac(d);if(j){var
+k=au(a);if(k){var
+l=A(a,M(b,d));if(!l){var
+m=i[1];return $(function(c){var
+i=au(c);if(i){var
+j=A(c,b);if(j){var
+l=M(a3(b,c),d);return A(oO(a,h,g,f,e,c),l)}var
+k=j}else
 var
-l=al}else
+k=i;return k},m)}var
+c=l}else
 var
-l=ak}else
+c=k}else
 var
-l=aj;var
-A=l}else{var
-ap=D(P,e);if(ap)var
-aq=D(e,P),A=aq?nQ(a,v,e):aq;else
+c=j;return c}return A(oO(a,h,g,f,e,b),Q)}function
+oQ(a,h,f,g){var
+i=a[8][1];if(i){var
+d=i[1],j=a[8][2];if(j){var
+e=j[1];if(!I(iO(a,d4(a[1])))){if(h)var
+y=b7(a)?ag(c$(a)):c(2,c(2,c(2,w(c(2,w(c(2,w(c(2,c(2,w(c(2,w(c(2,w(c(2,c(2,n))))))))))))))))),z=s(ag(bi(a)),y),B=ag(bf(a)),k=s(s(ag(bf(a)),B),z);else
 var
-A=ap}var
-C=A}else
-if(d)var
-ar=d[1],as=dT(a,v,ar),bi=as?nP(a,ar,function(e,c,a){var
-b=I(CL,a);return b?M(q,eM(function(a,f){var
-b=eL(a),c=V(a,f),d=eL(s(function(a){return y(a[2],q)?a[1]:q},c));return ao(function(a,c){var
-e=y(a[2],q)?b:d;return B(r(a[1],e),c)},q,e)},c,a)):b}):as,C=bi;else
+k=r;if(!P(c(2,c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,c(2,w(c(2,c(2,c(2,w(c(2,c(2,c(2,c(2,w(c(2,w(c(2,c(2,c(2,n))))))))))))))))))))))))))))),k)){var
+l=function(b){return iT(a,function(a){return a[2]},b,d)},m=function(b){return iT(a,function(a){return a[3]},b,e)},o=function(c,b){var
+d=a3(c,b);return f_(cX(a),d)},p=aT(0,bi(a)),q=n4(a);if(q){var
+t=A(L,f);if(t){var
+u=A(e,d);if(u){var
+v=G(function(a){var
+b=l(a);return A(m(a),b)},p);if(v)if(h)var
+x=fa(a),C=oF(a,0),D=eY(0,cY(a)),b=G(function(b){var
+h=b[2],i=b[1],m=[0,cw(a,h),0],c=dc([0,cw(a,i),m]),n=d9(a),p=as(h,x,0),q=e$(eZ(as(i,x,0),p),n),r=as(E1,c,0),t=gD(eZ(as(0,c,0),r),q),u=b[2],v=b[1],j=ow(a),k=[0,cw(a,u),0],l=s(db([0,cw(a,v),k]),j),w=F(C,b[2]);return oP(f,g,d,e,o(d,e),w,l,t)},D);else
 var
-C=d;return[0,C]}return a7}if(4===a6){var
-a_=b[2];if(a_){var
-w=b[3],j=b[1],aV=a[8][6];if(aV){var
-u=aV[1];if(j)var
-aU=ag(bG(a));else
+E=iS(a),b=G(function(b){var
+c=l(b),d=m(b),e=ox(a),h=d$(a,b),i=o(c,d);return G(function(a){return oP(f,g,c,d,i,h,e,a)},E)},p);else
 var
-bP=ag(bG(a)),aU=r(ag(bl(a)),bP);var
-bI=ag(a[4]),bJ=ag(a[4]),bK=ag(dA(a)),bL=ag(bk(a)),bN=r(r(r(r(r(ag(bk(a)),bL),bK),bJ),bI),aU);if(M(c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,c(2,z(c(2,c(2,c(2,z(c(2,c(2,c(2,c(2,z(c(2,z(c(2,c(2,c(2,n))))))))))))))))))))))))))))))),bN))return 0;var
-aW=bO(a);if(aW){if(w){var
-T=w[1],aX=D(P,T);if(aX)var
-bQ=gq(a),bR=j?gp(a):j,bS=it(a,j),aY=I(function(b){var
-c=aN(0,bk(a)),d=dC(s(function(c){return iw(a,bR,b,c)},c)),e=a[4],f=bG(a),g=s(function(a){return bM(f,e,a)},d),h=is(a,b),i=ge(0,s(function(a){var
-b=ay(a,g,0);return[0,ay(a,bQ,0),b]},h));return I(function(b){var
-i=b[2][2],j=b[1][2],k=b[2][1],l=b[1][1],m=u[2],n=u[1],o=T[2],p=T[1],c=a[5],d=nX(a);function
-e(a){return ht(d,a)}function
-f(a){return s(e,a)}var
-g=s(function(a){return s(f,a)},c),h=V(V(j,i),g);return G(ix(s(function(b){var
-c=b[1],e=c[2],f=c[1];if(nY(f)&&nY(e))return q;var
-d=b[2],g=V(V(l,k),d);return ix(s(function(c){var
-i=c[2],j=V(f,e),g=V(s(function(a){return S(r(r(c[1][1],a[1]),o),r(r(c[1][2],a[2]),p))},j),i),k=r(n,nX(a)),d=s(bx,g),h=eL(d),b=s(function(b){return B(r(k,S(h,b)),r(m,ix(s(function(a){var
-c=b_(a[1],b);return r(a[2],c)},g))))},d);return b?ao(gO,b[1],b[2]):q},g))},h)),q)},i)},bS);else
+b=v}else
 var
-aY=aX;var
-U=aY}else
+b=u}else
 var
-U=1;if(U)if(w){var
-X=w[1];if(d){var
-aZ=d[1],a0=J(D(X,P));if(a0)var
-a1=dT(a,j,aZ),a2=a1?n2(a,u,[0,X],aZ):a1;else
+b=t}else
 var
-a2=a0;var
-a3=a2}else
+b=q;return[0,b]}}return 0}return E2}return E3}function
+E4(a,e,b){var
+aa=e[4];if(1===aa){var
+ab=e[2];if(ab){var
+ac=e[3],j=e[1];if(I(iO(a,d4(a[1]))))return 0;if(ac){var
+d=ac[1];if(b){var
+v=b[1],y=A(L,d);if(y){var
+z=I(A(d,L));if(z){var
+B=d_(a,j,v);if(B)var
+C=d[2],D=d[1],u=oz(a,v,function(c,b,a){var
+d=x(e_(function(b,a){return gL(gK,D,C,b,a,c)},b,a),r);return d?P(r,e_(function(b,a){return gL(EW,D,C,b,a,c)},b,a)):d}),h=u?oA(a,j,d):u;else
 var
-a3=D(X,P);var
-k=a3}else
-if(d)var
-a4=d[1],a5=dT(a,j,a4),bT=a5?n2(a,u,0,a4):a5,k=bT;else
+h=B}else
 var
-k=d;else
+h=z}else
 var
-k=U}else
+h=y;var
+l=h}else{var
+F=A(L,d);if(F)var
+H=A(d,L),l=H?oA(a,j,d):H;else
 var
-k=aW;return[0,k]}return CO}return a_}return 0;case
+l=F}var
+m=l}else
+if(b)var
+K=b[1],M=d_(a,j,K),ae=M?oz(a,K,function(e,c,a){var
+b=G(EX,a);return b?P(r,e_(function(a,f){var
+b=e9(a),c=W(a,f),d=e9(q(function(a){return x(a[2],r)?a[1]:r},c));return ap(function(a,c){var
+e=x(a[2],r)?b:d;return E(s(a[1],e),c)},r,e)},c,a)):b}):M,m=ae;else
+var
+m=b;return[0,m]}return ab}if(4===aa){var
+ad=e[2];if(ad){var
+k=e[3],f=e[1],O=a[8][6];if(O){var
+i=O[1];if(f)var
+N=ag(bK(a));else
+var
+ar=0===a[2][0]?ag(bK(a)):n,N=s(ag(bi(a)),ar);var
+al=ag(a[4]),am=ag(a[4]),an=ag(c$(a)),ao=ag(bf(a)),aq=s(s(s(s(s(ag(bf(a)),ao),an),am),al),N);if(P(c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,c(2,w(c(2,c(2,c(2,w(c(2,c(2,c(2,c(2,w(c(2,w(c(2,c(2,c(2,n))))))))))))))))))))))))))))))),aq))return 0;var
+Q=b7(a);if(Q){if(k){var
+o=k[1],R=A(L,o);if(R)var
+at=fa(a),au=f?gM(a):f,av=oI(a),af=a[5],ah=oI(a),ai=function(a){return hU(ah,a)},aj=function(a){return q(ai,a)},ak=q(function(a){return q(aj,a)},af),aw=iR(a,f),T=G(function(b){var
+c=aT(0,bf(a)),d=dc(q(function(c){return iV(a,au,b,c)},c)),e=a[4],f=bK(a),g=q(function(a){return bT(f,e,a)},d),h=iQ(a,b),j=eY(0,q(function(a){var
+b=as(a,g,0);return[0,as(a,at,0),b]},h));return G(function(a){var
+g=a[2][1],h=a[1][1],k=i[2],l=i[1],m=o[2],n=o[1],b=W(W(a[1][2],a[2][2]),ak);return J(iW(q(function(a){var
+b=a[1],d=b[2],e=b[1];if(oJ(e)&&oJ(d))return r;var
+c=a[2],f=W(W(h,g),c);return iW(q(function(b){var
+h=b[2],i=W(e,d),f=W(q(function(a){return S(s(s(b[1][1],a[1]),m),s(s(b[1][2],a[2]),n))},i),h),c=q(a0,f),j=s(l,av),g=e9(c),a=q(function(b){return E(s(j,S(g,b)),s(k,iW(q(function(a){var
+c=cf(a[1],b);return s(a[2],c)},f))))},c);return a?ap(os,a[1],a[2]):r},f))},b)),r)},j)},aw);else
+var
+T=R;var
+p=T}else
+var
+p=1;if(p)if(k){var
+t=k[1];if(b){var
+U=b[1],V=I(A(t,L));if(V)var
+X=d_(a,f,U),Y=X?oN(a,i,[0,t],U):X;else
+var
+Y=V;var
+Z=Y}else
+var
+Z=A(t,L);var
+g=Z}else
+if(b)var
+_=b[1],$=d_(a,f,_),ax=$?oN(a,i,0,_):$,g=ax;else
+var
+g=b;else
+var
+g=p}else
+var
+g=Q;return[0,g]}return E0}return ad}return 0}function
+E7(a,b,e){if(typeof
+e!=="number")switch(e[0]){case
+5:return E4(a,b,e[1]);case
 6:var
-x=g[3],i=g[2],bU=g[1];if(3===b[4]){var
-f=b[3],Y=b[2],Z=b[1];if(!J(nJ(a,eC(a[1])))){var
-by=ag(a[4]),bA=ag(dA(a)),bB=ag(bG(a)),bC=r(r(r(ao(function(b,a){var
-d=c(2,n);return B(B(ag(ac(b[2])),d),a)},q,i),bB),bA),by);if(!M(c(2,c(2,c(2,c(2,c(2,c(2,z(c(2,c(2,z(c(2,z(c(2,c(2,z(c(2,c(2,c(2,z(c(2,c(2,c(2,c(2,z(c(2,z(c(2,c(2,c(2,n))))))))))))))))))))))))))))),bC)){var
-bD=f?D(f[1],P):f,bm=aN(0,bl(a)),bn=s(function(b){return eO(a,b)},bm),aC=$(ad,[0,gs(a),bn]);if(aC){var
-aL=f?D(P,f[1]):Y;if(aL){var
-bE=Y?J(bD):Y,bF=x?1:x,aM=bz(bF,bE);if(aM){var
-o=i;for(;;){if(o){var
-aE=o[2],aG=o[1],aH=aG[1],aI=dT(a,Z,aH);if(aI){var
-bw=aG[2],aJ=I(function(b){var
-c=ad(nV(a,b[1][1],b[1][2]));return c?ad(b[2]):c},bw);if(aJ){var
-aK=J($(function(a){return function(b){return nW(a[1],a[2],a[3],b[1])}}(aH),aE));if(aK){var
-o=aE;continue}var
-H=aK}else
+k=e[3],g=e[2],aA=e[1];if(3===b[4]){var
+d=b[3],u=b[2],v=b[1];if(!I(iO(a,d4(a[1])))){var
+aq=ag(a[4]),ar=ag(c$(a)),at=ag(bK(a)),au=s(s(s(ap(function(b,a){var
+d=c(2,n);return E(E(ag(aj(b[2])),d),a)},r,g),at),ar),aq);if(!P(c(2,c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,c(2,w(c(2,c(2,c(2,w(c(2,c(2,c(2,c(2,w(c(2,w(c(2,c(2,c(2,n))))))))))))))))))))))))))))),au)){var
+av=d?A(d[1],L):d,ad=aT(0,bi(a)),ae=q(function(b){return d$(a,b)},ad),x=$(ac,[0,gO(a),ae]);if(x){var
+J=d?A(L,d[1]):u;if(J){var
+aw=u?I(av):u,ax=k?1:k,K=bn(ax,aw);if(K){var
+h=g;for(;;){if(h){var
+z=h[2],B=h[1],C=B[1],D=d_(a,v,C);if(D){var
+ao=B[2],F=G(function(b){var
+c=ac(oG(a,b[1][1],b[1][2]));return c?ac(b[2]):c},ao);if(F){var
+H=I($(function(a){return function(b){return oH(a[1],a[2],a[3],b[1])}}(C),z));if(H){var
+h=z;continue}var
+l=H}else
 var
-H=aJ}else
+l=F}else
 var
-H=aI;var
-K=H}else
+l=D;var
+m=l}else
 var
-K=1;if(K){if(f)var
-p=f[1],bq=gq(a),bs=nO(a),bt=i?gp(a):i,bu=i?ek(a):i,bv=it(a,Z),L=I(function(b){if(b)var
-d=eO(a,b[1]),c=function(a){return d};else
-var
-e=aN(0,bl(a)),f=s(function(b){return eO(a,b)},e),c=function(b){var
-c=c$(eH(a,b),f);return c2(gs(a),c)};function
-g(g,h){var
-c=cy(function(a){return nW(b,g,h,a[1])},i);if(c){var
-d=bO(a);if(d){var
-e=c[1][2],l=aF(s(function(b){var
-c=nV(a,b[1][1],b[1][2]);return O(b[2],c)},e)),m=[0,[0,[0,b,g],P],[0,[0,[0,b,h],br(p)],e]],j=s(function(b){var
-c=iw(a,bt,b[1][1],b[1][2]),d=a[4],e=bM(bG(a),d,c),f=ay(b[1][2],bu,0);return[0,[0,b[2],f],e]},m),k=aN(0,bG(a));return D(aF(W(function(b){var
-c=s(function(a){var
-c=ay(b,a[2],0);return[0,[0,a[1][1],a[1][2]],c]},j),d=aN(0,dA(a));return s(function(b){var
-d=s(function(a){var
-c=a[2],d=ay(b,a[1][2],Q);return[0,O(a[1][1],d),c]},c);return dD(nL(a[4],d))},d)},k)),l)}var
+m=1;if(m){if(d)var
+i=d[1],ai=fa(a),ak=iS(a),al=g?gM(a):g,am=g?eF(a):g,an=iR(a,v),o=G(function(b){var
+c=oF(a,b);function
+d(h,j){var
+c=bZ(function(a){return oH(b,h,j,a[1])},g);if(c){var
+d=b7(a);if(d){var
+e=c[1][2],m=az(q(function(b){var
+c=oG(a,b[1][1],b[1][2]);return M(b[2],c)},e)),n=[0,[0,[0,b,h],L],[0,[0,[0,b,j],aI(i)],e]],k=q(function(b){var
+c=iV(a,al,b[1][1],b[1][2]),d=a[4],e=bT(bK(a),d,c),f=as(b[1][2],am,0);return[0,[0,b[2],f],e]},n),l=aT(0,bK(a));return A(az(Y(function(b){var
+c=q(function(a){var
+c=as(b,a[2],0);return[0,[0,a[1][1],a[1][2]],c]},k),d=aT(0,c$(a));return q(function(b){var
+d=q(function(a){var
+c=a[2],d=as(b,a[1][2],Q);return[0,M(a[1][1],d),c]},c);return dQ(ou(a[4],d))},d)},l)),m)}var
 f=d}else
 var
 f=c;return f}var
-h=[0,p,bU];return nN(a,bq,bs,function(e,f,g,i,j){return $(function(a){var
-b=D(a,p);if(b){var
-c=[0,r(e,a[2]),n],d=O(O(a9(p,a),j),c);return D([0,eM(function(c,b){return gn(gm,a[1],a[2],c,b,f)},g,i),n],d)}return b},h)},g,b,c)},bv);else
+e=[0,i,aA];return oy(a,ai,ak,function(f,g,h,j,k){return $(function(a){var
+b=A(a,i);if(b){var
+c=[0,s(f,a[2]),n],d=M(M(a3(i,a),k),c);return A([0,e_(function(c,b){return gL(gK,a[1],a[2],c,b,g)},h,j),n],d)}return b},e)},d,b,c)},an);else
 var
-L=1;if(L)if(x){var
-aO=x[1],aP=aO[2],aQ=aO[1],aR=bO(a);if(aR){var
-aS=dT(a,Z,aQ);if(aS){var
-aT=nS(a,aP);if(aT){var
-N=eG(nR(a,aP)),bo=aN(0,bl(a)),aD=I(function(b){var
-c=ay(b,N,0),d=eO(a,b);return I(function(a){return D(d,a)},c)},bo);if(aD)var
-bp=da(a),R=I(function(b){var
-c=gr(a,N,0,b);return D(gs(a),c)},bp);else
+o=1;if(o)if(k){var
+N=k[1],O=N[2],R=N[1],S=b7(a);if(S){var
+T=d_(a,v,R);if(T){var
+U=oC(a,O);if(U){var
+p=e3(oB(a,O)),af=aT(0,bi(a)),y=G(function(b){var
+c=as(b,p,0),d=d$(a,b);return G(function(a){return A(d,a)},c)},af);if(y)var
+ah=cY(a),t=G(function(b){var
+c=gN(a,p,0,b);return A(gO(a),c)},ah);else
 var
-R=aD;var
-bH=R?nT(a,N,f,aQ):R,t=bH}else
+t=y;var
+ay=t?oD(a,p,d,R):t,j=ay}else
 var
-t=aT}else
+j=U}else
 var
-t=aS}else
+j=T}else
 var
-t=aR;var
-h=t}else
+j=S;var
+f=j}else
 var
-h=1;else
+f=1;else
 var
-h=L}else
+f=o}else
 var
-h=K;break}}else
+f=m;break}}else
 var
-h=aM}else
+f=K}else
 var
-h=aL}else
+f=J}else
 var
-h=aC;return[0,h]}}return 0}return 0;case
+f=x;return[0,f]}}return 0}return 0;case
 7:var
-bV=g[1];if(5===b[4]){var
-_=b[3];if(_){if(bV)return 0;var
-a$=J(b[2]);if(a$)var
-ba=J(b[1]),aa=ba?bO(a):ba;else
+ab=e[1],V=b[4];if(5===V){if(b[2])return 0;var
+W=b[3];return W?ab?0:oQ(a,b[1],W[1],0):E5}if(6===V){if(b[2])return 0;var
+X=b[3];return X?oQ(a,b[1],X[1],[0,ab]):E6}return 0}var
+Z=n4(a);if(Z)var
+_=I(b[2]),aa=_?Dc(a,b,e):_;else
 var
-aa=a$;if(aa){var
-ab=_[1],E=a[8][1],bf=0;if(E){var
-at=E[1],F=a[8][2],bg=0;if(F){var
-au=F[1],av=nh(a),bh=0;if(av){var
-aw=bO(a);if(aw){var
-ax=D(P,ab);if(ax){var
-az=D(au,at);if(az){var
-bj=aN(0,bl(a)),bb=I(function(f){var
-c=iu(a,function(a){return a[2]},f,at),b=iu(a,function(a){return a[3]},f,au),g=a9(c,b),d=fL(cO(a),g),e=D(b,c);if(e){var
-h=cP(a)[2];return I(function(e){var
-f=O(b,a9(ab,P)),g=nf(cP(a)[1],ab,e);return D(ah(d,O(a9(a9(c,d),b),g)),f)},h)}return e},bj);bf=1;bg=1;bh=1}else
-var
-m=az}else
-var
-m=ax}else
-var
-m=aw}else
-var
-m=av;if(!bh)var
-aA=m}else
-var
-aA=F;if(!bg)var
-aB=aA}else
-var
-aB=E;if(!bf)var
-bb=aB;var
-ae=[0,bb]}else
-var
-ae=aa}else
-var
-ae=_;return ae}return 0}var
-bc=nh(a);if(bc)var
-bd=J(b[2]),be=bd?A_(a,b,g):bd;else
-var
-be=bc;return[0,be]}function
-n3(b){var
-a=r8(r9,0,b);return a?[0,a[1]]:R(CR)}function
-n4(j,c,h){if(!Y(dI,c)&&!Y(bj,c)){if(h){var
-e=h[1],n=function(a){return[0,[0,[0,[0,a,0],E(j,e)]]]},d=0,b=0,a=e,k=function(a){function
-b(a){return N(K(ea(a),e),CS,[0,a])}return i(a7(n3,a),b)};for(;;){if(a){var
+aa=Z;return[0,aa]}function
+oR(b){var
+a=sW(sX,0,b);return a?[0,a[1]]:R(E9)}function
+oS(j,c,h){if(!Z(dV,c)&&!Z(bt,c)){if(h){var
+e=h[1],n=function(a){return[0,[0,[0,[0,a,0],F(j,e)]]]},d=0,b=0,a=e,k=function(a){function
+b(a){return O(K(et(a),e),E_,[0,a])}return i(bd(oR,a),b)};for(;;){if(a){var
 f=a[2],g=a[1];if(10===g){var
 d=[0,T(b,0),d],b=0,a=f;continue}var
 b=[0,g,b],a=f;continue}var
-l=b?R(CQ):[0,T(d,0)];return i(i(l,k),n)}}return CT}function
+l=b?R(E8):[0,T(d,0)];return i(i(l,k),n)}}return E$}function
 m(a){function
-b(b){return[0,[0,[0,[0,[0,a,b],1],E(j,ea([0,a,b]))]]]}return i(u(be,bj,c),b)}return i(u(function(a){return[0,a]},dI,c),m)}function
-n5(a){function
+b(b){return[0,[0,[0,[0,[0,a,b],1],F(j,et([0,a,b]))]]]}return i(t(bp,bt,c),b)}return i(t(function(a){return[0,a]},dV,c),m)}function
+oT(a){function
 b(a){function
 b(h){function
 b(j){function
 b(l){function
 b(m){function
 b(i){function
-b(b,a){return[0,x(k(CU),b),[0,[0,a],0]]}var
-n=[0,b(hT,[7,i]),0],o=[0,b(bL,[6,m]),n],p=[0,b(bt,[5,l]),o],q=[0,b(bs,[4,j]),p],r=[0,[0,b(bi,[3,h]),q]],d=af(mg,a);if(d){var
+b(b,a){return[0,z(k(Fa),b),[0,[0,a],0]]}var
+n=[0,b(ii,[7,i]),0],o=[0,b(bS,[6,m]),n],p=[0,b(bA,[5,l]),o],q=[0,b(bz,[4,j]),p],r=[0,[0,b(bs,[3,h]),q]],d=ah(m0,a);if(d){var
 c=d[1],g=0;if(typeof
 c!=="number"&&0===c[0]){var
 e=c[1];g=1}if(!g)var
 e=0;var
 f=e}else
 var
-f=1;return N(f,CV,r)}return i(u(eb,hT,a),b)}return i(u(ar,bL,a),b)}return i(u(function(a){return a8(ar,a)},bt,a),b)}return i(u(ar,bs,a),b)}return i(u(ar,bi,a),b)}return i(U([0,bi,[0,bs,[0,bt,[0,bL,[0,hT,0]]]]],[0,mg,0],a),b)}function
-gt(a){return x(k(CW),a)}function
-gu(c,b,a){var
-d=an(function(a){return Y(a,b)},c);return s(function(b){return[0,x(k(a),b),CX]},d)}function
-CY(a){function
+f=1;return O(f,Fb,r)}return i(t(eu,ii,a),b)}return i(t(av,bS,a),b)}return i(t(function(a){return aQ(av,a)},bA,a),b)}return i(t(av,bz,a),b)}return i(t(av,bs,a),b)}return i(U([0,bs,[0,bz,[0,bA,[0,bS,[0,ii,0]]]]],[0,m0,0],a),b)}function
+gP(a){return z(k(Fc),a)}function
+gQ(c,b,a){var
+d=al(function(a){return Z(a,b)},c);return q(function(b){return[0,z(k(a),b),Fd]},d)}function
+Fe(a){function
 b(a){function
 b(c){function
-b(a){return CZ}return i(a7(function(a){return ai(a[2])},a),b)}return i(a7(function(a){return ai([2,a[1]])},a),b)}return i(bd(a),b)}var
-C0=[0,fD,[0,fV,[0,dF,[0,dG,[0,fW,[0,fX,[0,ci,[0,md,0]]]]]]]];function
-eP(b,a){var
-c=cb(q,a);return a7(function(a){return aA(b,a[1],a[2])},c)}var
-n6=[0,f0,[0,f1,[0,f2,[0,mf,[0,es,[0,f3,0]]]]]];function
-b1(a){return a?a[1]?0:1:2}function
-n7(c,b){var
-a=hQ(c,b);if(a){var
-d=a[1][1];return vj(hP(c),b,d)}return a}function
-DR(A,aU,g){function
-aV(b){function
+b(a){return Ff}return i(bd(function(a){return X(a[2])},a),b)}return i(bd(function(a){return X([2,a[1]])},a),b)}return i(bh(a),b)}var
+Fg=[0,f2,[0,gj,[0,dS,[0,dT,[0,gk,[0,gl,[0,bV,[0,mX,0]]]]]]]];function
+fb(b,a){var
+c=ci(r,a);return bd(function(a){return aE(b,a[1],a[2])},c)}var
+oU=[0,eN,[0,go,[0,gp,[0,mZ,[0,cP,[0,eO,0]]]]]];function
+bW(a){return a?a[1]?0:1:2}function
+oV(c,b){var
+a=ie(c,b);if(a){var
+d=a[1][1];return wt(id(c),b,d)}return a}function
+F9(B,aY,g){function
+aZ(b){function
+a(d){function
 a(b){function
-a(d){function
-a(d){function
+a(b){function
 a(f){var
-d=af(dx,f);if(d){var
-e=d[1],l=0;if(typeof
+b=ah(dN,f);if(b){var
+e=b[1],l=0;if(typeof
 e!=="number"&&2===e[0]){var
-C=k(DN),h=K(e[1],C);l=1}if(!l)var
+C=k(F5),h=K(e[1],C);l=1}if(!l)var
 h=0;var
 a=h}else
 var
-a=d;var
-j=kX(f),m=j?[0,hR,0]:j,o=a?[0,me,[0,hS,0]]:a,p=x([0,dx,[0,fC,[0,hh,[0,er,[0,bE,0]]]]],x(o,m)),t=a?0:[0,fZ,[0,mf,[0,es,[0,f3,0]]]],v=x([0,f0,[0,f1,[0,f2,0]]],t);function
-w(d){if(a){var
+a=b;var
+j=lF(f),m=j?[0,ig,0]:j,o=a?[0,mY,[0,ih,0]]:a,p=z([0,dN,[0,f1,[0,hJ,[0,eM,[0,bI,0]]]]],z(o,m)),u=a?0:[0,gn,[0,mZ,[0,cP,[0,eO,0]]]],v=z([0,eN,[0,go,[0,gp,0]]],u);function
+y(b){if(a){var
 h=function(a){return[0,[1,a]]},e=function(a){function
 b(a){var
-b=[0,[0,fX,C2],[0,[0,ci,C1],0]];return[0,x([0,[0,fV,C6],[0,[0,dF,C5],[0,[0,dG,C4],0]]],x(s(function(a){return[0,a[2],C3]},a),b))]}var
-c=0,d=0;return i(eP(function(a,b){return h2(d,c,a,b)},a),b)},p=i(i(u(be,fW,b),e),h),j=function(l){function
+b=[0,[0,gl,Fi],[0,[0,bV,Fh],0]];return[0,z([0,[0,gj,Fm],[0,[0,dS,Fl],[0,[0,dT,Fk],0]]],z(q(function(a){return[0,a[2],Fj]},a),b))]}var
+c=0,d=0;return i(fb(function(a,b){return iq(d,c,a,b)},a),b)},p=i(i(t(bp,gk,d),e),h),j=function(l){function
 a(a){function
-e(aa){function
+e(_){function
 e(ab){function
 e(e){if(e){var
-f=e[1],h=f[1],C=h[2],a=h[1],F=f[2];if(a){var
-H=a[2],L=a[1],j=function(f){var
-a=af(dx,f),m=0;if(a){var
+f=e[1],h=f[1],C=h[2],a=h[1],D=f[2];if(a){var
+H=a[2],M=a[1],j=function(f){var
+a=ah(dN,f),m=0;if(a){var
 e=a[1],o=0;if(typeof
 e!=="number"&&2===e[0]){var
-j=K(e[1],AJ);m=1;o=1}if(!o)var
+j=K(e[1],CN);m=1;o=1}if(!o)var
 h=0}else
 var
 h=a;if(!m)var
-j=h;if(J(j))return p;function
-t(a){function
-h(c){if(AU(a,c))return p;var
-w=a[5],z=c_(cL(a,c)),A=c_(cK(c)),e=[0,a[1],a[2],A,z,w,0,0],f=H,h=0;for(;;){if(f){var
+j=h;if(I(j))return p;function
+u(a){function
+h(c){if(CY(a,c))return p;var
+w=a[5],y=dp(cU(a,c)),B=dp(cT(c)),e=[0,a[1],a[2],B,y,w,0,0],f=H,h=0;for(;;){if(f){var
 j=f[1],v=0;if(typeof
 j!=="number"&&4===j[0]){var
-o=Y(ib,j[1]);v=1}if(!v)var
+o=Z(iB,j[1]);v=1}if(!v)var
 o=0;if(!o){var
 f=f[2],h=[0,j,h];continue}var
 m=[0,T(h,0),f]}else
 var
 m=[0,T(h,0),0];var
-t=m[2],O=function(h){function
-v(z){var
-f=R(Du);function
+u=m[2],N=function(h){function
+v(y){var
+f=R(FM);function
 o(T){function
 f(f){var
-m=aW(a4(cL(a,c))),o=aW(a4(cK(c))),p=a[5],A=p?[0,p[1]]:[1,bM(m,o,s(by,z))],t=eB(a),B=t?[0,bM(m,o,s(bx,z))]:t,G=ac(a[2]),w=c[2],O=c[3],P=w?[0,nb(w[1])]:[1,ac(a[4])],j=[0,nb(c[1]),P,O,G,T,B,A,f],Q=c_(cK(c)),S=na(a,h,c_(cL(a,c)),Q),v=ak(function(b){var
-d=ce(b),e=W(function(b){var
-d=ce(b[2]),c=b[1];return s(function(b){var
-g=hv(j,c,b[1]),d=gd(a),f=0;if(d)var
-h=c3(j,c,b[1]),e=s(function(a){return[0,a]},h);else
+m=a1(ba(cU(a,c))),o=a1(ba(cT(c))),p=a[5],B=p?[0,p[1]]:[1,bT(m,o,q(bb,y))],v=eX(a),E=v?[0,bT(m,o,q(a0,y))]:v,J=aj(a[2]),w=c[2],L=c[3],N=w?[0,nY(w[1])]:[1,aj(a[4])],j=[0,nY(c[1]),N,L,J,T,E,B,f],Q=dp(cT(c)),S=nX(a,h,dp(cU(a,c)),Q),u=af(function(b){var
+d=cn(b),e=Y(function(b){var
+d=cn(b[2]),c=b[1];return q(function(b){var
+g=hW(j,c,b[1]),d=gC(a),f=0;if(d)var
+h=de(j,c,b[1]),e=q(function(a){return[0,a]},h);else
 var
 e=d;var
-i=b[2],k=ag(b[1]);return[0,ag(c),k,i,e,g,f]},d)},d),g=a[5],f=0,h=eB(a)?1:2,i=Z(a[2]),k=a4(cK(c));return[0,a4(cL(a,c)),k,i,h,g,f,e]},S);function
-V(ac){function
+i=b[2],k=ag(b[1]);return[0,ag(c),k,i,e,g,f]},d)},d),g=a[5],f=0,h=eX(a)?1:2,i=aa(a[2]),k=ba(cT(c));return[0,ba(cU(a,c)),k,i,h,g,f,e]},S);function
+W(ae){function
 m(p){var
-o=$(function(a){return Y(a[1],p)},ew),t=o?ew:o,m=x(my,t);function
+o=$(function(a){return Z(a[1],p)},eR),v=o?eR:o,m=z(ne,v);function
 w(p){function
-t(G){function
-t(O){function
+v(E){function
+v(J){function
 p(b){var
-c=b?bg:bh,a=bX(G,c),d=a?a[1][2]:a;return d}function
+c=b?bq:br,a=bL(E,c),d=a?a[1][2]:a;return d}function
 m($){function
 m(m){function
-t(w){function
+v(v){function
 o(o){var
-p=Y(f2,d),ad=p||Y(eq,b);function
-t(ae){function
+p=Z(gp,b),ac=p||Z(eL,d);function
+w(ad){function
 o(af){function
 o(ag){function
 f(f){function
 o(ap){var
-D=hm(l,a[1]),E=D[1],P=D[2];function
-Q(a){return ad?Dv:a}function
-R(a){return P?a:[0,Dw,a]}var
-ah=[0,[0,ci,Q(ae)],0],ai=h9(h8(w),0,w),aj=x(s(function(a){var
+F=lG(l,a[1]),L=F[1],N=F[2];function
+Q(a){return ac?FN:a}function
+R(a){return N?a:[0,FO,a]}var
+ah=[0,[0,bV,Q(ad)],0],ai=ix(iw(v),0,v),aj=z(q(function(a){var
 b=Q(a[2]);return[0,a[1],b]},ai),ah),ak=m?1:m,W=0;if(ak){var
-S=c[3];if(I(function(i){var
-b=i[1],G=0;if(b){var
-g=b[2],H=0;if(g){var
+S=c[3];if(G(function(i){var
+b=i[1],H=0;if(b){var
+g=b[2],J=0;if(g){var
 c=g[2],L=0;if(c){var
-d=c[2],N=0;if(d)if(d[2]){var
-e=0;G=1;H=1;L=1;N=1}else{var
-a=d[1],h=c[1],t=b[1];if(K(h,io)){var
-aj=K(t,ex),u=aj||K(t,k(CJ)),T=k(CA),U=x(g4(S),T),ac=bm(M(n,S),x(k(CB),U)),l=K(a,nu);if(l)var
-ad=dS(f,es),R=x(ad,k(Cy)),m=[0,x(k(Cz),R),0];else
+d=c[2],M=0;if(d)if(d[2]){var
+e=0;H=1;J=1;L=1;M=1}else{var
+a=d[1],h=c[1],t=b[1];if(K(h,e8)){var
+aj=K(t,dk),u=aj||K(t,k(EV)),T=k(EM),U=z(hn(S),T),ac=bj(P(n,S),z(k(EN),U)),l=K(a,of);if(l)var
+ad=d8(f,cP),R=z(ad,k(EK)),m=[0,z(k(EL),R),0];else
 var
 m=l;var
-ae=x(m,ac),af=K(a,nv),o=af||K(a,nw);if(o)var
-p=J(u),j=function(b,a){var
-c=Y(a,b)?b:f;return dS(c,a)},X=p?nH(f,function(a){var
-g=Y(bi,a),b=g||Y(bs,a);if(b)var
-h=j(a,bi),i=j(a,bs),l=nI(a),d=x(h,k(Cu)),e=x(i,x(k(Cv),d)),f=x(l,x(k(Cw),e)),c=[0,x(k(Cx),f),0];else
+ae=z(m,ac),af=K(a,og),o=af||K(a,iK);if(o)var
+p=I(u),j=function(b,a){var
+c=Z(a,b)?b:f;return d8(c,a)},X=p?oq(f,function(a){var
+g=Z(bs,a),b=g||Z(bz,a);if(b)var
+h=j(a,bs),i=j(a,bz),l=or(a),d=z(h,k(EG)),e=z(i,z(k(EH),d)),f=z(l,z(k(EI),e)),c=[0,z(k(EJ),f),0];else
 var
-c=b;return c}):p,_=Y(bL,f)?f:ap,$=dS(_,bL),aa=dS(f,bi),ab=dS(f,bs),O=x($,k(Ck)),P=x(aa,x(k(Cl),O)),Q=x(ab,x(k(Cm),P)),q=[0,x(k(Cn),Q),X];else
+c=b;return c}):p,Y=Z(bS,f)?f:ap,_=d8(Y,bS),$=d8(f,bs),ab=d8(f,bz),N=z(_,k(Ew)),O=z($,z(k(Ex),N)),Q=z(ab,z(k(Ey),O)),q=[0,z(k(Ez),Q),X];else
 var
 q=o;var
-ag=x(q,ae),ah=K(a,eK),r=ah||K(a,nw);if(r)var
-V=ip(f,ic,Cr),W=x(nH(f,function(a){var
-c=nI(a);return ip(a,bt,function(d){var
-a=x(d,k(Co)),b=x(c,x(k(Cp),a));return x(k(Cq),b)})}),V),s=x(ip(f,bt,nG),W);else
+ag=z(q,ae),ah=K(a,e6),r=ah||K(a,iK);if(r)var
+V=iM(f,iC,ED),W=z(oq(f,function(a){var
+c=or(a);return iM(a,bA,function(d){var
+a=z(d,k(EA)),b=z(c,z(k(EB),a));return z(k(EC),b)})}),V),s=z(iM(f,bA,op),W);else
 var
 s=r;var
-ai=x(s,ag),v=x(bm(u,nF),ai)}else{var
-ak=nG(dS(f,bt)),al=bm(K(a,eK),ak),B=K(a,dQ);if(B)var
-am=K(h,f8),C=am||K(h,ny);else
+ai=z(s,ag),v=z(bj(u,oo),ai)}else{var
+ak=op(d8(f,bA)),al=bj(K(a,e6),ak),B=K(a,d6);if(B)var
+am=K(h,eT),C=am||K(h,iL);else
 var
 C=B;var
-v=x(bm(C,nF),al)}var
-w=[0,[0,Cg,v]]}else
+v=z(bj(C,oo),al)}var
+w=[0,[0,Es,v]]}else
 var
-w=d;if(!N)var
-y=w}else
+w=d;if(!M)var
+x=w}else
 var
-y=c;if(!L)var
-z=y}else
+x=c;if(!L)var
+y=x}else
 var
-z=g;if(!H)var
-A=z}else
+y=g;if(!J)var
+A=y}else
 var
-A=b;if(!G)var
+A=b;if(!H)var
 e=A;if(e){var
-D=e[1],an=i[5],E=bJ(Z(D),an);if(E){var
-ao=i[5];return I(function(a){return cB(ao,a)},D)}var
+D=e[1],an=i[5],E=bP(aa(D),an);if(E){var
+ao=i[5];return G(function(a){return bO(ao,a)},D)}var
 F=E}else
 var
 F=e;return F},m)){var
 T=0;W=1}}if(!W)var
-T=[0,[0,k(DK),DJ],0];var
-al=x(T,aj),am=x(h3(0,m),al),U=dK($,0),an=0,ao=0,aq=U?[0,[8,U[1]]]:DI,ar=x([0,[0,dG,[0,aq,ao]],an],am),as=R(O[2]),at=x([0,[0,O[1],as],0],ar),au=x(s(function(a){var
-b=R(a[2][1]);return[0,gt(a[1]),b]},G),at),av=x(gu([0,cj,[0,eq,0]],b,0),au),X=0;if(!Y(f1,d)){var
-_=0;if(ho(a)&&ho(e))_=1;if(!_){var
-V=[0,[0,k(DH),DG],0];X=1}}if(!X)var
+T=[0,[0,k(F2),F1],0];var
+al=z(T,aj),am=z(ir(0,m),al),U=dY($,0),an=0,ao=0,aq=U?[0,[8,U[1]]]:F0,ar=z([0,[0,dT,[0,aq,ao]],an],am),as=R(J[2]),at=z([0,[0,J[1],as],0],ar),au=z(q(function(a){var
+b=R(a[2][1]);return[0,gP(a[1]),b]},E),at),av=z(gQ([0,cr,[0,eL,0]],d,0),au),X=0;if(!Z(go,b)){var
+Y=0;if(hP(a)&&hP(e))Y=1;if(!Y){var
+V=[0,[0,k(FZ),FY],0];X=1}}if(!X)var
 V=0;var
-aw=x(V,av),ax=x(af,x(ac,x(ag,x(gu(n6,d,Dx),aw))));if(g)if(C)var
-ay=ea([0,L,H]),az=[0,[11,K(g[1],ay)],0],u=[0,[0,k(Dy),az],0];else
+aw=z(V,av),ax=z(af,z(ae,z(ag,z(gQ(oU,b,FP),aw))));if(g)if(C)var
+ay=et([0,M,H]),az=[0,[12,K(g[1],ay)],0],w=[0,[0,k(FQ),az],0];else
 var
-u=C;else
+w=C;else
 var
-u=g;var
-aA=x(u,ax),aB=[0,[0,k(Dz),[0,[11,P],0]],0],aC=[0,[11,E[2]],0],aD=[0,[0,k(DA),aC],aB],aE=[0,[11,E[1]],0],aF=[0,[0,k(DB),aE],aD],aG=Z(a[2]),aH=[0,[11,y(ab,r(Z(h),aG))],0],aI=[0,[0,k(DC),aH],aF],aJ=[0,[11,K(aa,F)],0],aK=[0,[0,[0,[1,j,v],0,0,x([0,[0,k(DD),aJ],aI],aA),0]]],aL=I(function(a){return a[4]},h),aM=aL||I(function(a){return J(a[4])},h),i=h,aN=N(aM,DE,aK);for(;;){if(i){var
+w=g;var
+aA=z(w,ax),aB=[0,[0,k(FR),[0,[12,N],0]],0],aC=[0,[12,L[2]],0],aD=[0,[0,k(FS),aC],aB],aE=[0,[12,L[1]],0],aF=[0,[0,k(FT),aE],aD],aG=aa(a[2]),aH=[0,[12,x(ab,s(aa(h),aG))],0],aI=[0,[0,k(FU),aH],aF],aJ=[0,[12,K(_,D)],0],aK=[0,[0,[0,[1,j,u],0,0,z([0,[0,k(FV),aJ],aI],aA),0]]],aL=G(function(a){return a[4]},h),aM=aL||G(function(a){return I(a[4])},h),i=h,aN=O(aM,FW,aK);for(;;){if(i){var
 o=i[2];if(o){var
-p=o[1],q=i[1],A=M(q[1],p[1]);if(A)var
+p=o[1],r=i[1],A=P(r[1],p[1]);if(A)var
 t=A;else
 var
-B=y(q[1],p[1]),t=B?M(q[2],p[2]):B;if(t){var
+B=x(r[1],p[1]),t=B?P(r[2],p[2]):B;if(t){var
 i=o;continue}var
-z=t}else
+y=t}else
 var
-z=1}else
+y=1}else
 var
-z=1;return N(z,DF,aN)}}return i(u(bd,bE,d),o)}return i(u(bd,hS,d),f)}return i(u(function(b){function
+y=1;return O(y,FX,aN)}}return i(t(bh,bI,b),o)}return i(t(bh,ih,b),f)}return i(t(function(b){function
 a(a){function
 b(c){function
 b(d){function
 b(b){function
 e(e){var
-h=nt(q,aI(n),f[7]),a=f[5];if(a)var
-i=[0,[5,[1,a[1]]],0],g=[0,[0,k(Bt),i],0];else
+h=oe(r,aL(n),f[7]),a=f[5];if(a)var
+i=[0,[6,[1,a[1]]],0],g=[0,[0,k(Dx),i],0];else
 var
 g=a;var
-j=x(g,h);function
-l(a){return D(e,a)}var
-m=x(gk(bL,f[4],[6,e],l),j);function
-o(a){return b?D(a,b[1]):b}var
-p=x(gk(bt,f[3],[5,b],o),m);function
-r(a){return D(a,d)}var
-s=x(gk(bs,f[2],[4,d],r),p);function
-t(a){return D(c,a)}return[0,x(gk(bi,f[1],[3,c],t),s)]}return i(u(ar,bL,a),e)}return i(u(function(a){return a8(ar,a)},bt,a),b)}return i(u(ar,bs,a),b)}return i(u(ar,bi,a),b)}return i(bd(b),a)},bE,d),o)}return i(u(n5,bE,d),o)}return i(m6(w,o),t)}return i(u(ai,ci,b),o)}return i(u(function(a){function
+j=z(g,h);function
+l(a){return A(e,a)}var
+m=z(gJ(bS,f[4],[6,e],l),j);function
+o(a){return b?A(a,b[1]):b}var
+p=z(gJ(bA,f[3],[5,b],o),m);function
+q(a){return A(a,d)}var
+s=z(gJ(bz,f[2],[4,d],q),p);function
+t(a){return A(c,a)}return[0,z(gJ(bs,f[1],[3,c],t),s)]}return i(t(av,bS,a),e)}return i(t(function(a){return aQ(av,a)},bA,a),b)}return i(t(av,bz,a),b)}return i(t(av,bs,a),b)}return i(bh(b),a)},bI,b),o)}return i(t(oT,bI,b),o)}return i(nM(v,o),w)}return i(t(X,bV,d),o)}return i(t(function(a){function
 b(a){var
 b=0;function
-c(a){return 2}return eP(function(a,d){return m4(p,c,b,o,a,d)},a)}return i(be(a),b)},fX,b),t)}return i(u(function(a){function
-b(a){return eP(function(b,g){function
-a(a){if(nE(a[3])){var
-b=a[1];if(b){var
-c=b[2];if(c){var
+c(a){return 2}return fb(function(a,d){return nK(p,c,b,o,a,d)},a)}return i(bp(a),b)},gl,d),v)}return i(t(function(a){function
+b(a){return fb(function(b,h){function
+a(a){if(on(a[3])){var
+c=a[1];if(c){var
 d=c[2];if(d){var
-f=d[2];if(f){if(f[2])return[0,a];var
-w=f[1],x=d[1],j=c[1],l=b[1],h=function(b){function
-c(d){function
-c(b){var
-c=a[5],d=J(nE(b));return[0,[0,a[1],a[2],b,d,c]]}return i(u(function(f){if(K(l,ex))var
-g=B5;else
+f=d[2];if(f){var
+g=f[2];if(g){if(g[2])return[0,a];var
+x=g[1],b=f[1],l=d[1],m=c[1],j=function(c){function
+d(f){function
+d(b){var
+c=a[5],d=I(on(b));return[0,[0,a[1],a[2],b,d,c]]}return i(t(function(g){if(K(m,dk))var
+h=Eo;else
 var
-v=K(l,f9),g=v?Ce:v;if(g){var
-b=g[1],m=bX(BC,w);if(m){var
-n=m[1];if(K(j,c7)){var
-z=0,A=4,B=function(a){return dR(A,a)},C=[0,[0,k(BG),B],z],D=function(a){return[1,a]},F=function(a){return gl(D,a)},G=[0,[0,k(BH),F],C],H=function(a){return[0,a]},I=function(a){return gl(H,a)},L=[0,[0,k(BI),I],G],M=0,O=function(a){return dR(M,a)},P=[0,[0,k(BJ),O],L];switch(n){case
-1:if(b)var
-Q=0,S=function(a){return[3,a]},T=[0,[0,ny,function(a){return nx(Bf,S,a)}],Q],V=2,a=[0,[0,f8,function(a){return dR(V,a)}],T];else
+w=K(m,dj),h=w?Eq:w;if(h){var
+c=h[1],n=bL(DG,x);if(n){var
+o=n[1];if(K(l,b4)){var
+z=0,A=4,B=function(a){return d7(A,a)},C=[0,[0,k(DK),B],z],D=function(a){return[1,a]},E=function(a){return e7(D,a)},G=[0,[0,k(DL),E],C],H=function(a){return[0,a]},J=function(a){return e7(H,a)},L=[0,[0,k(DM),J],G],M=0,N=function(a){return d7(M,a)},P=[0,[0,k(DN),N],L];switch(o){case
+1:if(c)var
+Q=0,S=function(a){return[3,a]},T=[0,[0,iL,function(a){return oh(Dj,S,a)}],Q],W=2,a=[0,[0,eT,function(a){return d7(W,a)}],T];else
 var
-W=0,X=function(a){return[2,a]},Y=function(a){return gl(X,a)},$=[0,[0,k(BK),Y],W],aa=1,ab=function(a){return dR(aa,a)},a=[0,[0,k(BL),ab],$];break;case
-5:if(b)var
+X=0,Y=function(a){return[2,a]},Z=function(a){return e7(Y,a)},_=[0,[0,k(DO),Z],X],$=1,ab=function(a){return d7($,a)},a=[0,[0,k(DP),ab],_];break;case
+5:var
+ae=0,a=[0,[0,e8,function(a){return d7(DQ,a)}],ae];break;case
+6:var
+ag=0,ah=function(a){return[7,a]},a=[0,[0,e8,function(a){return e7(ah,a)}],ag];break;case
+7:if(c)var
 a=0;else
 var
-ac=0,a=[0,[0,io,function(a){return dR(BM,a)}],ac];break;case
-7:if(b)var
+ai=0,aj=function(a){return[4,a]},ak=function(a){return oh(Dh,aj,a)},al=[0,[0,k(DR),ak],ai],an=function(a){return[1,a]},ao=function(a){return e7(an,a)},a=[0,[0,k(DS),ao],al];break;case
+8:if(c)var
 a=0;else
 var
-ae=0,af=function(a){return[4,a]},ag=function(a){return nx(Bd,af,a)},ah=[0,[0,k(BN),ag],ae],ai=function(a){return[1,a]},aj=function(a){return gl(ai,a)},a=[0,[0,k(BO),aj],ah];break;case
-8:if(b)var
-a=0;else
-var
-an=0,ao=3,ap=function(a){return dR(ao,a)},a=[0,[0,k(BP),ap],an];break;case
+ap=0,aq=3,ar=function(a){return d7(aq,a)},a=[0,[0,k(DT),ar],ap];break;case
 0:case
 2:var
-a=b?0:P;break;default:var
+a=c?0:P;break;default:var
 a=0}var
-o=bX(a,x);if(o){var
-ar=function(a){return[0,nz(p,J(b),d,[4,[0,b,0,d,n],a])]};return i(E(o[1],f),ar)}return B6}return B7}return B8}var
-c=K(j,hZ),q=bX(BV,l);if(q){var
-r=q[1];if(K(x,io)){var
-y=0;if(!c&&!K(j,c7))y=1;if(!y){var
-s=bX(BR,w);if(s){var
-t=s[1],h=function(a){if(a){var
-b=[4,[0,r,c,d,t],a[1]];return nz(p,J(r),d,b)}return B9};switch(t){case
-1:if(c){var
-as=function(a){return[0,h(ak(function(a){return[5,a]},a))]};return i(nC(e,f),as)}return B$;case
+q=bL(a,b);if(q){var
+at=function(a){return[0,oi(p,I(c),f,[5,[0,c,0,f,o],a])]};return i(F(q[1],g),at)}return[0,cx(b)]}return[0,cx(b)]}return[0,cx(b)]}var
+d=K(l,eS),r=bL(DZ,m);if(r){var
+s=r[1];if(K(b,e8)){var
+y=0;if(!d&&!K(l,b4))y=1;if(!y){var
+u=bL(DV,x);if(u){var
+v=u[1],j=function(a){if(a){var
+b=[5,[0,s,d,f,v],a[1]];return oi(p,I(s),f,b)}return Ep};switch(v){case
+1:if(d){var
+au=function(a){return[0,j(af(function(a){return[5,a]},a))]};return i(ol(e,g),au)}return[0,cx(b)];case
 3:var
-at=function(a){return[0,h(a)]},aq=function(a){function
+av=function(a){return[0,j(a)]},as=function(a){function
 b(c){function
 b(h){function
 b(d){var
-a=dK(h,0);if(a){var
+a=dY(h,0);if(a){var
 e=a[1];if(d)var
 b=d[1],i=b?[0,[6,c,e,[0,b[1]]]]:b,f=i;else
 var
@@ -6115,46 +6410,46 @@ g=a;return[0,g]}function
 d(b){function
 a(a){function
 b(b){function
-c(a){return[0,ak(function(b){return[0,b,a]},b)]}function
-d(a){return _(al,a)}function
-e(a){return _(d,a)}return i(u(function(a){return _(e,a)},bj,a),c)}return i(u(function(a){return nB(e,a)},eJ,a),b)}return i(U([0,eJ,[0,bj,0]],0,b),a)}return i(u(function(a){return a8(d,a)},np,a),b)}function
+c(a){return[0,af(function(b){return[0,b,a]},b)]}function
+d(a){return V(am,a)}function
+e(a){return V(d,a)}return i(t(function(a){return V(e,a)},bt,a),c)}return i(t(function(a){return ok(e,a)},e5,a),b)}return i(U([0,e5,[0,bt,0]],0,b),a)}return i(t(function(a){return aQ(d,a)},oa,a),b)}function
 d(b){function
 a(a){function
 b(b){function
-c(a){return[0,ak(function(b){return[0,b,a]},b)]}function
+c(a){return[0,af(function(b){return[0,b,a]},b)]}function
 d(b){function
 a(a){if(a){var
 b=a[2];if(b){var
 c=b[2],d=b[1];if(c){var
-f=c[1];if(c[2])return R(B0);var
+f=c[1];if(c[2])return R(D4);var
 g=function(b){function
 a(c){function
-a(a){return N(ad(a),B1,[0,[0,[0,b,c],a]])}return i(al(f),a)}return i(nD(Z(e[3]),d),a)},h=a[1],j=Z(e[4]);return i(a8(function(a){return nD(j,a)},h),g)}return R(B2)}return R(B3)}return R(B4)}return i(be(b),a)}return i(u(function(a){return _(d,a)},nq,a),c)}return i(nA(e,a),b)}return i(U([0,am,[0,c0,[0,cd,[0,nq,0]]]],0,b),a)}return i(u(function(a){return _(d,a)},dz,a),b)}return i(u(function(a){return _(al,a)},gj,a),b)};return i(i(U([0,gj,[0,dz,[0,np,0]]],0,f),aq),at);case
-4:if(c){var
-au=function(a){return[0,h(ak(function(a){return[5,a]},a))]};return i(nC(e,f),au)}return Ca;default:return B_}}return Cb}}return Cc}return Cd},et,b),c)}return i(u(bB,cG,b),c)};return i(bd(g),h)}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return i(h2(F,0,b,g),a)},a)}return i(be(a),b)},fW,b),m)}var
-t=0;function
-w(a){return mx(l,e,t,a)}return i(u(function(a){return _(w,a)},dG,b),m)}var
-m=v?1:v;return i(u(function(b){function
-c(a){return[0,[0,gt(im),a]]}if(typeof
+a(a){return O(ac(a),D5,[0,[0,[0,b,c],a]])}return i(am(f),a)}return i(om(aa(e[3]),d),a)},h=a[1],j=aa(e[4]);return i(aQ(function(a){return om(j,a)},h),g)}return R(D6)}return R(D7)}return R(D8)}return i(bp(b),a)}return i(t(function(a){return V(d,a)},ob,a),c)}return i(oj(e,a),b)}return i(U([0,ad,[0,be,[0,a2,[0,ob,0]]]],0,b),a)}return i(t(function(a){return V(d,a)},dP,a),b)}return i(t(function(a){return V(am,a)},gI,a),b)};return i(i(U([0,gI,[0,dP,[0,oa,0]]],0,g),as),av);case
+4:if(d){var
+aw=function(a){return[0,j(af(function(a){return[5,a]},a))]};return i(ol(e,g),aw)}return[0,cx(b)];default:return[0,cx(b)]}}return[0,cx(b)]}}return[0,cx(b)]}return[0,cx(b)]},dW,c),d)}return i(t(by,ct,c),d)};return i(bh(h),j)}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return i(iq(D,0,b,h),a)},a)}return i(bp(a),b)},gk,d),m)}var
+v=0;function
+w(a){return nd(l,e,v,a)}return i(t(function(a){return V(w,a)},dT,d),m)}var
+m=u?1:u;return i(t(function(b){function
+c(a){return[0,[0,gP(iJ),a]]}if(typeof
 b==="number")var
-a=[0,[0,[11,J(m)],0]];else
+a=[0,[0,[12,I(m)],0]];else
 var
 d=function(a){function
 b(b){function
 c(c){if(m)var
-d=x(b[1],c[1]),a=s(function(a){if(typeof
-a!=="number"&&0===a[0])return[6,a[1]];return a},d);else
+d=z(b[1],c[1]),a=q(function(a){if(typeof
+a!=="number"&&0===a[0])return[7,a[1]];return a},d);else
 var
-a=Dt;return[0,a]}var
-d=1;return i(u(function(a){return eu(l,e,d,a)},bh,a),c)}var
-c=0;return i(u(function(a){return eu(l,e,c,a)},bg,a),b)},a=i(U([0,bg,[0,bh,0]],0,b),d);return i(a,c)},im,p),t)}return i(a7(function(a){function
+a=FL;return[0,a]}var
+d=1;return i(t(function(a){return eP(l,e,d,a)},br,a),c)}var
+c=0;return i(t(function(a){return eP(l,e,c,a)},bq,a),b)},a=i(U([0,bq,[0,br,0]],0,b),d);return i(a,c)},iJ,p),v)}return i(bd(function(a){function
 b(b){return[0,[0,a[1],b]]}var
-c=a[1],d=a[2];return i(u(function(a){return eu(l,e,d,a)},c,p),b)},m),t)}var
-z=0,A=[0,im,s(bx,m)];return i(u(function(a){return U(A,z,a)},dF,b),w)}return i(u(bd,dF,b),m)}return i(u(function(b){function
+c=a[1],d=a[2];return i(t(function(a){return eP(l,e,d,a)},c,p),b)},m),v)}var
+y=0,B=[0,iJ,q(a0,m)];return i(t(function(a){return U(B,y,a)},dS,d),w)}return i(t(bh,dS,d),m)}return i(t(function(b){function
 a(a){function
 b(b){function
 c(c){var
-a=j[2],d=0===a[0]?[0,a[1]]:0,e=ns(am,c,d);return[0,x(ns(bC,[0,b],[0,j[1]]),e)]}return i(u(function(a){return a8(nr,a)},am,a),c)}return i(u(nr,bC,a),b)}return i(U([0,bC,[0,am,0]],0,b),a)},me,d),V)}return i(u(function(b){function
+a=j[2],d=0===a[0]?[0,a[1]]:0,e=od(ad,c,d);return[0,z(od(bG,[0,b],[0,j[1]]),e)]}return i(t(function(a){return aQ(oc,a)},ad,a),c)}return i(t(oc,bG,a),b)}return i(U([0,bG,[0,ad,0]],0,b),a)},mY,b),W)}return i(t(function(b){function
 a(a){function
 b(f){function
 b(g){function
@@ -6163,122 +6458,122 @@ b(j){function
 b(k){function
 b(b){function
 l(a){var
-c=[0,[0,f,g,h,j,k,b,a]],d=b?D(b[1],P):1;return N(d,A4,c)}var
-c=af(gb,a);if(c)var
+c=[0,[0,f,g,h,j,k,b,a]],d=b?A(b[1],L):1;return O(d,C8,c)}var
+c=ah(gA,a);if(c)var
 m=function(a){var
-b=[0,s(by,a)],c=N(cA(s(function(a){return kc(a[1])},a)),A5,b),d=a?1:a;return N(d,A6,c)},n=c[1],d=i(a6(gb,_(function(b){function
+b=[0,q(bb,a)],c=O(ck(q(function(a){return kB(a[1])},a)),C9,b),d=a?1:a;return O(d,C_,c)},n=c[1],d=i(a_(gA,V(function(b){function
 a(a){function
 b(b){function
 c(f){function
 c(g){function
 c(h){var
-i=[0,[0,b,[0,bV(e[4],b),f,g,h]]];if(a)var
+i=[0,[0,b,[0,aD(e[4],b),f,g,h]]];if(a)var
 c=a[2],d=c?1:c;else
 var
-d=1;return N(d,A3,i)}return i(cm(bt,a),c)}return i(cm(bs,a),c)}return i(cm(bi,a),c)}return i(u(function(a){return _(ai,a)},am,a),b)}return i(U([0,am,0],[0,bi,[0,bs,[0,bt,0]]],b),a)},n)),m);else
+d=1;return O(d,C7,i)}return i(cv(bA,a),c)}return i(cv(bz,a),c)}return i(cv(bs,a),c)}return i(t(function(a){return V(X,a)},ad,a),b)}return i(U([0,ad,0],[0,bs,[0,bz,[0,bA,0]]],b),a)},n)),m);else
 var
-d=A7;return i(d,l)}return i(cm(es,a),b)}return i(cm(ic,a),b)}return i(cm(bL,a),b)}return i(cm(bt,a),b)}return i(cm(bs,a),b)}return i(cm(bi,a),b)}return i(U(0,[0,bi,[0,bs,[0,bt,[0,bL,[0,ic,[0,es,[0,gb,0]]]]]]],b),a)},hS,d),f)}var
-p=Z(h),t=a4(gc(c));if(G(r(a4(ie(a,c)),t),p))var
-v=c_(gc(c)),j=na(a,h,c_(ie(a,c)),v),w=j?[0,j[1]]:f,m=w;else
+d=C$;return i(d,l)}return i(cv(cP,a),b)}return i(cv(iC,a),b)}return i(cv(bS,a),b)}return i(cv(bA,a),b)}return i(cv(bz,a),b)}return i(cv(bs,a),b)}return i(U(0,[0,bs,[0,bz,[0,bA,[0,bS,[0,iC,[0,cP,[0,gA,0]]]]]]],b),a)},ih,b),f)}var
+p=aa(h),u=ba(gB(c));if(J(s(ba(iE(a,c)),u),p))var
+v=dp(gB(c)),j=nX(a,h,dp(iE(a,c)),v),w=j?[0,j[1]]:f,m=w;else
 var
 m=f;return i(m,o)}var
-j=0;if(!eB(a)&&!gd(a)){var
-f=q;j=1}if(!j)var
-m=a4(cK(c)),f=r(a4(cL(a,c)),m);var
-o=cb(q,t),p=a7(function(b){var
-g=b[2],k=b[1],d=a4(cK(c));function
+j=0;if(!eX(a)&&!gC(a)){var
+f=r;j=1}if(!j)var
+m=ba(cT(c)),f=s(ba(cU(a,c)),m);var
+o=ci(r,u),p=bd(function(b){var
+g=b[2],k=b[1],d=ba(cT(c));function
 e(b){function
 c(e){function
 c(c){function
 f(f){function
 g(g){var
-a=y(B(r(e,d),c),k),h=[0,[0,f,g]],b=a?G(q,c):a,i=b?M(c,d):b;return N(i,A0,h)}var
-h=Z(a[2]),j=u(function(a){return ax(h,ar,a)},bE,b);return i(bW(gd(a),0,j),g)}var
-g=u(al,fG,b);return i(bW(eB(a),P,g),f)}return i(u(aK,ib,b),c)}return i(u(aK,m9,b),c)}var
-f=bm(gd(a),bE);return i(U(x([0,m9,[0,ib,0]],x(bm(eB(a),fG),f)),0,g),e)},o);return i(a6(bj,N(bJ(f,t),A1,p)),v)},Q=m[1];return i(a6(bj,a7(function(c){var
-g=ac(a[2]);function
+a=x(E(s(e,d),c),k),h=[0,[0,f,g]],b=a?J(r,c):a,i=b?P(c,d):b;return O(i,C4,h)}var
+h=aa(a[2]),j=t(function(a){return aA(h,av,a)},bI,b);return i(b3(gC(a),0,j),g)}var
+g=t(am,f5,b);return i(b3(eX(a),L,g),f)}return i(t(aN,iB,b),c)}return i(t(aN,nU,b),c)}var
+f=bj(gC(a),bI);return i(U(z([0,nU,[0,iB,0]],z(bj(eX(a),f5),f)),0,g),e)},o);return i(a_(bt,O(bP(f,u),C5,p)),v)},Q=m[1];return i(a_(bt,bd(function(c){var
+g=aj(a[2]);function
 b(b){function
 c(c){function
 d(d){function
 e(a){function
 h(e){var
-b=G(q,c),f=N(ej(g,a),AV,[0,[0,c,d,a,e]]),h=b?G(q,d):b;return N(h,AW,f)}var
-e=af(ia,b);if(e)var
+b=J(r,c),f=O(eE(g,a),CZ,[0,[0,c,d,a,e]]),h=b?J(r,d):b;return O(h,C0,f)}var
+e=ah(iA,b);if(e)var
 j=function(b){var
-c=M(q,b),d=c?y(ju(b,fJ(s(dt,a))),q):c;return N(d,AY,AX)},f=i(a6(ia,aK(e[1])),j);else
+c=P(r,b),d=c?x(jT(b,f8(q(dH,a))),r):c;return O(d,C2,C1)},f=i(a_(iA,aN(e[1])),j);else
 var
-f=AZ;return i(f,h)}var
-f=Z(a[2]);return i(u(function(a){return ax(f,al,a)},fF,b),e)}var
-e=Z(a[3]);return i(u(function(a){return fn(e,a)},bC,b),d)}var
-d=Z(a[4]);return i(u(function(a){return fn(d,a)},am,b),c)}return i(U([0,am,[0,bC,[0,fF,0]]],[0,ia,0],c),b)},Q)),O)}}var
-e=a[1];return i(u(function(b){function
+f=C3;return i(f,h)}var
+f=aa(a[2]);return i(t(function(a){return aA(f,am,a)},f4,b),e)}var
+e=aa(a[3]);return i(t(function(a){return fK(e,a)},bG,b),d)}var
+d=aa(a[4]);return i(t(function(a){return fK(d,a)},ad,b),c)}return i(U([0,ad,[0,bG,[0,f4,0]]],[0,iA,0],c),b)},Q)),N)}}var
+e=a[1];return i(t(function(b){function
 a(a){function
 f(d){function
 b(b){function
 f(a){var
-e=[0,[0,b,a,d]],f=a4(s(function(a){return a[2]},b));return N(G(c(2,n),f),AS,e)}var
-g=Z(e[3][3]);function
-h(a){return m$(g,a)}return i(u(function(a){return a8(h,a)},am,a),f)}var
-f=Z(e[3][2]);return i(u(function(a){return m$(f,a)},bC,a),b)}var
-b=af(h$,a);if(b)var
+e=[0,[0,b,a,d]],f=ba(q(function(a){return a[2]},b));return O(J(c(2,n),f),CW,e)}var
+g=aa(e[3][3]);function
+h(a){return nW(g,a)}return i(t(function(a){return aQ(h,a)},ad,a),f)}var
+f=aa(e[3][2]);return i(t(function(a){return nW(f,a)},bG,a),b)}var
+b=ah(iz,a);if(b)var
 g=function(a){var
-d=[0,gS(a)],b=G(c(2,n),a),e=b?G(a,c(2,c(2,c(2,c(2,z(c(2,c(2,c(2,c(2,z(c(2,z(c(2,z(c(2,c(2,c(2,n)))))))))))))))))):b;return N(e,AT,d)},d=i(a6(h$,aK(b[1])),g);else
+d=[0,hb(a)],b=J(c(2,n),a),e=b?J(a,c(2,c(2,c(2,c(2,w(c(2,c(2,c(2,c(2,w(c(2,w(c(2,w(c(2,c(2,c(2,n)))))))))))))))))):b;return O(e,CX,d)},d=i(a_(iz,aN(b[1])),g);else
 var
-d=[0,n];return i(d,f)}return i(U([0,bC,[0,am,0]],[0,h$,0],b),a)},m7,f),h)}return i(a6(dI,kY([4,m_(an(function(a){return J(K(a[1],m7))},f))])),t)};return i(bd(L),j)}return R(DL)}return DM}return i(n4(A,a,g),e)}return i(u(aK,dH,a),e)}return i(u(fq,fY,a),e)}var
-e=[0,dI,[0,bj,0]],f=[0,fY,[0,dH,0]];return i(u(function(a){return U(f,e,a)},er,d),a)};return i(hl(m_(d)),j)}function
+d=[0,n];return i(d,f)}return i(U([0,bG,[0,ad,0]],[0,iz,0],b),a)},nS,f),h)}return i(a_(dV,lH([4,nV(al(function(a){return I(K(a[1],nS))},f))])),u)};return i(bh(M),j)}return R(F3)}return F4}return i(oS(B,a,g),e)}return i(t(aN,dU,a),e)}return i(t(fN,gm,a),e)}var
+e=[0,dV,[0,bt,0]],f=[0,gm,[0,dU,0]];return i(t(function(a){return U(f,e,a)},eM,b),a)};return i(hN(nV(b)),j)}function
 l(a){var
 b=a?[0,a[1]]:a;return[0,b]}function
 f(e){function
 a(a){function
-f(aa){function
-f(ab){function
+f(ac){function
+f(ae){function
 f(f){if(f){var
-j=f[1],l=j[1],p=l[2],a=l[1],F=j[2];if(a){var
-H=a[2],h=a[1],m=function(a){function
-m(ac){var
-f=H,j=0;function
-ad(j){var
-o=a[5],r=a[1][2],t=Z(a[2]),v=Z(a[3]),f=[0,Z(a[4]),v,t,r,o,ac,j];function
-z(c){function
-R(z){if(c){var
-o=c[1],t=ld(a,j,o[2]);switch(a[1][2]){case
+j=f[1],l=j[1],p=l[2],a=l[1],H=j[2];if(a){var
+M=a[2],h=a[1],m=function(a){function
+m(ag){var
+f=M,j=0;function
+ai(j){var
+o=a[5],s=a[1][2],u=aa(a[2]),v=aa(a[3]),f=[0,aa(a[4]),v,u,s,o,ag,j];function
+y(c){function
+T(y){if(c){var
+o=c[1],u=lY(a,j,o[2]);switch(a[1][2]){case
 0:var
 m=0;break;case
 1:var
 m=1;break;default:var
 m=2}var
-v=ds(Z(a[3])),w=[0,ds(Z(a[4])),v,m,t],C=[0,[0,o[1],w]]}else
+v=dG(aa(a[3])),w=[0,dG(aa(a[4])),v,m,u],J=[0,[0,o[1],w]]}else
 var
-C=c;var
-q=e[3][3],n=q?1:q,r=e[3][4],l=r?1:r;function
-y(q){var
-j=$(function(a){return Y(a[1],q)},ew),r=l?mz(n):l,t=j?ew:j,m=x(my,x(t,r)),o=l?an(function(a){return n?n:J(a[2][2])},mw):l;function
+J=c;var
+r=e[3][3],n=r?1:r,s=e[3][4],l=s?1:s;function
+x(r){var
+j=$(function(a){return Z(a[1],r)},eR),s=l?nf(n):l,u=j?eR:j,m=z(ne,z(u,s)),o=l?al(function(a){return n?n:I(a[2][2])},nc):l;function
 v(n){function
-q(D){function
-m(T){function
-V(b){var
-c=b?bg:bh,a=bX(D,c),d=a?a[1][2]:a;return d}function
-m(W){var
-G=a[7];if(G)var
-q=G;else
+r(N){function
+m(ab){function
+ad(b){var
+c=b?bq:br,a=bL(N,c),d=a?a[1][2]:a;return d}function
+m(ag){var
+P=a[7];if(P)var
+r=P;else
 var
-ae=Y(f2,d),q=ae||Y(eq,b);var
-o=af(cj,b);if(o){var
-r=o[1],R=0;if(typeof
-r!=="number"&&4===r[0]){var
-L=r[1];R=1}if(!R)var
-L=0;var
-n=L}else
+ap=Z(gp,b),r=ap||Z(eL,d);var
+n=ah(cr,d);if(n){var
+s=n[1],Y=0;if(typeof
+s!=="number"&&4===s[0]){var
+Q=s[1];Y=1}if(!Y)var
+Q=0;var
+o=Q}else
 var
-n=o;var
-X=q||Y(f0,d),Z=X||Y(f3,d),l=J(Z);function
-M(n){var
+o=n;var
+ai=r||Z(eN,b),aj=ai||Z(eO,b),l=I(aj);function
+R(n){var
 k=0;if(typeof
 h==="number"||!(4===h[0]))k=1;else{var
-b=af(cZ,h[1]),f=0;if(b){var
+b=ah(c_,h[1]),f=0;if(b){var
 c=b[1],g=0;if(typeof
 c!=="number"&&4===c[0]){var
-d=af(bg,c[1]),l=0;if(d){var
+d=ah(bq,c[1]),l=0;if(d){var
 e=d[1],m=0;if(typeof
 e!=="number"&&2===e[0]){var
 a=[0,e[1]];f=1;g=1;l=1;m=1}if(!m)var
@@ -6291,100 +6586,191 @@ var
 i=b;if(!f)var
 a=i}if(k)var
 a=0;if(a){var
-o=E(A,ea([0,n,0]));return K(a[1],o)}return a}var
-_=l?mZ(M,e,a,f,1,n):l,ac=l?mZ(M,e,a,f,0,n):l;function
-m(a){return a?_:ac}var
-t=af(bE,d);if(t){var
-v=t[1],S=0;if(typeof
+o=F(B,et([0,n,0]));return K(a[1],o)}return a}var
+ak=l?nF(R,e,a,f,1,o):l,an=l?nF(R,e,a,f,0,o):l;function
+m(a){return a?ak:an}var
+u=ah(bI,b);if(u){var
+v=u[1],_=0;if(typeof
 v!=="number"&&4===v[0]){var
-w=af(bi,v[1]);if(w){var
-y=w[1],B=0;if(typeof
-y==="number")B=1;else
-switch(y[0]){case
+w=ah(bs,v[1]);if(w){var
+x=w[1],C=0;if(typeof
+x==="number")C=1;else
+switch(x[0]){case
 2:var
-z=y[1];break;case
+y=x[1];break;case
 0:case
-1:B=1;break;default:var
-z=0}if(B)var
-z=0;var
-Q=z}else
+1:C=1;break;default:var
+y=0}if(C)var
+y=0;var
+W=y}else
 var
-Q=w;var
-O=Q;S=1}if(!S)var
-O=0;var
-P=O}else
+W=w;var
+S=W;_=1}if(!_)var
+S=0;var
+T=S}else
 var
-P=t;function
-ad(o){function
-r(b){if(J(l))return 2;if(a[1][1])return 0;var
-i=b?bg:bh;if(J(Y(i,n)))return 1;var
+T=u;function
+ao(n){var
+s=Z(eN,b),P=s||Z(eO,b);function
+u(n){function
+s(b){if(I(l))return 2;if(a[1][1])return 0;var
+i=b?bq:br;if(I(Z(i,o)))return 1;var
 d=m(b);if(d){var
-e=d[1];if($(function(a){return mV(b,a)},o)){var
+e=d[1];if($(function(a){return nB(b,a)},n)){var
 f=e[1],j=e[3];if(2===f[0])var
 c=f[1][8],h=c?1:c,g=h;else
 var
 g=0;return[0,g,j]}return 2}return 2}function
-t(n){function
+u(o){function
 l(l){function
-r(S){function
-l(U){var
-v=hm(e,a[1]),w=v[1],y=v[2];function
-z(a){return q?C7:a}function
-A(a){return y?a:[0,C8,a]}var
-V=[0,[0,ci,z(S)],0],X=h9(h8(n),0,n),Z=x(s(function(a){var
-b=z(a[2]);return[0,a[1],b]},X),V),_=x(h3(0,o),Z),B=dK(W,0),ac=0,ad=0,ae=B?[0,[8,B[1]]]:Dl,ag=x([0,[0,dG,[0,ae,ad]],ac],_),ah=x(s(function(a){var
-b=A(a[2]);return[0,a[1],b]},T),ag),ai=x(s(function(a){var
-b=A(a[2][1]);return[0,gt(a[1]),b]},D),ah),aj=c?[0,[0,k(C_),C9],0]:c,ak=x(aj,ai),al=x(gu([0,eq,0],b,0),ak),r=af(cj,b);if(r){var
-l=r[1],O=0;if(typeof
+s(S){function
+l(T){var
+v=lG(e,a[1]),w=v[1],x=v[2];function
+y(a){return r?Fn:a}function
+A(a){return x?a:[0,Fo,a]}var
+U=[0,[0,bV,y(S)],0],V=ix(iw(o),0,o),W=z(q(function(a){var
+b=y(a[2]);return[0,a[1],b]},V),U),X=z(ir(0,n),W),B=dY(ag,0),Y=0,_=0,aa=B?[0,[8,B[1]]]:FD,ad=z([0,[0,dT,[0,aa,_]],Y],X),af=z(q(function(a){var
+b=A(a[2]);return[0,a[1],b]},ab),ad),ai=z(q(function(a){var
+b=A(a[2][1]);return[0,gP(a[1]),b]},N),af),aj=c?[0,[0,k(Fq),Fp],0]:c,ak=z(aj,ai),am=z(gQ([0,eL,0],d,0),ak),s=ah(cr,d);if(s){var
+l=s[1],L=0;if(typeof
 l!=="number"&&4===l[0]){var
-i=l[1];O=1}if(!O)var
+i=l[1];L=1}if(!L)var
 i=0;var
 u=function(c,a){var
-d=Y(c,i);if(d){var
-g=0;if($(function(b){return mV(a,b)},o))var
-b=m(a),h=b?b[1][3]:b,e=[0,[7,a,0],h];else
+d=Z(c,i);if(d){var
+g=0;if($(function(b){return nB(a,b)},n))var
+b=m(a),h=b?b[1][3]:b,e=[0,[8,a,0],h];else
 var
-e=y_;var
-f=[0,[0,x(cj,x(k(y9),c)),e],g]}else
+e=Ai;var
+f=[0,[0,z(cr,z(k(Ah),c)),e],g]}else
 var
-f=d;return f},Q=i?I(function(a){return cB([0,bg,[0,bh,0]],a[1])},i)?0:[0,[0,cj,y$],0]:[0,[0,cj,za],0],R=x(u(bh,0),Q),E=x(u(bg,1),R)}else
+f=d;return f},Q=i?G(function(a){return bO([0,bq,[0,br,0]],a[1])},i)?0:[0,[0,cr,Aj],0]:[0,[0,cr,Ak],0],R=z(u(br,0),Q),C=z(u(bq,1),R)}else
 var
-E=r;var
-am=x(E,al),P=0;if(!Y(f1,d)&&!ho(a)){var
-G=[0,[0,k(Dk),Dj],0];P=1}if(!P)var
-G=0;var
-an=x(G,am),ao=x(U,x(gu(n6,d,C$),an));if(g)if(p)var
-ap=ea([0,h,H]),aq=[0,[11,K(g[1],ap)],0],t=[0,[0,k(Da),aq],0];else
+C=s;var
+an=z(C,am),P=0;if(!Z(go,b)&&!hP(a)){var
+D=[0,[0,k(FC),FB],0];P=1}if(!P)var
+D=0;var
+ao=z(D,an),ap=z(T,z(gQ(al(function(a){return I(K(a,cP))},oU),b,Fr),ao));if(g)if(p)var
+aq=et([0,h,M]),ar=[0,[12,K(g[1],aq)],0],t=[0,[0,k(Fs),ar],0];else
 var
 t=p;else
 var
 t=g;var
-ar=x(t,ao),as=[0,[0,k(Db),[0,[11,y],0]],0],at=[0,[11,w[2]],0],au=[0,[0,k(Dc),at],as],av=[0,[11,w[1]],0],aw=[0,[0,k(Dd),av],au],ax=[0,[0,k(De),[0,[0,[0,ab]],0]],aw],ay=[0,[11,K(aa,F)],0],az=x([0,[0,k(Df),ay],ax],ar),L=$(function(a){var
+as=z(t,ap),at=[0,[0,k(Ft),[0,[12,x],0]],0],au=[0,[12,w[2]],0],av=[0,[0,k(Fu),au],at],aw=[0,[12,w[1]],0],ax=[0,[0,k(Fv),aw],av],ay=[0,[0,k(Fw),[0,[0,[0,ae]],0]],ax],az=[0,[12,K(ac,H)],0],aA=z([0,[0,k(Fx),az],ay],as),E=$(function(a){var
 b=a[4];if(b)var
 c=a[5],e=c?1:c,d=e;else
 var
-d=b;return d},o);if(L)var
-aA=Y(f0,d),aB=aA||Y(f3,d),M=J(aB);else
+d=b;return d},n);if(E)var
+aB=Z(eN,b),aC=aB||Z(eO,b),F=I(aC);else
 var
-M=L;var
-aC=m(0),aD=[0,[0,[0,[0,f,C],m(1),aC,az,M]]],aE=J(ft(f)),aF=aE||(j?c?0:1:j),aG=N(aF,Dg,aD),aH=e[1]?J(Y(cj,b)):1,aI=N(aH,Dh,aG),aJ=c?J(Y(cj,b)):1;return N(aJ,Di,aI)}return i(u(n5,bE,d),l)}return i(m6(n,l),r)}return i(u(ai,ci,b),l)}return i(u(function(a){function
+F=E;var
+aD=m(0),aE=[0,[0,[0,[0,f,J],m(1),aD,aA,F]]],aF=I(fP(f)),aG=aF||(j?c?0:1:j),aH=O(aG,Fy,aE),aI=e[1]?I(Z(cr,d)):1,aJ=O(aI,Fz,aH),aK=c?I(Z(cr,d)):1;return O(aK,FA,aJ)}return i(t(oT,bI,b),l)}return i(nM(o,l),s)}return i(t(X,bV,d),l)}return i(t(function(a){function
+b(a){return fb(function(a,g){function
 b(a){var
-b=ft(f);return eP(function(a,c){return m4(V,r,b,j,a,c)},a)}return i(be(a),b)},fX,b),t)}return i(u(function(b){function
-d(b){return eP(function(b,t){function
-d(b){var
-s=b[3];if(s){if(typeof
-s[1]==="number"){if(s[2])return[0,b];var
-w=m(mU(b));if(w){var
-e=w[1],F=function(d){if(d){var
-f=d[1],t=0;if(typeof
-f==="number"||!(7===f[0]))t=1;else{var
-g=b[5],r=f[1],h=e[4];if(h)var
+o=0;if(typeof
+g!=="number"&&4===g[0]){var
+c=g[1];o=1}if(!o)var
+c=0;var
+f=a[4];if(f&&typeof
+f[1]==="number"&&!f[2]){var
+i=ah(il,c);if(i){var
+h=i[1],p=0;if(typeof
+h==="number"||!(2===h[0]))p=1;else{var
+j=t(am,dX,c);if(0===j[0]){var
+k=j[1],q=0;if(K(h[1],Cs)){var
+r=Z(di,c),s=r||Z(im,c);if(I(s)){var
+e=function(o,i){var
+p=a[2],q=a[1],j=bZ(function(a){var
+b=[0,nN,[0,nO,0]],c=o?b4:dZ,d=[0,c,b],e=q?dj:dk;return cK(a[1],[0,e,d])},n),f=af(function(a){return a[3]},j);if(f){var
+d=f[1];if(d){var
+g=d[2],e=d[1];if(typeof
+e==="number")return g?Ct:Cu;else{if(0===e[0]){var
+b=e[1];if(14===b[0]){if(g)return Cw;var
+c=b[4],l=0;if(p)var
+m=c?A(c[1],k):c,h=[12,bn(i,m)];else
+var
+h=[3,c,k,i];return[0,[0,[14,b[1],b[2],b[3],c,b[5],b[6]]],[0,h,l]]}return Cv}return Cx}}return Cy}return Cz};if(2<=a[2])var
+l=CA;else{var
+m=a[5];if(m)switch(m[1]){case
+0:var
+d=e(1,1);break;case
+1:var
+d=e(0,0);break;case
+2:var
+d=CB;break;default:var
+u=e(0,1),d=z(e(1,0),u)}else
+var
+d=CC;var
+l=d}var
+b=[0,a[1],a[2],a[3],l,a[5],a[6],a[7]];q=1}}if(!q)var
+b=a}else
+var
+b=a}if(p)var
+b=a}else
+var
+b=a}else
+var
+b=a;return[0,b]}return i(nK(ad,s,fP(f),j,a,g),b)},a)}return i(bp(a),b)},gl,d),u)}return i(t(function(b){function
+d(b){return fb(function(b,l){function
+d(b){function
+Q(b){var
+f=b[3];if(f){if(typeof
+f[1]==="number"){if(f[2])return[0,b];var
+g=b[1];if(g){var
+h=g[2];if(h){var
+j=h[2];if(j){var
+m=j[2];if(m){if(m[2])return[0,b];var
+o=m[1],c=h[1],d=g[1];if(K(j[1],nN)){var
+p=function(f){function
+g(h){function
+g(h){if(h){if(bL(nP,d))var
+a=0;else
+if(n)var
+q=n[1][2],o=z(q,k(Co)),a=[0,z(k(Cp),o),0];else
+var
+a=n;var
+i=[0,Cl,z(bj(dl(k(Cq),d),Cn),a)],c=b[5],e=G(function(a){return bO(c,a)},i),m=0;if(e){var
+f=P||G(function(a){return bO(i,a)},c);if(f){var
+j=ck(c);m=1}else
+var
+g=f}else
+var
+g=e;if(!m)var
+j=g;var
+p=j?[0,b[1],b[2],h[1],0,b[5]]:b,l=p}else
+var
+l=b;return[0,l]}var
+j=af(a0,n);return i(t(function(k){var
+b=bL(nP,d);if(b){var
+f=b[1],g=f[2],p=g[2],q=g[1],r=f[1];if(K(o,gu)){var
+l=0;if(!K(c,eS)&&!K(c,dZ))l=1;if(!l){var
+s=function(b){function
+d(e){function
+d(d){function
+f(f){function
+g(b){var
+a=[0,p,r,f,h,K(c,eS),b,e];return q?[0,[0,[0,[4,a,d],0]]]:O(A(L,d),Cg,[0,[0,[0,[0,[13,a,d]],0]]])}return i(t(function(b){return nQ(a,b)},gy,b),g)}return i(t(function(a){return aR(Cd,a)},bV,b),f)}return i(t(am,dX,b),d)}return i(t(function(b){return nR(e,a,b)},gz,b),d)};return i(U([0,gy,[0,gz,[0,dX,[0,bV,0]]]],0,k),s)}}return Ch}var
+m=0;if(K(d,dj)||K(d,dk))m=1;if(m&&K(o,nO)){var
+n=0;if(K(c,b4)||K(c,dZ))n=1;if(n){var
+u=function(b){function
+f(e){function
+f(b){if(j)var
+f=j[1],g=K(c,b4),a=[0,[0,[14,K(d,dj),g,f,h,b,e]],0];else
+var
+a=Ci;return[0,[0,a]]}return i(t(function(b){return nQ(a,b)},gy,b),f)}return i(t(function(b){return nR(e,a,b)},gz,b),f)};return i(U([0,gy,[0,gz,0]],0,k),u)}}return Cj},dW,f),g)}return i(t(by,ct,f),g)};return i(bh(l),p)}return[0,b]}return[0,b]}return[0,b]}return[0,b]}return[0,b]}return[0,b]}return[0,b]}var
+w=b[3];if(w&&typeof
+w[1]==="number"&&!w[2]){var
+B=m(nA(b));if(B){var
+f=B[1],N=function(d){if(d){var
+e=d[1],t=0;if(typeof
+e==="number"||!(8===e[0]))t=1;else{var
+g=b[5],r=e[1],h=f[4];if(h)var
 i=h[1];else
 var
-y=a[5]?x(k(yW),P):yY,i=y;var
-j=x([0,y0,[0,i,0]],bm(J(r),yV)),c=e[1],l=2===c[0]?[0,y6,x(j,bm(c[1][6],y8))]:[0,yT,x(j,bm(l$(c),y2))],v=2===e[1][0]?0:bm(r,y4),w=x(l,v),m=I(function(a){return cB(g,a)},l),u=0;if(m){var
-n=I(function(a){return cB(w,a)},g);if(n){var
-s=cA(g);u=1}else
+x=a[5]?z(k(z6),T):z8,i=x;var
+j=z([0,z_,[0,i,0]],bj(I(r),z5)),c=f[1],l=2===c[0]?[0,Ae,z(j,bj(c[1][6],Ag))]:[0,z3,z(j,bj(mT(c),Aa))],v=2===f[1][0]?0:bj(r,Ac),w=z(l,v),m=G(function(a){return bO(g,a)},l),u=0;if(m){var
+n=G(function(a){return bO(w,a)},g);if(n){var
+s=ck(g);u=1}else
 var
 o=n}else
 var
@@ -6394,38 +6780,38 @@ p=s?[0,b[1],b[2],d,0,b[5]]:b}if(t)var
 p=b;var
 q=p}else
 var
-q=b;return[0,q]},l=b[1];if(l){var
-n=l[2];if(n){var
-o=n[2];if(o){var
-p=o[2];if(p&&!p[2]){var
-c=p[1],v=o[1],h=n[1],q=l[1],r=K(q,f9);switch(e[1][0]){case
+q=b;return[0,q]},p=b[1];if(p){var
+q=p[2];if(q){var
+r=q[2];if(r){var
+s=r[2];if(s&&!s[2]){var
+c=s[1],y=r[1],j=q[1],u=p[1],v=K(u,dj);switch(f[1][0]){case
 0:var
-j=yM;break;case
+o=zW;break;case
 1:var
-j=yN;break;default:var
-j=yO}var
-f=0;if(K(v,k(j))){var
-y=0;if(!r&&!K(q,ex)){f=1;y=1}if(!y){var
-z=0;if(!K(h,c7)&&!K(h,h0)){f=1;z=1}if(!z){var
-A=0;if(dL(c9,c)||dL(eA,c))A=1;else
-f=1;if(A)var
-C=function(a){function
+o=zX;break;default:var
+o=zY}var
+g=0;if(K(y,k(o))){var
+C=0;if(!v&&!K(u,dk)){g=1;C=1}if(!C){var
+D=0;if(!K(j,b4)&&!K(j,dZ)){g=1;D=1}if(!D){var
+E=0;if(dl(dn,c)||dl(eW,c))E=1;else
+g=1;if(E)var
+H=function(a){function
 b(b){function
 d(a){var
-d=e[3],f=r?bg:bh,g=[0,[11,K(a,f)],d],i=K(h,c7)?[0,c,b]:[1,c,b];return[0,[0,[7,r,i],g]]}return i(u(function(a){function
-b(a){return u(ai,mP,a)}return i(U([0,mP,0],0,a),b)},et,a),d)}return i(u(bB,cG,a),b)},d=i(bd(t),C)}}}else
-f=1;if(f){var
-g=0;if(K(v,mE)){var
-D=[0,k(yQ),0];if(cB([0,k(yR),D],q)&&K(h,h0)){var
-B=0;if(!dL(c9,c)&&!dL(eA,c)){g=1;B=1}if(!B)if(J($(function(a){return mJ(a,c)},mK)))var
-E=function(a){function
+d=f[3],e=v?bq:br,g=[0,[12,K(a,e)],d],h=K(j,b4)?[0,c,b]:[1,c,b];return[0,[0,[8,v,h],g]]}return i(t(function(a){function
+b(a){return t(X,nv,a)}return i(U([0,nv,0],0,a),b)},dW,a),d)}return i(t(by,ct,a),b)},d=i(bh(l),H)}}}else
+g=1;if(g){var
+h=0;if(K(y,nk)){var
+J=[0,k(z0),0];if(bO([0,k(z1),J],u)&&K(j,dZ)){var
+F=0;if(!dl(dn,c)&&!dl(eW,c)){h=1;F=1}if(!F)if(I($(function(a){return np(a,c)},nq)))var
+M=function(a){function
 d(d){function
-f(a){var
-f=e[3];return[0,[0,[7,mU(b),[2,c,d,a]],f]]}return i(u(function(a){function
-b(a){return u(mH,f7,a)}return i(U([0,f7,0],0,a),b)},et,a),f)}return i(u(bB,cG,a),d)},d=i(bd(t),E);else
-g=1}else
-g=1}else
-g=1;if(g)var
+e(a){var
+e=f[3];return[0,[0,[8,nA(b),[2,c,d,a]],e]]}return i(t(function(a){function
+b(a){return t(nn,gt,a)}return i(U([0,gt,0],0,a),b)},dW,a),e)}return i(t(by,ct,a),d)},d=i(bh(l),M);else
+h=1}else
+h=1}else
+h=1;if(h)var
 d=[0,b[3]]}}else
 var
 d=[0,b[3]]}else
@@ -6434,33 +6820,43 @@ d=[0,b[3]]}else
 var
 d=[0,b[3]]}else
 var
-d=[0,b[3]];return i(d,F)}return[0,b]}return[0,b]}return[0,b]}return i(h2(F,ak(function(a){return a[1]},c),b,t),d)},b)}return i(be(b),d)},fW,b),ad)}function
-n(b){return mx(e,a,l,b)}return i(u(function(a){return _(n,a)},dG,b),m)}return i(a7(function(b){function
-j(a){return[0,[0,gt(b[1]),a]]}var
-c=af(b[1],n);if(c){var
+d=[0,b[3]];var
+x=i(d,N)}else
+var
+x=[0,b]}else
+var
+x=[0,b];return i(x,Q)}return i(iq(H,af(function(a){return a[1]},c),b,l),d)},b)}return i(bp(b),d)},gk,d),u)}var
+D=ah(cP,b);if(D)var
+E=D[1],aa=function(a){function
+b(b){return O(A(a,L),BN,[0,[0,[0,a,b]]])}return i(X(E),b)},V=a_(cP,i(am(E),aa));else
+var
+V=BO;return i(V,ao)}function
+n(b){return nd(e,a,l,b)}return i(t(function(a){return V(n,a)},dT,d),m)}return i(bd(function(b){function
+j(a){return[0,[0,gP(b[1]),a]]}var
+c=ah(b[1],n);if(c){var
 d=c[1];if(typeof
 d==="number")var
-f=[0,[0,[11,J(p)],0]];else
+f=[0,[0,[12,I(p)],0]];else
 var
 k=function(a){var
-c=p?[0,[0,[2,b[2][1],b[2][2],a]],0]:Dm;return[0,c]},h=b[2][2],l=_(function(c){function
+c=p?[0,[0,[2,b[2][1],b[2][2],a]],0]:FE;return[0,c]},h=b[2][2],l=V(function(c){function
 b(b){function
 c(c){function
 d(a){function
-d(b){return[0,[0,[0,c,a],b]]}return i(u(ar,f6,b),d)}return i(u(function(b){return hY(e,a,b)},bC,b),d)}var
-d=u(function(b){return mt(e,a,b)},am,b);return i(bW(J(h),bf,d),c)}return i(U(x(bm(J(h),am),[0,bC,[0,f6,0]]),0,c),b)},d),f=i(a6(b[1],l),k);var
+d(b){return[0,[0,[0,c,a],b]]}return i(t(av,gs,b),d)}return i(t(function(b){return ip(e,a,b)},bG,b),d)}var
+d=t(function(b){return m$(e,a,b)},ad,b);return i(b3(I(h),ao,d),c)}return i(U(z(bj(I(h),ad),[0,bG,[0,gs,0]]),0,c),b)},d),f=i(a_(b[1],l),k);var
 g=f}else
 var
-g=Dn;return i(g,j)},o),m)}return i(a7(function(b){function
+g=FF;return i(g,j)},o),m)}return i(bd(function(b){function
 c(a){return[0,[0,b[1],a]]}var
-d=b[1],f=b[2];return i(u(function(b){return eu(e,a,f,b)},d,n),c)},m),q)}var
-y=s(bx,o),w=0,z=x(s(bx,m),y);return i(u(function(a){return U(z,w,a)},dF,b),v)}return i(u(bd,dF,b),y)}if(c){var
-l=c[1],t=l[1];if(t[11]){if(t[6]){var
+d=b[1],f=b[2];return i(t(function(b){return eP(e,a,f,b)},d,n),c)},m),r)}var
+x=q(a0,o),w=0,y=z(q(a0,m),x);return i(t(function(a){return U(y,w,a)},dS,d),v)}return i(t(bh,dS,d),x)}if(c){var
+l=c[1],u=l[1];if(u[11]){if(u[6]){var
 n=j,m=l[2];for(;;){if(n){var
-q=n[2];if(q&&m){var
-r=m[2];if(r){var
-v=y(n[1][1],q[1][1])?lb(m[1],r[1]):1;if(v){var
-n=q,m=r;continue}var
+r=n[2];if(r&&m){var
+s=m[2];if(s){var
+v=x(n[1][1],r[1][1])?lW(m[1],s[1]):1;if(v){var
+n=r,m=s;continue}var
 o=v}else
 var
 o=1}else
@@ -6471,25 +6867,25 @@ o=1;var
 w=o;break}}else
 var
 w=1;var
-G=N(w,uY,uX),L=l[2],z=bJ(Z(j),L);if(z)var
-O=l[2],P=Z(a[2]),B=I(function(a){return bJ(P,a)},O);else
+J=O(w,v6,v5),N=l[2],y=bP(aa(j),N);if(y)var
+Q=l[2],R=aa(a[2]),C=G(function(a){return bP(R,a)},Q);else
 var
-B=z;var
-C=N(B,uZ,G)}else
+C=y;var
+D=O(C,v7,J)}else
 var
-C=u1;var
-Q=t[10],D=a6(fZ,N(I(function(b){var
-c=b[1],f=l[1];return I(function(b){var
-d=Z(a[2]),c=M(b[3],d);return c?$(function(a){var
-c=y(a[1],b[1]);if(c){var
-d=f[6];if(!d)return y(a[2],b[2]);var
+D=v9;var
+S=u[10],E=a_(gn,O(G(function(b){var
+c=b[1],f=l[1];return G(function(b){var
+d=aa(a[2]),c=P(b[3],d);return c?$(function(a){var
+c=x(a[1],b[1]);if(c){var
+d=f[6];if(!d)return x(a[2],b[2]);var
 e=d}else
 var
-e=c;return e},j):c},c)},Q),u0,C))}else
+e=c;return e},j):c},c)},S),v8,D))}else
 var
-D=Do;return i(D,R)}var
-l=af(fZ,d);if(l)var
-B=function(a){return[0,[0,a]]},C=l[1],w=function(b){function
+E=FG;return i(E,T)}var
+l=ah(gn,b);if(l)var
+C=function(a){return[0,[0,a]]},D=l[1],w=function(b){function
 d(e){function
 d(d){function
 f(h){function
@@ -6501,44 +6897,44 @@ g(g){function
 m(m){function
 c(n){function
 c(b){var
-o=b?b[1][2]:b,p=[0,[0,[0,l,d,h,f,k,e,j,g,m,n,ak(bx,b)],o]];if(g)var
-q=g[1],c=bJ(Z(a[3]),q);else
+o=b?b[1][2]:b,p=[0,[0,[0,l,d,h,f,k,e,j,g,m,n,af(a0,b)],o]];if(g)var
+q=g[1],c=bP(aa(a[3]),q);else
 var
 c=1;var
-r=N(c,uR,p),s=e?j?0:1:1,t=N(s,uS,r),u=f?D(f[1],d):1,v=N(u,uT,t),i=J(hp(d)),w=i?D(h,d):i;return N(w,uU,v)}return i(u(function(a){return a8(uL,a)},k4,b),c)}function
+r=O(c,vZ,p),s=e?j?0:1:1,t=O(s,v0,r),u=f?A(f[1],d):1,v=O(u,v1,t),i=I(hQ(d)),w=i?A(h,d):i;return O(w,v2,v)}return i(t(function(a){return aQ(vT,a)},lN,b),c)}function
 o(b){function
 a(a){function
 b(b){function
-c(a){return[0,[0,b,a]]}return i(u(ar,fH,a),c)}function
+c(a){return[0,[0,b,a]]}return i(t(av,f6,a),c)}function
 c(b){function
 a(a){if(a){var
 b=a[2];if(b){var
 c=b[2],f=b[1];if(c){var
 d=c[2],g=c[1];if(d){var
-h=d[1];if(d[2])return R(uF);var
+h=d[1];if(d[2])return R(vN);var
 j=function(a){function
 b(b){function
 c(c){function
-d(d){return[0,[0,a,b,c,d]]}return i(ar(h),d)}return i(aK(g),c)}var
+d(d){return[0,[0,a,b,c,d]]}return i(av(h),d)}return i(aN(g),c)}var
 c=e?typeof
-f==="number"?[0,aI(n)]:R(uG):aK(f);return i(c,b)};return i(aK(a[1]),j)}return R(uH)}return R(uI)}return R(uJ)}return R(uK)}return i(be(b),a)}return i(u(function(a){return _(c,a)},k5,a),b)}return i(U([0,k5,[0,fH,0]],0,b),a)}return i(u(function(a){return _(o,a)},bj,b),c)}var
+f==="number"?[0,aL(n)]:R(vO):aN(f);return i(c,b)};return i(aN(a[1]),j)}return R(vP)}return R(vQ)}return R(vR)}return R(vS)}return i(bp(b),a)}return i(t(function(a){return V(c,a)},lO,a),b)}return i(U([0,lO,[0,f6,0]],0,b),a)}return i(t(function(a){return V(o,a)},bt,b),c)}var
 o=a[2];function
 p(b){function
 a(f){var
-a=s(function(a){return E(ed(function(b){return K(a,b)}),o)},f);if(a){var
+a=q(function(a){return F(ew(function(b){return K(a,b)}),o)},f);if(a){var
 b=a[2],c=a[1];if(b){var
-d=b[1];if(b[2])return R(uN);var
-e=G(q,c),g=[0,[0,c,d]],h=e?G(q,d):e;return N(h,uO,g)}return R(uP)}return R(uQ)}return i(ax(c(2,n),ai,b),a)}return i(u(function(a){return _(p,a)},k3,b),m)}return i(u(function(a){return a8(uD,a)},k2,b),g)}var
-m=[0,[0,k(uV),0],0],o=[0,[0,k(uW),1],m];return i(u(function(a){return aO(o,a)},k0,b),g)}var
-l=[0,[0,bg,1],[0,[0,bh,0],0]];return i(u(function(a){return aO(l,a)},bF,b),g)}return i(u(function(a){return a8(al,a)},bL,b),g)}return i(u(function(a){return a8(al,a)},bt,b),f)}return i(u(al,bs,b),f)}return i(u(al,bi,b),d)}return i(u(eb,k1,b),d)},m=i(a6(fZ,i(U([0,bF,[0,bi,[0,bs,[0,bt,[0,k0,[0,k1,[0,bL,[0,k2,[0,k3,[0,bj,[0,k4,0]]]]]]]]]]],0,C),w)),B);else
+d=b[1];if(b[2])return R(vV);var
+e=J(r,c),g=[0,[0,c,d]],h=e?J(r,d):e;return O(h,vW,g)}return R(vX)}return R(vY)}return i(aA(c(2,n),X,b),a)}return i(t(function(a){return V(p,a)},lM,b),m)}return i(t(function(a){return aQ(vL,a)},lL,b),g)}var
+m=[0,[0,k(v3),0],0],o=[0,[0,k(v4),1],m];return i(t(function(a){return aR(o,a)},lJ,b),g)}var
+l=[0,[0,bq,1],[0,[0,br,0],0]];return i(t(function(a){return aR(l,a)},bJ,b),g)}return i(t(function(a){return aQ(am,a)},bS,b),g)}return i(t(function(a){return aQ(am,a)},bA,b),f)}return i(t(am,bz,b),f)}return i(t(am,bs,b),d)}return i(t(eu,lK,b),d)},m=i(a_(gn,i(U([0,bJ,[0,bs,[0,bz,[0,bA,[0,lJ,[0,lK,[0,bS,[0,lL,[0,lM,[0,bt,[0,lN,0]]]]]]]]]]],0,D),w)),C);else
 var
-m=Dp;return i(m,z)}for(;;){if(f){var
-t=f[1],v=0;if(a[7]&&kZ(t)){var
+m=FH;return i(m,y)}for(;;){if(f){var
+u=f[1],v=0;if(a[7]&&lI(u)){var
 m=[0,T(j,0),f];v=1}if(!v){var
-f=f[2],j=[0,t,j];continue}}else
+f=f[2],j=[0,u,j];continue}}else
 var
 m=[0,T(j,0),0];var
-o=m[2],r=a[6],w=r?[0,cY,0]:r,z=a[5]?0:[0,bE,0],B=x(z,w),C=1===a[1][2]?[0,fG,0]:0,L=x([0,am,[0,bC,[0,fF,0]]],x(C,B)),S=m[1],l=Z(a[2]),O=Z(a[4]),P=Z(a[3]),V=a7(function(c){function
+o=m[2],s=a[6],w=s?[0,c9,0]:s,y=a[5]?0:[0,bI,0],C=z(y,w),D=1===a[1][2]?[0,f5,0]:0,E=z([0,ad,[0,bG,[0,f4,0]]],z(D,C)),W=m[1],l=aa(a[2]),N=aa(a[4]),S=aa(a[3]),Y=bd(function(c){function
 b(b){function
 c(e){function
 c(f){function
@@ -6547,329 +6943,335 @@ d(h){function
 c(j){function
 k(a){return[0,[0,e,f,g,h,j,a]]}var
 c=a[6];if(c)var
-m=function(a){return ax(l,al,a)},n=Z(c[1]),d=u(function(a){return ax(n,m,a)},cY,b);else
+m=function(a){return aA(l,am,a)},n=aa(c[1]),d=t(function(a){return aA(n,m,a)},c9,b);else
 var
-d=t_;return i(d,k)}var
-d=1===a[1][2]?u(al,fG,b):[0,Q];return i(d,c)}if(a[5])var
-c=t$;else
+d=vg;return i(d,k)}var
+d=1===a[1][2]?t(am,f5,b):[0,Q];return i(d,c)}if(a[5])var
+c=vh;else
 var
-h=function(a){return a8(ar,a)},c=u(function(a){return ax(l,h,a)},bE,b);return i(c,d)}return i(u(function(a){return ax(l,al,a)},fF,b),c)}return i(u(function(a){return fn(P,a)},bC,b),c)}return i(u(function(a){return fn(O,a)},am,b),c)}return i(U(L,0,c),b)},S),W=a[7]?o?1:o:1,X=N(W,ua,V);return i(a6(bj,N(I(kZ,o),ub,X)),ad)}}var
-f=af(hR,d);if(f)var
+h=function(a){return aQ(av,a)},c=t(function(a){return aA(l,h,a)},bI,b);return i(c,d)}return i(t(function(a){return aA(l,am,a)},f4,b),c)}return i(t(function(a){return fK(S,a)},bG,b),c)}return i(t(function(a){return fK(N,a)},ad,b),c)}return i(U(E,0,c),b)},W),_=a[7]?o?1:o:1,ab=O(_,vi,Y);return i(a_(bt,O(G(lI,o),vj,ab)),ai)}}var
+f=ah(ig,b);if(f)var
 o=f[1],l=function(b){function
 c(f){function
 c(g){var
 c=a[6];if(c){var
-d=c[1],b=s(function(b){var
-c=a[2];return E(ed(function(a){return K(b,a)}),c)},f),e=a[1][3][3],h=e?1:e,i=Z(d),j=[0,[0,[0,b,E(ed(function(a){return K(g,a)}),d),i,h]]],k=V(b,ca(b));return N(I(function(a){return M(a[1],a[2])},k),uc,j)}return ud}return i(u(ai,cY,b),c)}return i(u(fo,dy,b),c)},j=a6(hR,i(U([0,dy,[0,cY,0]],0,o),l));else
+d=c[1],b=q(function(b){var
+c=a[2];return F(ew(function(a){return K(b,a)}),c)},f),e=a[1][3][3],h=e?1:e,i=aa(d),j=[0,[0,[0,b,F(ew(function(a){return K(g,a)}),d),i,h]]],k=W(b,ch(b));return O(G(function(a){return P(a[1],a[2])},k),vk,j)}return vl}return i(t(X,c9,b),c)}return i(t(fL,dO,b),c)},j=a_(ig,i(U([0,dO,[0,c9,0]],0,o),l));else
 var
-j=Dq;return i(j,m)};return i(a6(dI,kY(h)),m)}return R(Dr)}return Ds}return i(n4(A,a,g),f)}return i(u(aK,dH,a),f)}return i(u(fq,fY,a),f)}var
-f=[0,dI,[0,bj,0]],h=[0,fY,[0,dH,0]];return i(u(function(a){return U(h,f,a)},er,d),a)}return i(i(hl(d),f),l)}return i(u(function(a){return U(p,v,a)},fV,b),w)}return i(u(bd,fV,b),a)}return i(u(CY,md,b),a)}var
-d=[0,[0,k(DO),0],0];return i(u(function(a){return aO(d,a)},fD,b),a)}return i(U(C0,[0,cj,[0,eq,0]],b),a)}var
-t=i(n3(aU),aV);if(0===t[0]){var
-h=t[1];if(typeof
+j=FI;return i(j,m)};return i(a_(dV,lH(h)),m)}return R(FJ)}return FK}return i(oS(B,a,g),f)}return i(t(aN,dU,a),f)}return i(t(fN,gm,a),f)}var
+f=[0,dV,[0,bt,0]],h=[0,gm,[0,dU,0]];return i(t(function(a){return U(h,f,a)},eM,b),a)}return i(i(hN(b),f),l)}return i(t(function(a){return U(p,v,a)},gj,d),y)}return i(t(bh,gj,d),a)}return i(t(Fe,mX,d),a)}var
+b=[0,[0,k(F6),0],0];return i(t(function(a){return aR(b,a)},f2,d),a)}return i(U(Fg,[0,cr,[0,eL,0]],b),a)}var
+v=i(oR(aY),aZ);if(0===v[0]){var
+h=v[1];if(typeof
 h==="number")return 0;else{if(0===h[0]){var
-d=h[1],aQ=hP(d),o=d[1];if(0===o[0])var
-p=1;else{var
-av=o[2],a=o[1],S=li(a[1]),v=0;if(S){var
-l=a[2],ab=0===l[0]?li(l[1]):J(a5(l[1],0));if(ab){var
-ae=gQ(vc,bk(a));if(ae){var
-aj=J(a5(a[4],0));if(aj){var
-aF=a[5],aG=dA(a),ap=fI(bG(a),aG,aF);if(ap){var
-aH=a[5],aJ=a[4],aL=function(a){return ej(aJ,a)},aq=I(function(a){return I(aL,a)},aH);if(aq){var
+d=h[1],aV=id(d),p=d[1];if(0===p[0])var
+u=1;else{var
+aB=p[2],a=p[1],ai=l3(a[1]),y=0;if(ai){var
+l=a[2],ak=0===l[0]?l3(l[1]):I(bc(l[1],0));if(ak){var
+an=g$(wk,bf(a));if(an){var
+aq=I(bc(a[4],0));if(aq){var
+aI=a[5],aJ=c$(a),ar=f7(bK(a),aJ,aI);if(ar){var
+aK=a[5],aM=a[4],aO=function(a){return eE(aM,a)},aw=G(function(a){return G(aO,a)},aK);if(aw){var
 j=a[7];if(0===j[0])var
-C=j[1],F=c1(a[4],C),e=F?I(aE,C):F;else{var
-H=j[1],aC=bk(a),L=fI(bl(a),aC,H);if(L)var
-aD=function(b){var
-c=c1(a[4],b);return c?I(aE,b):c},e=I(function(a){return I(aD,a)},H);else
+D=j[1],H=da(a[4],D),e=H?G(au,D):H;else{var
+N=j[1],aG=bf(a),S=f7(bi(a),aG,N);if(S)var
+aH=function(b){var
+c=da(a[4],b);return c?G(au,b):c},e=G(function(a){return G(aH,a)},N);else
 var
-e=L}if(e){var
-as=a[6];if(as){var
-m=as[1],aM=bk(a),at=fI(bl(a),aM,m);if(at){var
-aN=bc(m),f=ej(ac(bc(m)),aN);v=1}else{var
-f=at;v=1}}else
+e=S}if(e){var
+ax=a[6];if(ax){var
+o=ax[1],aS=bf(a),ay=f7(bi(a),aS,o);if(ay){var
+aT=bo(o),f=eE(aj(bo(o)),aT);y=1}else{var
+f=ay;y=1}}else
 var
 b=1}else
 var
 b=e}else
 var
+b=aw}else
+var
+b=ar}else
+var
 b=aq}else
 var
-b=ap}else
+b=an}else
 var
-b=aj}else
+b=ak}else
 var
-b=ae}else
-var
-b=ab}else
-var
-b=S;if(!v)var
+b=ai;if(!y)var
 f=b;var
-w=0;if(f)if(av)var
-p=g8(av[1]);else{var
-aA=1;w=1}else{var
-aA=f;w=1}if(w)var
-p=aA}if(p&&g8(aQ)){var
-X=n7(d,0),aa=n7(d,1),au=d[1],aP=0===au[0]?0:au[2],a0=ak(hc,aP),bK=hc(hP(d)),aS=d[4],aB=s(function(c){var
+C=0;if(f)if(aB)var
+u=hr(aB[1]);else{var
+aE=1;C=1}else{var
+aE=f;C=1}if(C)var
+u=aE}if(u&&hr(aV)){var
+_=oV(d,0),ae=oV(d,1),az=d[1],aU=0===az[0]?0:az[2],a3=af(hF,aU),m=hF(id(d)),aW=d[4],aF=q(function(c){var
 a=c[2];if(a)var
-e=0,f=[0,a[1],a[2]],b=aR(function(bW,b){if(typeof
+e=0,f=[0,a[1],a[2]],b=aP(function(b9,b){if(typeof
 b==="number")var
 c=2;else
 switch(b[0]){case
 0:var
-c=hf(bK,b[1]);break;case
+c=hI(m,b[1]);break;case
 1:var
-aN=d[1],a1=0===aN[0]?aN[2]:0;if(a1){var
-a2=a1[1],a3=b[3],a4=b[2],e=a2[2],a=a2[1],av=bz(b[1],a[1]),z=0;if(av){var
-bu=j5(a,e),au=$(function(a){if(a)var
+aQ=d[1],a4=0===aQ[0]?aQ[2]:0;if(a4){var
+a5=a4[1],a6=b[3],a7=b[2],e=a5[2],a=a5[1],aA=bn(b[1],a[1]),B=0;if(aA){var
+bA=ks(a,e),az=$(function(a){if(a)var
 b=a[2],c=b?1:b;else
 var
-c=a;return c},bu);if(au)if(a4){var
-p=a4[1],bt=j5(a,e),at=I(function(a){return I(function(b){return I(function(a){return D(b,O(p,a))},a)},a)},bt);if(at){var
-bm=jT(a),ai=bm||J(a[1]),aj=ai?jS(a,e,0):ai;if(a[1])var
-bn=e[1],A=s(function(b){var
-g=e[4],f=an(function(a){return y(a[1],b)},g),h=jT(a)?aj:jS(a,e,[0,b]),c=s(rP,f),d=a[6],i=d?I(function(i){return I(function(j){var
+c=a;return c},bA);if(az)if(a7){var
+t=a7[1],bz=ks(a,e),ay=G(function(a){return G(function(b){return G(function(a){return A(b,M(t,a))},a)},a)},bz);if(ay){var
+bs=kg(a),am=bs||I(a[1]),an=am?kf(a,e,0):am;if(a[1])var
+bt=e[1],C=q(function(b){var
+g=e[4],f=al(function(a){return x(a[1],b)},g),h=kg(a)?an:kf(a,e,[0,b]),c=q(sD,f),d=a[6],i=d?G(function(i){return G(function(j){var
 b=i,a=j;for(;;){if(b){if(a){var
-c=a[1],d=b[1],e=y(d[1],c[1]);if(e){var
-f=bS(d[2],c[2]);if(f){var
+c=a[1],d=b[1],e=x(d[1],c[1]);if(e){var
+f=b1(d[2],c[2]);if(f){var
 b=b[2],a=a[2];continue}var
 g=f}else
 var
 g=e;var
 h=g}else
 var
-h=a;return h}return a?0:1}},c)},c):d;return[0,b,s(function(b){var
-c=jN(a,b);return[0,b[2],c]},f),i,h]},bn);else
+h=a;return h}return a?0:1}},c)},c):d;return[0,b,q(function(b){var
+c=ka(a,b);return[0,b[2],c]},f),i,h]},bt);else
 var
-bo=0,bp=0,bq=j3(e),A=[0,[0,aI(n),s(function(b){var
-c=gX(e,b),d=jL(s(function(b){var
-c=jN(a,b);return cV(gW(e,b),c)},c));return[0,b,cV(az(gY(e,b)),d)]},bq),bp,aj],bo];var
-o=gZ(a),al=I(rQ,e[4]),bf=0;if(al){var
-am=aE(a[3]);if(am){var
-ap=D(a[3],a[2]);if(ap){var
-aq=M(q,gZ(a));if(aq){var
-br=jZ(a),bs=gZ(a),C=I(function(a){return jV(bs,a)},br);bf=1}else
+bu=0,bv=0,bw=kq(e),C=[0,[0,aL(n),q(function(b){var
+c=hg(e,b),d=j_(q(function(b){var
+c=ka(a,b);return c5(hf(e,b),c)},c));return[0,b,c5(at(hh(e,b)),d)]},bw),bv,an],bu];var
+p=hi(a),ao=G(sE,e[4]),bk=0;if(ao){var
+aq=au(a[3]);if(aq){var
+ar=A(a[3],a[2]);if(ar){var
+av=P(r,hi(a));if(av){var
+bx=km(a),by=hi(a),D=G(function(a){return ki(by,a)},bx);bk=1}else
 var
-m=aq}else
+o=av}else
 var
-m=ap}else
+o=ar}else
 var
-m=am}else
+o=aq}else
 var
-m=al;if(!bf)var
-C=m;var
-bg=0;if(C){var
-ar=D(P,p);if(ar){var
-as=I(function(b){var
-$=an(function(a){return y(a[1],b[1])},a3),c=b[2],d=W(function(a){return W(function(b){return y(a[1],b[1])?0:[0,[0,a,b],0]},c)},c);return I(function(L){var
-g=L[2],h=L[1],H=cy(function(a){var
-c=y(a[1],b[1]),d=c?y(a[2],h[1]):c;return d?y(a[3],g[1]):d},$);if(H){var
+o=ao;if(!bk)var
+D=o;var
+bl=0;if(D){var
+aw=A(L,t);if(aw){var
+ax=G(function(b){var
+$=al(function(a){return x(a[1],b[1])},a6),c=b[2],d=Y(function(a){return Y(function(b){return x(a[1],b[1])?0:[0,[0,a,b],0]},c)},c);return G(function(L){var
+g=L[2],h=L[1],H=bZ(function(a){var
+c=x(a[1],b[1]),d=c?x(a[2],h[1]):c;return d?x(a[3],g[1]):d},$);if(H){var
 f=a[4],Y=b[4];if(f)var
-V=a[5]?[0,h,[0,g,0]]:b[2],W=f[1],J=s(function(b){var
-a=cc(W);return cz(b[2],a)},V);else
+V=a[5]?[0,h,[0,g,0]]:b[2],W=f[1],I=q(function(b){var
+a=cj(W);return cJ(b[2],a)},V);else
 var
-J=f;var
-Z=x(J,Y),i=j0(q,H[1][4],Z);if(i){var
-j=i[1],_=cV(p,g[2]),k=cz(h[2],_),u=du(k),v=ao(function(a,b){var
-c=du(a[2]);return gT(r(a[1][2],c),b)},u,j),w=jX(k);if(w){var
-z=I(function(a){return jX(a[2])},j);if(z){var
-A=s(function(a){var
-b=jY(a[2]),c=du(a[2]),d=aw(v,r(a[1][2],c));return[0,r(a[1][1],d),b]},j),S=jY(k),C=aw(v,u),T=function(c){var
-b=a[11],d=b?fg(Q,b[1][2],c[1][1]):a[2];return fj(o,d)},l=M(q,o),U=function(c){var
-b=a[11],d=b?fg(Q,b[1][1],c[1][1]):a[3];return fj(o,d)};if(l){var
-m=M(q,C);if(m){var
-c=A;for(;;){if(c){var
-n=G(q,c[1][1]);if(n){var
+I=f;var
+Z=z(I,Y),i=kn(r,H[1][4],Z);if(i){var
+j=i[1],_=c5(t,g[2]),k=cJ(h[2],_),u=dI(k),v=ap(function(a,b){var
+c=dI(a[2]);return hc(s(a[1][2],c),b)},u,j),w=kk(k);if(w){var
+y=G(function(a){return kk(a[2])},j);if(y){var
+B=q(function(a){var
+b=kl(a[2]),c=dI(a[2]),d=aC(v,s(a[1][2],c));return[0,s(a[1][1],d),b]},j),S=kl(k),C=aC(v,u),T=function(c){var
+b=a[11],d=b?fD(Q,b[1][2],c[1][1]):a[2];return fG(p,d)},l=P(r,p),U=function(c){var
+b=a[11],d=b?fD(Q,b[1][1],c[1][1]):a[3];return fG(p,d)};if(l){var
+m=P(r,C);if(m){var
+c=B;for(;;){if(c){var
+n=J(r,c[1][1]);if(n){var
 c=c[2];continue}var
 d=n}else
 var
 d=1;if(d){var
-t=[0,[0,C,S],A],N=jJ(t),P=jI(t),R=r(o,N);return G(B(jK(U,T,jH(rM,fd(function(n,o){var
-b=o[1],c=n[1],d=b[1],e=d[2],f=d[1],g=c[1],h=g[2],i=g[1],j=M(i,f);if(j)var
+o=[0,[0,C,S],B],N=j8(o),O=j7(o),R=s(p,N);return J(E(j9(U,T,j6(sA,em(function(n,o){var
+b=o[1],c=n[1],d=b[1],e=d[2],f=d[1],g=c[1],h=g[2],i=g[1],j=P(i,f);if(j)var
 a=j;else{var
-k=y(i,f);if(k){var
-l=M(h,e);if(l)var
+k=x(i,f);if(k){var
+l=P(h,e);if(l)var
 a=l;else{var
-m=y(h,e);if(m)return G(c[2],b[2]);var
+m=x(h,e);if(m)return J(c[2],b[2]);var
 a=m}}else
 var
-a=k}return a},P))),R),q)}var
+a=k}return a},O))),R),r)}var
 e=d;break}}else
 var
 e=m}else
 var
 e=l;return e}var
-E=z}else
+D=y}else
 var
-E=w;return E}return i}var
+D=w;return D}return i}var
 K=b[3];if(K)return K;var
-F=ad(j1(a));if(F){var
-X=O(p,j1(a));return D(a[2],X)}return F},d)},A);if(as){var
-w=I(function(a){return $(function(b){var
-d=y(b[1],a[1]),e=d?J(y(a[2],a[3])):d;if(e)var
-f=b[2],c=$(function(b){return y(b[1],a[2])},f);else
+F=ac(ko(a));if(F){var
+X=M(t,ko(a));return A(a[2],X)}return F},d)},C);if(ax){var
+y=G(function(a){return $(function(b){var
+d=x(b[1],a[1]),e=d?I(x(a[2],a[3])):d;if(e)var
+f=b[2],c=$(function(b){return x(b[1],a[2])},f);else
 var
 c=e;if(c){var
-g=b[2];return $(function(b){return y(b[1],a[3])},g)}return c},A)},a3);bg=1}else
+g=b[2];return $(function(b){return x(b[1],a[3])},g)}return c},C)},a6);bl=1}else
 var
-E=as}else
+F=ax}else
 var
-E=ar}else
+F=aw}else
 var
-E=C;if(!bg)var
-w=E}else
+F=D;if(!bl)var
+y=F}else
 var
-w=at}else{var
-F=1;z=1}else{var
-F=au;z=1}}else{var
-F=av;z=1}if(z)var
-w=F;var
-c=b1([0,w])}else
+y=ay}else{var
+H=1;B=1}else{var
+H=az;B=1}}else{var
+H=aA;B=1}if(B)var
+y=H;var
+c=bW([0,y])}else
 var
 c=1;break;case
 2:var
-V=b[3],Y=b[2],a5=b[1];if(a5){var
-k=a5[1];if(y(k[1],k[2]))var
-aD=fB(Y,kU),bv=aD?fB(V,kU):aD,f=[0,bv];else{var
-aF=kT(Y);if(aF){var
-t=aF[1],aG=kT(V);if(aG)if(y(aG[1],B(t,n))){var
-ax=eh(k,[0,t,hg]);if(ax)if(1===ax[1])var
-f=tl;else{var
-H=eh(k,[0,B(t,n),hg]),ae=0;if(H)if(1===H[1]){var
-aA=tm;ae=1}else
+W=b[3],X=b[2],a8=b[1];if(a8){var
+k=a8[1];if(x(k[1],k[2]))var
+aG=fV(X,k9),bB=aG?fV(W,k9):aG,f=[0,bB];else{var
+aH=k8(X);if(aH){var
+u=aH[1],aI=k8(W);if(aI)if(x(aI[1],E(u,n))){var
+aB=eA(k,[0,u,hy]);if(aB)if(1===aB[1])var
+f=t1;else{var
+N=eA(k,[0,E(u,n),hy]),ai=0;if(N)if(1===N[1]){var
+aD=t2;ai=1}else
 var
-f=tn;else{var
-aA=H;ae=1}if(ae)var
-f=aA}else{var
-L=eh(k,[0,B(t,n),hg]);if(L)var
-aB=1!==L[1]?1:0,aC=aB?to:aB;else
+f=t3;else{var
+aD=N;ai=1}if(ai)var
+f=aD}else{var
+O=eA(k,[0,E(u,n),hy]);if(O)var
+aE=1!==O[1]?1:0,aF=aE?t4:aE;else
 var
-aC=L;var
-f=aC}}else
+aF=O;var
+f=aF}}else
 var
-f=tt;else
+f=t9;else
 var
-f=tu}else
+f=t_}else
 var
-f=tv}}else
+f=t$}}else
 var
-aH=fB(Y,kV),bw=aH?fB(V,kV):aH,f=[0,bw];var
-c=b1(f);break;case
+aJ=fV(X,k_),bC=aJ?fV(W,k_):aJ,f=[0,bC];var
+c=bW(f);break;case
 3:var
-bJ=kR(b[1],b[2]),bL=b[3],c=b1(ak(function(a){return bz(bL,a)},bJ));break;case
+bV=hx(b[1],b[2]),bX=b[3],c=bW(af(function(a){return bn(bX,a)},bV));break;case
 4:var
-a6=mc(d),c=a6?b1(CP(a6[1],b[1],b[2])):1;break;case
+Z=b[2],a9=b[1],bE=a9[2]?0:1,bG=bF(m,bE),bH=m[3],bI=m[2],bJ=m[1];if(au(Z))var
+aK=hE(Z),bD=aK?[0,L]:aK,a_=lt(bJ,bI,bH,function(a){return c7(a,[0,L])?up:hx(a,Z)},bD,bG,a9);else
+var
+a_=uq;var
+c=bW(a_);break;case
 5:var
-a7=mc(d);if(a7){var
-Z=b[1],i=a7[1];if(0===Z[0]){var
-l=Z[1],U=aW(l[1]),aU=bc(nK(i,U)),aV=G(q,l[1]),bh=0;if(aV){var
-aX=e6(U,bl(i));if(aX){var
-bC=dD(aU),bD=function(a){return D(bC,a)},aY=iv(l[2],bD);if(aY){var
-bE=function(a){return D(a,cE(aU))},aZ=iv(l[3],bE);if(aZ){var
-bF=function(a){return D(a,cE(ay(U,eG(i),0)))},_=iv(l[4],bF);bh=1}else
+a$=mW(d),c=a$?bW(E7(a$[1],b[1],b[2])):1;break;case
+6:var
+ba=mW(d);if(ba){var
+aa=b[1],i=ba[1];if(0===aa[0]){var
+l=aa[1],V=a1(l[1]),aX=bo(ot(i,V)),aY=J(r,l[1]),bm=0;if(aY){var
+aZ=fs(V,bi(i));if(aZ){var
+bO=dQ(aX),bP=function(a){return A(bO,a)},a0=iU(l[2],bP);if(a0){var
+bQ=function(a){return A(a,cN(aX))},a2=iU(l[3],bQ);if(a2){var
+bR=function(a){return A(a,cN(as(V,e3(i),0)))},ad=iU(l[4],bR);bm=1}else
 var
-v=aZ}else
+w=a2}else
 var
-v=aY}else
+w=a0}else
 var
-v=aX}else
+w=aZ}else
 var
-v=aV;if(!bh)var
-_=v}else
+w=aY;if(!bm)var
+ad=w}else
 var
-bG=Z[1],bH=eG(i),bI=da(i),_=I(function(a){return D(bG,gr(i,bH,0,a))},bI);var
-c=b1([0,_])}else
+bS=aa[1],bT=e3(i),bU=cY(i),ad=G(function(a){return A(bS,gN(i,bT,0,a))},bU);var
+c=bW([0,ad])}else
 var
 c=1;break;case
-6:var
-c=a0?hf(a0[1],b[1]):1;break;case
 7:var
-a8=b[1],a9=hQ(d,a8);if(a9){var
-g=b[2],j=a9[1],T=function(b,a){return b?a?D(b[1],a[1]):1:a?0:1};if(typeof
+c=a3?hI(a3[1],b[1]):1;break;case
+8:var
+bb=b[1],bc=ie(d,bb);if(bc){var
+g=b[2],j=bc[1],U=function(b,a){return b?a?A(b[1],a[1]):1:a?0:1};if(typeof
 g==="number")var
 h=1;else
 switch(g[0]){case
 0:var
-aO=K(g[1],j[2]);if(aO)var
-by=g[2],h=T(l_(j[1]),by);else
+aR=K(g[1],j[2]);if(aR)var
+bL=g[2],h=U(mS(j[1]),bL);else
 var
-h=aO;break;case
+h=aR;break;case
 1:var
-aP=g[2],aQ=K(g[1],j[2]),af=0;if(aQ){var
-aR=T([0,P],aP);if(aR)var
-h=T(aP,hM(j[1]));else{var
-aS=aR;af=1}}else{var
-aS=aQ;af=1}if(af)var
-h=aS;break;default:var
-aT=K(g[1],j[2]);if(aT)var
-bA=g[3],bB=g[2],h=kE(hM(j[1]),bB,bA);else
+aS=g[2],aT=K(g[1],j[2]),aj=0;if(aT){var
+aU=U([0,L],aS);if(aU)var
+h=U(aS,ia(j[1]));else{var
+aV=aU;aj=1}}else{var
+aV=aT;aj=1}if(aj)var
+h=aV;break;default:var
+aW=K(g[1],j[2]);if(aW)var
+bM=g[3],bN=g[2],h=k3(ia(j[1]),bN,bM);else
 var
-h=aT}if(h)var
-bM=a8?aa:X,c=b1(bM);else
+h=aW}if(h)var
+bY=bb?ae:_,c=bW(bY);else
 var
 c=1}else
 var
 c=2;break;case
-8:var
-a_=b[1],a$=hQ(d,a_);if(a$){var
-bN=a_?aa:X,ba=b1(bN);if(ba)var
-c=ba;else{var
-ab=b[2],bb=a$[1][1],bO=b[3],aM=l_(bb),N=hN(ab,hM(bb)),ag=0;if(N)if(N[1]){var
-R=hN(ab,aM),bi=0;if(R)if(R[1]){var
-u=vl;bi=1}else
+9:var
+bd=b[1],be=ie(d,bd);if(be){var
+b0=bd?ae:_,bf=bW(b0);if(bf)var
+c=bf;else{var
+ag=b[2],bg=be[1][1],b2=b[3],aP=mS(bg),R=ib(ag,ia(bg)),ak=0;if(R)if(R[1]){var
+S=ib(ag,aP),bp=0;if(S)if(S[1]){var
+v=wv;bp=1}else
 var
-aJ=vm;else
+aM=ww;else
 var
-aJ=R;if(!bi)var
-u=aJ}else{var
-S=hN(ab,aM),bj=0;if(S)if(S[1]){var
-u=vn;bj=1}else
+aM=S;if(!bp)var
+v=aM}else{var
+T=ib(ag,aP),bq=0;if(T)if(T[1]){var
+v=wx;bq=1}else
 var
-aK=vo;else
+aN=wy;else
 var
-aK=S;if(!bj){var
-aL=aK;ag=1}}else{var
-aL=N;ag=1}if(ag)var
-u=aL;var
-c=b1(ak(function(a){switch(bO){case
+aN=T;if(!bq){var
+aO=aN;ak=1}}else{var
+aO=R;ak=1}if(ak)var
+v=aO;var
+c=bW(af(function(a){switch(b2){case
 0:return a?0:1;case
 1:return 1===a?1:0;case
-2:return 2===a?1:0;default:return 0}},u))}}else
+2:return 2===a?1:0;default:return 0}},v))}}else
 var
-c=2;break;case
-9:var
-ac=b[1],bd=function(b,a){return a?1:hO(b,ac)?0:1},bk=0;if(bd(1,aa)&&bd(0,X))var
-bP=b[2],bQ=d[3],bR=ak(function(a){return a[1]},bQ),bT=d[2],bU=ak(function(a){return a[1]},bT),bx=mb(bR,hO(0,ac)),c=b1([0,D(ah(ah(mb(bU,hO(1,ac)),bx),bP),P)]);else
-bk=1;if(bk)var
 c=2;break;case
 10:var
-be=b[1];if(g8(be))var
-bV=b[2],c=hf(hc(be),bV);else
+ah=b[1],bh=function(b,a){return a?1:ic(b,ah)?0:1},br=0;if(bh(1,ae)&&bh(0,_))var
+b3=b[2],b4=d[3],b5=af(function(a){return a[1]},b4),b6=d[2],b7=af(function(a){return a[1]},b6),bK=mV(b5,ic(0,ah)),c=bW([0,A(ab(ab(mV(b7,ic(1,ah)),bK),b3),L)]);else
+br=1;if(br)var
+c=2;break;case
+11:var
+bj=b[1];if(hr(bj))var
+b8=b[2],c=hI(hF(bj),b8);else
 var
 c=1;break;default:var
-c=b1([0,b[1]])}switch(bW){case
+c=bW([0,b[1]])}switch(b9){case
 0:return c;case
 1:return 1;default:return c?c:2}},f,e);else
 var
-b=2;return[0,c[1],b]},aS);if(d[5]&&J($(function(a){return 1===a[2]?1:0},aB)))return[1,k(DP)];return[0,aB]}return[1,k(DQ)]}var
-aT=h[1];return[0,s(function(a){return[0,a[1],2]},aT)]}}return[1,t[1]]}function
-n8(c){var
-a=aC(c)-1|0,b=0;for(;;){if(0<=a){var
-d=[0,bv(c,a),b],a=a-1|0,b=d;continue}return b}}function
-n9(a){return gK(DT,gJ(jc(function(a){if(32<=a&&!(oS<a))return jf(1,a);return E(jl(DS),a)},a)))}function
-DX(g,f){try{var
-h=py(n8,f),a=DR(rD,n8(g),h)}catch(a){a=po(a);if(a!==i$&&a!==i_)throw a;return DY}if(typeof
-a==="number")return DZ;else{if(0===a[0]){var
+b=2;return[0,c[1],b]},aW);if(d[5]&&I($(function(a){return 1===a[2]?1:0},aF)))return[1,k(F7)];return[0,aF]}return[1,k(F8)]}var
+aX=h[1];return[0,q(function(a){return[0,a[1],2]},aX)]}}return[1,v[1]]}function
+oW(c){var
+a=aG(c)-1|0,b=0;for(;;){if(0<=a){var
+d=[0,bC(c,a),b],a=a-1|0,b=d;continue}return b}}function
+oX(a){return g6(F$,g5(jB(function(a){if(32<=a&&!(pG<a))return jE(1,a);return F(jK(F_),a)},a)))}function
+Gd(g,f){try{var
+h=qm(oW,f),a=F9(sr,oW(g),h)}catch(a){a=qc(a);if(a!==jy&&a!==jx)throw a;return Ge}if(typeof
+a==="number")return Gf;else{if(0===a[0]){var
 b=a[1],c=function(e){var
 a=b;for(;;){if(a){var
 c=a[1][2]===e?1:0,d=a[2];if(c)return c;var
 a=d;continue}return 0}};if(c(1))var
 d=1;else
 var
-e=c(2),d=e?3:e;return[0,gJ(jc(function(b){var
-c=d1(D0,n9(b[1]));switch(b[2]){case
+e=c(2),d=e?3:e;return[0,g5(jB(function(b){var
+c=eh(Gg,oX(b[1]));switch(b[2]){case
 0:var
-a=DU;break;case
+a=Ga;break;case
 1:var
-a=DV;break;default:var
-a=DW}return d1(a,c)},b)),d]}return[0,[0,d1(D1,n9(a[1])),0],2]}}E9(function(b){var
-a=DX(b,0);return gK(D2,[0,w(ab+a[2]),a[1]])});jb(0);return}(globalThis));
+a=Gb;break;default:var
+a=Gc}return eh(a,c)},b)),d]}return[0,[0,eh(Gh,oX(a[1])),0],2]}}Hp(function(b){var
+a=Gd(b,0);return g6(Gi,[0,y(ai+a[2]),a[1]])});jA(0);return}(globalThis));
