@@ -83,6 +83,18 @@ Proof. by case/andP => /(@at_mostP R) le /(@at_mostP R) ge; apply: le_anti; rewr
 Lemma ratio_divided q r : positive_fraction r -> ratio (divided q r) = ratio q / ratio r.
 Proof. by move=> r0; rewrite /divided ratio_times ratio_inverse. Qed.
 
+Lemma square_cleared (a u c : R) : u != 0 -> (a / u * (a / u) + 1) * (u * u * c) = c * (a * a + u * u).
+Proof.
+move=> u0; have -> : (a / u * (a / u) + 1) * (u * u * c) = c * (a * a * (u^-1 * u) * (u^-1 * u) + u * u) by ring.
+by rewrite mulVf // !mulr1.
+Qed.
+
+Lemma product_cleared (a b u c : R) : u != 0 -> c != 0 -> 2%:R * (a / u) * (b / c) * (u * u * c) = 2%:R * a * (b * u).
+Proof.
+move=> u0 c0; have -> : 2%:R * (a / u) * (b / c) * (u * u * c) = 2%:R * a * (b * u) * (u^-1 * u) * (c^-1 * c) by ring.
+by rewrite !mulVf // !mulr1.
+Qed.
+
 Lemma balancedP (e b : Q) : is_balanced e b -> let x := ratio b in x <= ratio e \/ x * x + 1 <= 2%:R * x * ratio e.
 Proof.
 rewrite /is_balanced; set n := Z.div _ _ => /andP[/Z.eqb_eq whole root].
@@ -100,15 +112,7 @@ have two : embed 2 = 2%:R by [].
 rewrite two in leR.
 have un : u != 0 by rewrite gt_eqF. have qn : embed q != 0 by rewrite gt_eqF.
 rewrite -(ler_pmul2r (_ : 0 < u * u * embed q)) ?mulr_gt0 //.
-have -> : (embed n / u * (embed n / u) + 1) * (u * u * embed q) = embed q * (embed n * embed n + u * u).
-  have -> : (embed n / u * (embed n / u) + 1) * (u * u * embed q)
-    = embed q * (embed n * embed n * (u^-1 * u) * (u^-1 * u) + u * u) by ring.
-  by rewrite mulVf // !mulr1.
-have -> : 2%:R * (embed n / u) * (embed p / embed q) * (u * u * embed q) = 2%:R * embed n * (embed p * u).
-  have -> : 2%:R * (embed n / u) * (embed p / embed q) * (u * u * embed q)
-    = 2%:R * embed n * (embed p * u) * (u^-1 * u) * ((embed q)^-1 * embed q) by ring.
-  by rewrite !mulVf // !mulr1.
-exact: leR.
+by rewrite square_cleared // product_cleared.
 Qed.
 
 (* ---- What a weaker factor leaves ---- *)
