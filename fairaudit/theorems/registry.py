@@ -69,8 +69,8 @@ _BOXES = (
     f"{_COVERAGE})."
 )
 _PAIRS = (
-    "Machine-checked, under `draws` below: for every law of the draws, what a program accepts of ladders of knots is wrong at most with the "
-    "probability that is said, for a pair and for the interval. Not machine-checked: that this checker computes the same, splits and "
+    "Machine-checked, under `draws` below: for every law of the draws, what a program accepts of ladders of knots is wrong at most with "
+    "the probability that is said, for a pair and for the interval. Not machine-checked: that this checker computes the same, splits and "
     f"differences (written proofs in docs/certificate-samples.md, {_COVERAGE})."
 )
 _UNITS = (

@@ -1,4 +1,4 @@
-"""Intervals by boxes of ends, as the verified program and the Python checker judge them: many cells, of which few are listed, and many draws.
+"""Intervals by boxes of ends, judged by the verified program as by the other: many cells, of which few are listed, and many draws.
 
 One alteration in 8 in .ci/run; all: FAIRAUDIT_FULL=1 pytest -s tests/whole/test_verified_ends.py
 """
@@ -14,21 +14,13 @@ from random import Random as Pick
 from typing import Any
 
 import pytest
-from built_proofs import PROOFS, build
 from certificate_changes import put
 from certificate_kinds import as_bytes
-from verified_roads import FALSE, MALFORMED, TRUE, Tally, driver, natively
+from verified_roads import FALSE, MALFORMED, TRUE, Tally, natively
 
 import fairaudit as fa
 
 FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
-
-
-@pytest.fixture(scope="module")
-def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    if os.environ.get("FAIRAUDIT_COQ") != "1" and not (PROOFS / "checker" / "Certificate.vo").is_file():
-        pytest.skip("the proofs are not built: make -C proofs, see docs/proofs.md")
-    return driver(build("build/fairaudit-check") / "build", tmp_path_factory.mktemp("driver"))
 
 
 def with_plain_ends() -> list[dict[str, Any]]:

@@ -13,21 +13,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from built_proofs import PROOFS, build
 from certificate_changes import put
 from certificate_kinds import as_bytes
-from verified_roads import FALSE, MALFORMED, OPEN, TRUE, Tally, driver, natively
+from verified_roads import FALSE, MALFORMED, OPEN, TRUE, Tally, natively
 
 import fairaudit as fa
 
 FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
-
-
-@pytest.fixture(scope="module")
-def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    if os.environ.get("FAIRAUDIT_COQ") != "1" and not (PROOFS / "checker" / "Certificate.vo").is_file():
-        pytest.skip("the proofs are not built: make -C proofs, see docs/proofs.md")
-    return driver(build("build/fairaudit-check") / "build", tmp_path_factory.mktemp("driver"))
 
 
 def with_ladders() -> list[dict[str, Any]]:

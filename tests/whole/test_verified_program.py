@@ -20,14 +20,14 @@ from typing import Any
 import over_policies
 import pytest
 from assumptions import complete
-from built_proofs import PROOFS, build
+from built_proofs import PROOFS
 from certificate_changes import other_values, places, put
 from certificate_kinds import as_bytes
 from forged_certificates import FAMILIES, Forged
 from plain_certificates import make
 from policy_certificates import FLOORED, POLICIES
 from truth_certificates import truth_certificate
-from verified_roads import FALSE, MALFORMED, OPEN, TRUE, Tally, documents, driver, natively, of_true_labels
+from verified_roads import FALSE, MALFORMED, OPEN, TRUE, Tally, documents, natively, of_true_labels
 
 import fairaudit as fa
 
@@ -36,14 +36,6 @@ BLOCKS = 10
 EACH = 49
 """Alterations of each true document."""
 PER_BLOCK = 100_000 // BLOCKS if FULL else 5 * int(os.environ.get("FAIRAUDIT_EXAMPLES", "50"))
-
-
-@pytest.fixture(scope="module")
-def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The program, which judges many documents in one process, where the proofs were built before or have to be."""
-    if os.environ.get("FAIRAUDIT_COQ") != "1" and not (PROOFS / "checker" / "Certificate.vo").is_file():
-        pytest.skip("the proofs are not built: make -C proofs, see docs/proofs.md")
-    return driver(build("build/fairaudit-check") / "build", tmp_path_factory.mktemp("driver"))
 
 
 @pytest.mark.parametrize("block", range(BLOCKS))

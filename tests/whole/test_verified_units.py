@@ -16,24 +16,15 @@ from random import Random as Pick
 from typing import Any
 
 import pytest
-from built_proofs import PROOFS, build
 from certificate_changes import redigested
 from certificate_kinds import as_bytes
 from paired_certificates import alterations, certified, honest, line, logs, named
-from verified_roads import FALSE, MALFORMED, TRUE, Tally, altered, driver, in_script, natively
+from verified_roads import FALSE, MALFORMED, TRUE, Tally, altered, in_script, natively
 
 import fairaudit as fa
 
 DOCUMENTS = max(2, int(os.environ.get("FAIRAUDIT_EXAMPLES", "50")) // 10)
 """Of which each is altered some fifty times."""
-
-
-@pytest.fixture(scope="module")
-def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The program, which judges many documents in one process, where the proofs were built before or have to be."""
-    if os.environ.get("FAIRAUDIT_COQ") != "1" and not (PROOFS / "checker" / "Certificate.vo").is_file():
-        pytest.skip("the proofs are not built: make -C proofs, see docs/proofs.md")
-    return driver(build("build/fairaudit-check") / "build", tmp_path_factory.mktemp("driver"))
 
 
 def units(rows: list[tuple[str, str, str]], utility: Any, **options: Any) -> dict[str, Any]:

@@ -12,11 +12,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import pytest
-from built_proofs import PROOFS, build
 from certificate_changes import put
 from certificate_kinds import admissions, as_bytes
-from verified_roads import FALSE, MALFORMED, OPEN, TRUE, Tally, driver, in_python, natively
+from verified_roads import FALSE, MALFORMED, OPEN, TRUE, Tally, in_python, natively
 
 import fairaudit as fa
 
@@ -32,13 +30,6 @@ DRAWS = (
     "the draws within a cell are independent, each with the law of the cell, and how many there are does not depend on how they came out"
 )
 UNDER = (", whoever the unknown are", ", with the declared hidden context", ", within the declared drift", ", whatever the undecided meant")
-
-
-@pytest.fixture(scope="module")
-def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    if os.environ.get("FAIRAUDIT_COQ") != "1" and not (PROOFS / "checker" / "Certificate.vo").is_file():
-        pytest.skip("the proofs are not built: make -C proofs, see docs/proofs.md")
-    return driver(build("build/fairaudit-check") / "build", tmp_path_factory.mktemp("driver"))
 
 
 def certain(**options: Any) -> fa.Result:
