@@ -230,14 +230,21 @@ INTERVALS = ("binomial", "hoeffding-kl", "paired-betting")
 LEFT = {
     **dict.fromkeys(("local_ratio", "intervals.local"), "the interval within contexts"),
     **dict.fromkeys(("global_ratio", "intervals.global"), "the interval over all contexts"),
-    **dict.fromkeys(("local_difference", "global_difference"), "intervals of differences"),
+    **dict.fromkeys(
+        ("local_difference", "global_difference", "intervals.local_difference", "intervals.global_difference"), "intervals of differences"
+    ),
     "T13": "the greatest ratio over many policies (T13)",
     "T14": "hidden factors (T14)",
-    "T15": "people of unknown groups (T15)",
+    **dict.fromkeys(("T15", "subject.unknown_shares"), "people of unknown groups (T15)"),
     **dict.fromkeys(("subject.max_drift", "T16"), "drift (T16)"),
     "changed": "the change",
     "subject.evaluation": "how the log was read",
     "subject.preparation": "what was left out",
+    "subject.spellings": "spellings of labels",
+    "subject.undecided": "undecided decisions",
+    "subject.class": "whether the utility is in the class",
+    "subject.privacy": "the privacy of the filters",
+    "subject.declared": "what was declared",
     "subject.table.cells": "the size of the table",
     "metrics.unfiltered": "the figures without the filter",
     "the assumptions of the claims": "the assumptions",
@@ -267,8 +274,6 @@ def road(raw: bytes, known: Mapping[str, Any] | None = None) -> Mapping[str, Any
         return found
     _, _, after = file.text.partition("(* The certificate also states what is not proved here: *)\n")
     listed = [line.removeprefix("(* ") for line in after.partition("\n\n")[0].splitlines()]
-    listed += ["changed"] * ("changed" in document)
-    listed += [f"subject.{name}" for name in ("evaluation", "preparation") if name in document["subject"]]
     found["coq"] = {"true": file.proved, "left": kinds(listed, document)}
     return found
 
