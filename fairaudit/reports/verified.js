@@ -4,26 +4,26 @@ globalThis!=="object"&&(this?b():(a.defineProperty(a.prototype,"_T_",{configurab
 b(){var
 b=this||self;b.globalThis=b;delete
 a.prototype._T_}}(Object));(function(ak){"use strict";var
-o4="%Li",pv=" : flags Open_text and Open_binary are not compatible",d=115,e=105,po="Invalid_argument",f=111,gU='"',i3=1255,i9=-15,i2=255,pC=0x800,b$=0xffff,jd=123,pb="jsError",b9=0x8000,pn="%ni",pi=12520,aO=107,pB=256,pa="End_of_file",i8="Unix.Unix_error",i1="Failure",pH="infinity",cB=0xff,u=109,i0="mkdir",gS=1000,pG=126,ai="",pu="Stack_overflow",i$="ENOENT",ph="^",dt=122,gR=": No such file or directory",bB="0",pt="/static/",pA="([^/]+)",eb=0x3f,ps=-97,pr="Not_found",i_=0xf,ds=128,o_=-48,o$=0xdc00,pm="Sys_blocked_io",pK="fd ",ff=125,pz="ENOTEMPTY",v=112,pg="Match_failure",bk=248,aW="camlinternalFormat.ml",py="Division_by_zero",pJ=1027,o9="Sys_error",ec=".",ea="+",i7="rmdir",pF=0xf0,pl="%u",g=110,o8="EEXIST",px="%d",b=116,pf="%li",pq=1026,D=118,N=121,pw="buffer.ml",H=119,j=108,fd=127,fe=1024,l=104,pE=-32,o2="Pervasives.do_at_exit",o3="utf8",aF=106,cy=" ",bX=0x80,jc="e",o1="Undefined_recursive_module",ae=120,C=103,pk=" : flags Open_rdonly and Open_wronly are not compatible",B=102,o7=512,dr="-",i5="nan",cA=113,o6=0x7ff0,jb=": Not a directory",pe=0xe0,pj=" : file already exists",a=101,m=117,pd=0xdfff,cz=0xffffff,b_="/",i6="compare: functional value",pD="Assert_failure",o5="0x",o0="%i",pI="Out_of_memory",i4="ENOTDIR",h=114,pp="true",gT=254,ja="index out of bounds",p=100,pc=250,gV="_bigarr02";function
-GE(d,b,e,c,f){if(c<=b)for(var
+oX="%Li",po=" : flags Open_text and Open_binary are not compatible",d=115,e=105,ph="Invalid_argument",f=111,gO='"',iW=1255,i2=-15,iV=255,pv=0x800,b$=0xffff,i8=123,o6="jsError",b9=0x8000,pg="%ni",pb=12520,aM=107,pu=256,o5="End_of_file",i1="Unix.Unix_error",iU="Failure",pA="infinity",cB=0xff,u=109,iT="mkdir",gM=1000,pz=126,ai="",pn="Stack_overflow",i4="ENOENT",pa="^",dt=122,gL=": No such file or directory",bB="0",pm="/static/",pt="([^/]+)",ea=0x3f,pl=-97,pk="Not_found",i3=0xf,ds=128,o3=-48,o4=0xdc00,pf="Sys_blocked_io",pD="fd ",fd=125,ps="ENOTEMPTY",v=112,o$="Match_failure",bi=248,aT="camlinternalFormat.ml",pr="Division_by_zero",pC=1027,o2="Sys_error",eb=".",d$="+",i0="rmdir",py=0xf0,pe="%u",g=110,o1="EEXIST",pq="%d",b=116,o_="%li",pj=1026,D=118,N=121,pp="buffer.ml",H=119,j=108,fb=127,fc=1024,l=104,px=-32,oV="Pervasives.do_at_exit",oW="utf8",aD=106,cy=" ",bX=0x80,i7="e",oU="Undefined_recursive_module",ae=120,C=103,pd=" : flags Open_rdonly and Open_wronly are not compatible",B=102,o0=512,dr="-",iY="nan",cA=113,oZ=0x7ff0,i6=": Not a directory",o9=0xe0,pc=" : file already exists",a=101,m=117,o8=0xdfff,cz=0xffffff,b_="/",iZ="compare: functional value",pw="Assert_failure",oY="0x",oT="%i",pB="Out_of_memory",iX="ENOTDIR",h=114,pi="true",gN=254,i5="index out of bounds",p=100,o7=250,gP="_bigarr02";function
+Gy(d,b,e,c,f){if(c<=b)for(var
 a=1;a<=f;a++)e[c+a]=d[b+a];else
 for(var
 a=f;a>=1;a--)e[c+a]=d[b+a];return 0}function
-GH(e,f,d){var
+GB(e,f,d){var
 a=new
 Array(d+1);a[0]=0;for(var
 b=1,c=f+1;b<=d;b++,c++)a[b]=e[c];return a}function
-jp(c,b,a){var
+ji(c,b,a){var
 d=String.fromCharCode;if(b==0&&a<=4096&&a==c.length)return d.apply(null,c);var
-e=ai;for(;0<a;b+=fe,a-=fe)e+=d.apply(null,c.slice(b,b+Math.min(a,fe)));return e}function
-gX(b){if(ak.Uint8Array)var
+e=ai;for(;0<a;b+=fc,a-=fc)e+=d.apply(null,c.slice(b,b+Math.min(a,fc)));return e}function
+gR(b){if(ak.Uint8Array)var
 c=new(ak.Uint8Array)(b.l);else
 var
 c=new
 Array(b.l);var
 e=b.c,d=e.length,a=0;for(;a<d;a++)c[a]=e.charCodeAt(a);for(d=b.l;a<d;a++)c[a]=0;b.c=c;b.t=4;return c}function
-du(d,e,b,f,c){if(c==0)return 0;if(f==0&&(c>=b.l||b.t==2&&c>=b.c.length)){b.c=d.t==4?jp(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else
-if(b.t==2&&f==b.c.length){b.c+=d.t==4?jp(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else{if(b.t!=4)gX(b);var
+du(d,e,b,f,c){if(c==0)return 0;if(f==0&&(c>=b.l||b.t==2&&c>=b.c.length)){b.c=d.t==4?ji(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else
+if(b.t==2&&f==b.c.length){b.c+=d.t==4?ji(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else{if(b.t!=4)gR(b);var
 g=d.c,h=b.c;if(d.t==4)if(f<=e)for(var
 a=0;a<c;a++)h[f+a]=g[e+a];else
 for(var
@@ -32,46 +32,46 @@ i=Math.min(c,g.length-e);for(var
 a=0;a<i;a++)h[f+a]=g.charCodeAt(e+a);for(;a<c;a++)h[f+a]=0}}return 0}function
 dv(a){return a}function
 cc(a,b,c,d,e){du(dv(a),b,c,d,e);return 0}function
-Hj(b,a){throw[0,b,a]}function
-ef(b,a){if(b==0)return ai;if(a.repeat)return a.repeat(b);var
+Hd(b,a){throw[0,b,a]}function
+ee(b,a){if(b==0)return ai;if(a.repeat)return a.repeat(b);var
 d=ai,c=0;for(;;){if(b&1)d+=a;b>>=1;if(b==0)return d;a+=a;c++;if(c==9)a.slice(0,1)}}function
-gY(a){if(a.t==2)a.c+=ef(a.l-a.c.length,"\0");else
-a.c=jp(a.c,0,a.c.length);a.t=0}function
-qh(a){if(a.length<24){for(var
-b=0;b<a.length;b++)if(a.charCodeAt(b)>fd)return false;return true}else
+gS(a){if(a.t==2)a.c+=ee(a.l-a.c.length,"\0");else
+a.c=ji(a.c,0,a.c.length);a.t=0}function
+qb(a){if(a.length<24){for(var
+b=0;b<a.length;b++)if(a.charCodeAt(b)>fb)return false;return true}else
 return!/[^\x00-\x7f]/.test(a)}function
-jr(e){for(var
+jk(e){for(var
 j=ai,c=ai,g,f,h,a,b=0,i=e.length;b<i;b++){f=e.charCodeAt(b);if(f<bX){for(var
-d=b+1;d<i&&(f=e.charCodeAt(d))<bX;d++);if(d-b>o7){c.substr(0,1);j+=c;c=ai;j+=e.slice(b,d)}else
-c+=e.slice(b,d);if(d==i)break;b=d}a=1;if(++b<i&&((h=e.charCodeAt(b))&-64)==ds){g=h+(f<<6);if(f<pe){a=g-0x3080;if(a<bX)a=1}else{a=2;if(++b<i&&((h=e.charCodeAt(b))&-64)==ds){g=h+(g<<6);if(f<pF){a=g-0xe2080;if(a<pC||a>=0xd7ff&&a<0xe000)a=2}else{a=3;if(++b<i&&((h=e.charCodeAt(b))&-64)==ds&&f<0xf5){a=h-0x3c82080+(g<<6);if(a<0x10000||a>0x10ffff)a=3}}}}}if(a<4){b-=a;c+="\ufffd"}else
-if(a>b$)c+=String.fromCharCode(0xd7c0+(a>>10),o$+(a&0x3FF));else
-c+=String.fromCharCode(a);if(c.length>fe){c.substr(0,1);j+=c;c=ai}}return j+c}function
+d=b+1;d<i&&(f=e.charCodeAt(d))<bX;d++);if(d-b>o0){c.substr(0,1);j+=c;c=ai;j+=e.slice(b,d)}else
+c+=e.slice(b,d);if(d==i)break;b=d}a=1;if(++b<i&&((h=e.charCodeAt(b))&-64)==ds){g=h+(f<<6);if(f<o9){a=g-0x3080;if(a<bX)a=1}else{a=2;if(++b<i&&((h=e.charCodeAt(b))&-64)==ds){g=h+(g<<6);if(f<py){a=g-0xe2080;if(a<pv||a>=0xd7ff&&a<0xe000)a=2}else{a=3;if(++b<i&&((h=e.charCodeAt(b))&-64)==ds&&f<0xf5){a=h-0x3c82080+(g<<6);if(a<0x10000||a>0x10ffff)a=3}}}}}if(a<4){b-=a;c+="\ufffd"}else
+if(a>b$)c+=String.fromCharCode(0xd7c0+(a>>10),o4+(a&0x3FF));else
+c+=String.fromCharCode(a);if(c.length>fc){c.substr(0,1);j+=c;c=ai}}return j+c}function
 ca(c,a,b){this.t=c;this.c=a;this.l=b}ca.prototype.toString=function(){switch(this.t){case
-9:return this.c;default:gY(this);case
-0:if(qh(this.c)){this.t=9;return this.c}this.t=8;case
+9:return this.c;default:gS(this);case
+0:if(qb(this.c)){this.t=9;return this.c}this.t=8;case
 8:return this.c}};ca.prototype.toUtf16=function(){var
-a=this.toString();if(this.t==9)return a;return jr(a)};ca.prototype.slice=function(){var
+a=this.toString();if(this.t==9)return a;return jk(a)};ca.prototype.slice=function(){var
 a=this.t==4?this.c.slice():this.c;return new
 ca(this.t,a,this.l)};function
-pU(a){return new
+pN(a){return new
 ca(0,a,a.length)}function
-y(a){return pU(a)}function
-jo(b,a){Hj(b,y(a))}var
-aK=[0];function
-aY(a){jo(aK.Invalid_argument,a)}function
-gW(){aY(ja)}function
+w(a){return pN(a)}function
+jh(b,a){Hd(b,w(a))}var
+aI=[0];function
+aV(a){jh(aI.Invalid_argument,a)}function
+gQ(){aV(i5)}function
 cD(a,b){switch(a.t&6){default:if(b>=a.c.length)return 0;case
 0:return a.c.charCodeAt(b);case
 4:return a.c[b]}}function
-pT(b,a){if(a>>>0>=b.l)gW();return cD(b,a)}function
-GK(b,a){if(a>>>0>=b.l-3)gW();var
+pM(b,a){if(a>>>0>=b.l)gQ();return cD(b,a)}function
+GE(b,a){if(a>>>0>=b.l-3)gQ();var
 c=cD(b,a),d=cD(b,a+1),e=cD(b,a+2),f=cD(b,a+3);return f<<24|e<<16|d<<8|c}function
-aJ(a,c,b){b&=cB;if(a.t!=4){if(c==a.c.length){a.c+=String.fromCharCode(b);if(c+1==a.l)a.t=0;return 0}gX(a)}a.c[c]=b;return 0}function
-cC(b,a,c){if(a>>>0>=b.l)gW();return aJ(b,a,c)}function
+aH(a,c,b){b&=cB;if(a.t!=4){if(c==a.c.length){a.c+=String.fromCharCode(b);if(c+1==a.l)a.t=0;return 0}gR(a)}a.c[c]=b;return 0}function
+cC(b,a,c){if(a>>>0>=b.l)gQ();return aH(b,a,c)}function
 dx(a){return a.toArray()}function
-GN(c,b,e){if(b>>>0>=c.l-7)gW();var
+GH(c,b,e){if(b>>>0>=c.l-7)gQ();var
 d=dx(e);for(var
-a=0;a<8;a++)aJ(c,b+7-a,d[a]);return 0}function
+a=0;a<8;a++)aH(c,b+7-a,d[a]);return 0}function
 c0(c,a){if(c.fun)return c0(c.fun,a);if(typeof
 c!=="function")return c;var
 b=c.length|0;if(b===0)return c.apply(null,a);var
@@ -82,22 +82,22 @@ e=arguments.length==0?1:arguments.length,d=new
 Array(a.length+e);for(var
 b=0;b<a.length;b++)d[b]=a[b];for(var
 b=0;b<arguments.length;b++)d[a.length+b]=arguments[b];return c0(c,d)}}function
-fg(){aY(ja)}function
-a6(a,b){if(b>>>0>=a.length-1)fg();return a}function
-GO(a){if(isFinite(a)){if(Math.abs(a)>=2.2250738585072014e-308)return 0;if(a!=0)return 1;return 2}return isNaN(a)?4:3}function
-aX(a){if(a<0)aY("Bytes.create");return new
+fe(){aV(i5)}function
+a4(a,b){if(b>>>0>=a.length-1)fe();return a}function
+GI(a){if(isFinite(a)){if(Math.abs(a)>=2.2250738585072014e-308)return 0;if(a!=0)return 1;return 2}return isNaN(a)?4:3}function
+aU(a){if(a<0)aV("Bytes.create");return new
 ca(a?2:9,ai,a)}function
-c1(a){a.t&6&&gY(a);return a.c}var
-Ht=Math.log2&&Math.log2(1.1235582092889474E+307)==1020;function
-Hs(a){if(Ht)return Math.floor(Math.log2(a));var
+c1(a){a.t&6&&gS(a);return a.c}var
+Hn=Math.log2&&Math.log2(1.1235582092889474E+307)==1020;function
+Hm(a){if(Hn)return Math.floor(Math.log2(a));var
 b=0;if(a==0)return-Infinity;if(a>=1)while(a>=2){a/=2;b++}else
 while(a<1){a*=2;b--}return b}function
-jh(c){var
+ja(c){var
 a=new(ak.Float32Array)(1);a[0]=c;var
 b=new(ak.Int32Array)(a.buffer);return b[0]|0}var
-p4=Math.pow(2,-24);function
-Hh(a){throw a}function
-p_(){Hh(aK.Division_by_zero)}function
+pX=Math.pow(2,-24);function
+Hb(a){throw a}function
+p3(){Hb(aI.Division_by_zero)}function
 _(b,c,a){this.lo=b&cz;this.mi=c&cz;this.hi=a&b$}_.prototype.caml_custom="_j";_.prototype.copy=function(){return new
 _(this.lo,this.mi,this.hi)};_.prototype.ucompare=function(a){if(this.hi>a.hi)return 1;if(this.hi<a.hi)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};_.prototype.compare=function(a){var
 b=this.hi<<16,c=a.hi<<16;if(b>c)return 1;if(b<c)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};_.prototype.neg=function(){var
@@ -107,7 +107,7 @@ b=this.lo+a.lo,c=this.mi+a.mi+(b>>24),d=this.hi+a.hi+(c>>24);return new
 _(b,c,d)};_.prototype.sub=function(a){var
 b=this.lo-a.lo,c=this.mi-a.mi+(b>>24),d=this.hi-a.hi+(c>>24);return new
 _(b,c,d)};_.prototype.mul=function(a){var
-b=this.lo*a.lo,c=(b*p4|0)+this.mi*a.lo+this.lo*a.mi,d=(c*p4|0)+this.hi*a.lo+this.mi*a.mi+this.lo*a.hi;return new
+b=this.lo*a.lo,c=(b*pX|0)+this.mi*a.lo+this.lo*a.mi,d=(c*pX|0)+this.hi*a.lo+this.mi*a.mi+this.lo*a.hi;return new
 _(b,c,d)};_.prototype.isZero=function(){return(this.lo|this.mi|this.hi)==0};_.prototype.isNeg=function(){return this.hi<<16<0};_.prototype.and=function(a){return new
 _(this.lo&a.lo,this.mi&a.mi,this.hi&a.hi)};_.prototype.or=function(a){return new
 _(this.lo|a.lo,this.mi|a.mi,this.hi|a.hi)};_.prototype.xor=function(a){return new
@@ -125,21 +125,21 @@ _(this.mi>>a-24|this.hi<<48-a,this.hi<<16>>a-24>>16,b&b$);return new
 _(this.hi<<16>>a-32,b,b)};_.prototype.lsl1=function(){this.hi=this.hi<<1|this.mi>>23;this.mi=(this.mi<<1|this.lo>>23)&cz;this.lo=this.lo<<1&cz};_.prototype.lsr1=function(){this.lo=(this.lo>>>1|this.mi<<23)&cz;this.mi=(this.mi>>>1|this.hi<<23)&cz;this.hi=this.hi>>>1};_.prototype.udivmod=function(e){var
 c=0,b=this.copy(),a=e.copy(),d=new
 _(0,0,0);while(b.ucompare(a)>0){c++;a.lsl1()}while(c>=0){c--;d.lsl1();if(b.ucompare(a)>=0){d.lo++;b=b.sub(a)}a.lsr1()}return{quotient:d,modulus:b}};_.prototype.div=function(a){var
-b=this;if(a.isZero())p_();var
+b=this;if(a.isZero())p3();var
 d=b.hi^a.hi;if(b.hi&b9)b=b.neg();if(a.hi&b9)a=a.neg();var
 c=b.udivmod(a).quotient;if(d&b9)c=c.neg();return c};_.prototype.mod=function(b){var
-a=this;if(b.isZero())p_();var
+a=this;if(b.isZero())p3();var
 d=a.hi;if(a.hi&b9)a=a.neg();if(b.hi&b9)b=b.neg();var
 c=a.udivmod(b).modulus;if(d&b9)c=c.neg();return c};_.prototype.toInt=function(){return this.lo|this.mi<<24};_.prototype.toFloat=function(){return(this.hi<<16)*Math.pow(2,32)+this.mi*Math.pow(2,24)+this.lo};_.prototype.toArray=function(){return[this.hi>>8,this.hi&cB,this.mi>>16,this.mi>>8&cB,this.mi&cB,this.lo>>16,this.lo>>8&cB,this.lo&cB]};_.prototype.lo32=function(){return this.lo|(this.mi&cB)<<24};_.prototype.hi32=function(){return this.mi>>>8&b$|this.hi<<16};function
-fj(b,c,a){return new
+fh(b,c,a){return new
 _(b,c,a)}function
-g0(a){if(!isFinite(a)){if(isNaN(a))return fj(1,0,o6);return a>0?fj(0,0,o6):fj(0,0,0xfff0)}var
+gU(a){if(!isFinite(a)){if(isNaN(a))return fh(1,0,oZ);return a>0?fh(0,0,oZ):fh(0,0,0xfff0)}var
 f=a==0&&1/a==-Infinity?b9:a>=0?0:b9;if(f)a=-a;var
-b=Hs(a)+1023;if(b<=0){b=0;a/=Math.pow(2,-pq)}else{a/=Math.pow(2,b-pJ);if(a<16){a*=2;b-=1}if(b==0)a/=2}var
+b=Hm(a)+1023;if(b<=0){b=0;a/=Math.pow(2,-pj)}else{a/=Math.pow(2,b-pC);if(a<16){a*=2;b-=1}if(b==0)a/=2}var
 d=Math.pow(2,24),c=a|0;a=(a-c)*d;var
 e=a|0;a=(a-e)*d;var
-g=a|0;c=c&i_|f|b<<4;return fj(g,e,c)}function
-pR(c,b,g){c.write(32,b.dims.length);c.write(32,b.kind|b.layout<<8);if(b.caml_custom==gV)for(var
+g=a|0;c=c&i3|f|b<<4;return fh(g,e,c)}function
+pK(c,b,g){c.write(32,b.dims.length);c.write(32,b.kind|b.layout<<8);if(b.caml_custom==gP)for(var
 a=0;a<b.dims.length;a++)if(b.dims[a]<b$)c.write(16,b.dims[a]);else{c.write(16,b$);c.write(32,0);c.write(32,b.dims[a])}else
 for(var
 a=0;a<b.dims.length;a++)c.write(32,b.dims[a]);switch(b.kind){case
@@ -161,25 +161,25 @@ e=dx(b.get(a));for(var
 d=0;d<8;d++)c.write(8,e[d])}break;case
 1:for(var
 a=0;a<b.data.length;a++){var
-e=dx(g0(b.get(a)));for(var
+e=dx(gU(b.get(a)));for(var
 d=0;d<8;d++)c.write(8,e[d])}break;case
 0:for(var
 a=0;a<b.data.length;a++){var
-e=jh(b.get(a));c.write(32,e)}break;case
+e=ja(b.get(a));c.write(32,e)}break;case
 10:for(var
 a=0;a<b.data.length/2;a++){var
-d=b.get(a);c.write(32,jh(d[1]));c.write(32,jh(d[2]))}break;case
+d=b.get(a);c.write(32,ja(d[1]));c.write(32,ja(d[2]))}break;case
 11:for(var
 a=0;a<b.data.length/2;a++){var
-f=b.get(a),e=dx(g0(f[1]));for(var
+f=b.get(a),e=dx(gU(f[1]));for(var
 d=0;d<8;d++)c.write(8,e[d]);var
-e=dx(g0(f[2]));for(var
+e=dx(gU(f[2]));for(var
 d=0;d<8;d++)c.write(8,e[d])}break}g[0]=(4+b.dims.length)*4;g[1]=(4+b.dims.length)*8}function
-pP(a){switch(a){case
+pI(a){switch(a){case
 7:case
 10:case
 11:return 2;default:return 1}}function
-GI(c,e){var
+GC(c,e){var
 b=ak,a;switch(c){case
 0:a=b.Float32Array;break;case
 1:a=b.Float64Array;break;case
@@ -193,44 +193,44 @@ b=ak,a;switch(c){case
 9:a=b.Int32Array;break;case
 10:a=b.Float32Array;break;case
 11:a=b.Float64Array;break;case
-12:a=b.Uint8Array;break}if(!a)aY("Bigarray.create: unsupported kind");var
+12:a=b.Uint8Array;break}if(!a)aV("Bigarray.create: unsupported kind");var
 d=new
-a(e*pP(c));return d}function
-ji(c){var
+a(e*pI(c));return d}function
+jb(c){var
 a=new(ak.Int32Array)(1);a[0]=c;var
 b=new(ak.Float32Array)(a.buffer);return b[0]}function
-ee(a){return new
+ed(a){return new
 _(a[7]<<0|a[6]<<8|a[5]<<16,a[4]<<0|a[3]<<8|a[2]<<16,a[1]<<0|a[0]<<8)}function
-jj(d){var
-f=d.lo,g=d.mi,b=d.hi,c=(b&0x7fff)>>4;if(c==2047)return(f|g|b&i_)==0?b&b9?-Infinity:Infinity:NaN;var
-e=Math.pow(2,-24),a=(f*e+g)*e+(b&i_);if(c>0){a+=16;a*=Math.pow(2,c-pJ)}else
-a*=Math.pow(2,-pq);if(b&b9)a=-a;return a}function
-je(b){var
+jc(d){var
+f=d.lo,g=d.mi,b=d.hi,c=(b&0x7fff)>>4;if(c==2047)return(f|g|b&i3)==0?b&b9?-Infinity:Infinity:NaN;var
+e=Math.pow(2,-24),a=(f*e+g)*e+(b&i3);if(c>0){a+=16;a*=Math.pow(2,c-pC)}else
+a*=Math.pow(2,-pj);if(b&b9)a=-a;return a}function
+i9(b){var
 d=b.length,c=1;for(var
-a=0;a<d;a++){if(b[a]<0)aY("Bigarray.create: negative dimension");c=c*b[a]}return c}function
-G0(b,a){return new
+a=0;a<d;a++){if(b[a]<0)aV("Bigarray.create: negative dimension");c=c*b[a]}return c}function
+GU(b,a){return new
 _(b&cz,b>>>24&cB|(a&b$)<<8,a>>>16&b$)}function
-jk(a){return a.hi32()}function
-jl(a){return a.lo32()}var
-GJ=gV;function
-cZ(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}cZ.prototype.caml_custom=GJ;cZ.prototype.offset=function(b){var
+jd(a){return a.hi32()}function
+je(a){return a.lo32()}var
+GD=gP;function
+cZ(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}cZ.prototype.caml_custom=GD;cZ.prototype.offset=function(b){var
 c=0;if(typeof
 b==="number")b=[b];if(!(b
 instanceof
-Array))aY("bigarray.js: invalid offset");if(this.dims.length!=b.length)aY("Bigarray.get/set: bad number of dimensions");if(this.layout==0)for(var
-a=0;a<this.dims.length;a++){if(b[a]<0||b[a]>=this.dims[a])fg();c=c*this.dims[a]+b[a]}else
+Array))aV("bigarray.js: invalid offset");if(this.dims.length!=b.length)aV("Bigarray.get/set: bad number of dimensions");if(this.layout==0)for(var
+a=0;a<this.dims.length;a++){if(b[a]<0||b[a]>=this.dims[a])fe();c=c*this.dims[a]+b[a]}else
 for(var
-a=this.dims.length-1;a>=0;a--){if(b[a]<1||b[a]>this.dims[a])fg();c=c*this.dims[a]+(b[a]-1)}return c};cZ.prototype.get=function(a){switch(this.kind){case
+a=this.dims.length-1;a>=0;a--){if(b[a]<1||b[a]>this.dims[a])fe();c=c*this.dims[a]+(b[a]-1)}return c};cZ.prototype.get=function(a){switch(this.kind){case
 7:var
-d=this.data[a*2+0],b=this.data[a*2+1];return G0(d,b);case
+d=this.data[a*2+0],b=this.data[a*2+1];return GU(d,b);case
 10:case
 11:var
-e=this.data[a*2+0],c=this.data[a*2+1];return[gT,e,c];default:return this.data[a]}};cZ.prototype.set=function(a,b){switch(this.kind){case
-7:this.data[a*2+0]=jl(b);this.data[a*2+1]=jk(b);break;case
+e=this.data[a*2+0],c=this.data[a*2+1];return[gN,e,c];default:return this.data[a]}};cZ.prototype.set=function(a,b){switch(this.kind){case
+7:this.data[a*2+0]=je(b);this.data[a*2+1]=jd(b);break;case
 10:case
 11:this.data[a*2+0]=b[1];this.data[a*2+1]=b[2];break;default:this.data[a]=b;break}return 0};cZ.prototype.fill=function(b){switch(this.kind){case
 7:var
-c=jl(b),e=jk(b);if(c==e)this.data.fill(c);else
+c=je(b),e=jd(b);if(c==e)this.data.fill(c);else
 for(var
 a=0;a<this.data.length;a++)this.data[a]=a%2==0?c:e;break;case
 10:case
@@ -257,26 +257,26 @@ a=0;a<this.data.length;a+=2){if(this.data[a+1]<b.data[a+1])return-1;if(this.data
 9:case
 12:for(var
 a=0;a<this.data.length;a++){if(this.data[a]<b.data[a])return-1;if(this.data[a]>b.data[a])return 1}break}return 0};function
-ed(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}ed.prototype=new
-cZ();ed.prototype.offset=function(a){if(typeof
+ec(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}ec.prototype=new
+cZ();ec.prototype.offset=function(a){if(typeof
 a!=="number")if(a
 instanceof
 Array&&a.length==1)a=a[0];else
-aY("Ml_Bigarray_c_1_1.offset");if(a<0||a>=this.dims[0])fg();return a};ed.prototype.get=function(a){return this.data[a]};ed.prototype.set=function(a,b){this.data[a]=b;return 0};ed.prototype.fill=function(a){this.data.fill(a);return 0};function
-pN(c,d,a,b){var
-e=pP(c);if(je(a)*e!=b.length)aY("length doesn't match dims");if(d==0&&a.length==1&&e==1)return new
-ed(c,d,a,b);return new
+aV("Ml_Bigarray_c_1_1.offset");if(a<0||a>=this.dims[0])fe();return a};ec.prototype.get=function(a){return this.data[a]};ec.prototype.set=function(a,b){this.data[a]=b;return 0};ec.prototype.fill=function(a){this.data.fill(a);return 0};function
+pG(c,d,a,b){var
+e=pI(c);if(i9(a)*e!=b.length)aV("length doesn't match dims");if(d==0&&a.length==1&&e==1)return new
+ec(c,d,a,b);return new
 cZ(c,d,a,b)}function
-dw(a){if(!aK.Failure)aK.Failure=[bk,y(i1),-3];jo(aK.Failure,a)}function
-pO(b,v,r){var
+dw(a){if(!aI.Failure)aI.Failure=[bi,w(iU),-3];jh(aI.Failure,a)}function
+pH(b,v,r){var
 i=b.read32s();if(i<0||i>16)dw("input_value: wrong number of bigarray dimensions");var
-p=b.read32s(),j=p&cB,o=p>>8&1,h=[];if(r==gV)for(var
+p=b.read32s(),j=p&cB,o=p>>8&1,h=[];if(r==gP)for(var
 a=0;a<i;a++){var
 n=b.read16u();if(n==b$){var
 t=b.read32u(),u=b.read32u();if(t!=0)dw("input_value: bigarray dimension overflow in 32bit");n=u}h.push(n)}else
 for(var
 a=0;a<i;a++)h.push(b.read32u());var
-d=je(h),f=GI(j,d),g=pN(j,o,h,f);switch(j){case
+d=i9(h),f=GC(j,d),g=pG(j,o,h,f);switch(j){case
 2:for(var
 a=0;a<d;a++)f[a]=b.read8s();break;case
 3:case
@@ -297,37 +297,37 @@ e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-q=ee(e);g.set(a,q)}break;case
+q=ed(e);g.set(a,q)}break;case
 1:var
 e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-k=jj(ee(e));g.set(a,k)}break;case
+k=jc(ed(e));g.set(a,k)}break;case
 0:for(var
 a=0;a<d;a++){var
-k=ji(b.read32s());g.set(a,k)}break;case
+k=jb(b.read32s());g.set(a,k)}break;case
 10:for(var
 a=0;a<d;a++){var
-m=ji(b.read32s()),l=ji(b.read32s());g.set(a,[gT,m,l])}break;case
+m=jb(b.read32s()),l=jb(b.read32s());g.set(a,[gN,m,l])}break;case
 11:var
 e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-m=jj(ee(e));for(var
+m=jc(ed(e));for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-l=jj(ee(e));g.set(a,[gT,m,l])}break}v[0]=(4+i)*4;return pN(j,o,h,f)}function
-pM(a,b,c){return a.compare(b,c)}function
-p8(a,b){return Math.imul(a,b)}function
-cE(b,a){a=p8(a,0xcc9e2d51|0);a=a<<15|a>>>32-15;a=p8(a,0x1b873593);b^=a;b=b<<13|b>>>32-13;return(b+(b<<2)|0)+(0xe6546b64|0)|0}function
-GU(a,b){a=cE(a,jl(b));a=cE(a,jk(b));return a}function
-p2(a,b){return GU(a,g0(b))}function
-pQ(c){var
-b=je(c.dims),d=0;switch(c.kind){case
+l=jc(ed(e));g.set(a,[gN,m,l])}break}v[0]=(4+i)*4;return pG(j,o,h,f)}function
+pF(a,b,c){return a.compare(b,c)}function
+p1(a,b){return Math.imul(a,b)}function
+cE(b,a){a=p1(a,0xcc9e2d51|0);a=a<<15|a>>>32-15;a=p1(a,0x1b873593);b^=a;b=b<<13|b>>>32-13;return(b+(b<<2)|0)+(0xe6546b64|0)|0}function
+GO(a,b){a=cE(a,je(b));a=cE(a,jd(b));return a}function
+pV(a,b){return GO(a,gU(b))}function
+pJ(c){var
+b=i9(c.dims),d=0;switch(c.kind){case
 2:case
 3:case
-12:if(b>pB)b=pB;var
+12:if(b>pu)b=pu;var
 e=0,a=0;for(a=0;a+4<=c.data.length;a+=4){e=c.data[a+0]|c.data[a+1]<<8|c.data[a+2]<<16|c.data[a+3]<<24;d=cE(d,e)}e=0;switch(b&3){case
 3:e=c.data[a+2]<<16;case
 2:e|=c.data[a+1]<<8;case
@@ -344,75 +344,75 @@ a=0;a<b;a++)d=cE(d,c.data[a]);break;case
 a=0;a<b;a++)d=cE(d,c.data[a]);break;case
 10:b*=2;case
 0:if(b>64)b=64;for(var
-a=0;a<b;a++)d=p2(d,c.data[a]);break;case
+a=0;a<b;a++)d=pV(d,c.data[a]);break;case
 11:b*=2;case
 1:if(b>32)b=32;for(var
-a=0;a<b;a++)d=p2(d,c.data[a]);break}return d}function
-GX(a,b){b[0]=4;return a.read32s()}function
-Hf(a,b){switch(a.read8u()){case
+a=0;a<b;a++)d=pV(d,c.data[a]);break}return d}function
+GR(a,b){b[0]=4;return a.read32s()}function
+G$(a,b){switch(a.read8u()){case
 1:b[0]=4;return a.read32s();case
 2:dw("input_value: native integer value too large");default:dw("input_value: ill-formed native integer")}}function
-G9(c,d){var
+G3(c,d){var
 b=new
 Array(8);for(var
-a=0;a<8;a++)b[a]=c.read8u();d[0]=8;return ee(b)}function
-G5(e,d,b){var
+a=0;a<8;a++)b[a]=c.read8u();d[0]=8;return ed(b)}function
+GZ(e,d,b){var
 c=dx(d);for(var
 a=0;a<8;a++)e.write(8,c[a]);b[0]=8;b[1]=8}function
-GZ(a,b,c){return a.compare(b)}function
-G2(a){return a.lo32()^a.hi32()}var
-pY={"_j":{deserialize:G9,serialize:G5,fixed_length:8,compare:GZ,hash:G2},"_i":{deserialize:GX,fixed_length:4},"_n":{deserialize:Hf,fixed_length:4},"_bigarray":{deserialize:function(a,b){return pO(a,b,"_bigarray")},serialize:pR,compare:pM,hash:pQ},"_bigarr02":{deserialize:function(a,b){return pO(a,b,gV)},serialize:pR,compare:pM,hash:pQ}};function
-jf(a){return pY[a.caml_custom]&&pY[a.caml_custom].compare}function
-pW(f,c,d,e){var
-b=jf(c);if(b){var
+GT(a,b,c){return a.compare(b)}function
+GW(a){return a.lo32()^a.hi32()}var
+pR={"_j":{deserialize:G3,serialize:GZ,fixed_length:8,compare:GT,hash:GW},"_i":{deserialize:GR,fixed_length:4},"_n":{deserialize:G$,fixed_length:4},"_bigarray":{deserialize:function(a,b){return pH(a,b,"_bigarray")},serialize:pK,compare:pF,hash:pJ},"_bigarr02":{deserialize:function(a,b){return pH(a,b,gP)},serialize:pK,compare:pF,hash:pJ}};function
+i_(a){return pR[a.caml_custom]&&pR[a.caml_custom].compare}function
+pP(f,c,d,e){var
+b=i_(c);if(b){var
 a=d>0?b(c,f,e):b(f,c,e);if(e&&a!=a)return d;if(+a!=+a)return+a;if((a|0)!=0)return a|0}return d}function
-jm(a){return a
+jf(a){return a
 instanceof
 ca}function
-p5(a){return jm(a)}function
-pX(a){if(typeof
-a==="number")return gS;else
-if(jm(a))return 252;else
-if(p5(a))return 1252;else
+pY(a){return jf(a)}function
+pQ(a){if(typeof
+a==="number")return gM;else
+if(jf(a))return 252;else
+if(pY(a))return 1252;else
 if(a
 instanceof
-Array&&a[0]===a[0]>>>0&&a[0]<=i2){var
-b=a[0]|0;return b==gT?0:b}else
+Array&&a[0]===a[0]>>>0&&a[0]<=iV){var
+b=a[0]|0;return b==gN?0:b}else
 if(a
 instanceof
-String)return pi;else
+String)return pb;else
 if(typeof
-a=="string")return pi;else
+a=="string")return pb;else
 if(a
 instanceof
-Number)return gS;else
-if(a&&a.caml_custom)return i3;else
+Number)return gM;else
+if(a&&a.caml_custom)return iW;else
 if(a&&a.compare)return 1256;else
 if(typeof
 a=="function")return 1247;else
 if(typeof
 a=="symbol")return 1251;return 1001}function
-G_(a,b){if(a<b)return-1;if(a==b)return 0;return 1}function
-pS(a,b){a.t&6&&gY(a);b.t&6&&gY(b);return a.c<b.c?-1:a.c>b.c?1:0}function
-Hw(a,b){return pS(a,b)}function
-pV(a,b,d){var
+G4(a,b){if(a<b)return-1;if(a==b)return 0;return 1}function
+pL(a,b){a.t&6&&gS(a);b.t&6&&gS(b);return a.c<b.c?-1:a.c>b.c?1:0}function
+Hq(a,b){return pL(a,b)}function
+pO(a,b,d){var
 e=[];for(;;){if(!(d&&a===b)){var
-f=pX(a);if(f==pc){a=a[1];continue}var
-g=pX(b);if(g==pc){b=b[1];continue}if(f!==g){if(f==gS){if(g==i3)return pW(a,b,-1,d);return-1}if(g==gS){if(f==i3)return pW(b,a,1,d);return 1}return f<g?-1:1}switch(f){case
-247:aY(i6);break;case
+f=pQ(a);if(f==o7){a=a[1];continue}var
+g=pQ(b);if(g==o7){b=b[1];continue}if(f!==g){if(f==gM){if(g==iW)return pP(a,b,-1,d);return-1}if(g==gM){if(f==iW)return pP(b,a,1,d);return 1}return f<g?-1:1}switch(f){case
+247:aV(iZ);break;case
 248:var
-c=G_(a[2],b[2]);if(c!=0)return c|0;break;case
-249:aY(i6);break;case
-250:aY("equal: got Forward_tag, should not happen");break;case
-251:aY("equal: abstract value");break;case
+c=G4(a[2],b[2]);if(c!=0)return c|0;break;case
+249:aV(iZ);break;case
+250:aV("equal: got Forward_tag, should not happen");break;case
+251:aV("equal: abstract value");break;case
 252:if(a!==b){var
-c=pS(a,b);if(c!=0)return c|0}break;case
-253:aY("equal: got Double_tag, should not happen");break;case
-254:aY("equal: got Double_array_tag, should not happen");break;case
-255:aY("equal: got Custom_tag, should not happen");break;case
-1247:aY(i6);break;case
+c=pL(a,b);if(c!=0)return c|0}break;case
+253:aV("equal: got Double_tag, should not happen");break;case
+254:aV("equal: got Double_array_tag, should not happen");break;case
+255:aV("equal: got Custom_tag, should not happen");break;case
+1247:aV(iZ);break;case
 1255:var
-i=jf(a);if(i!=jf(b))return a.caml_custom<b.caml_custom?-1:1;if(!i)aY("compare: abstract value");var
+i=i_(a);if(i!=i_(b))return a.caml_custom<b.caml_custom?-1:1;if(!i)aV("compare: abstract value");var
 c=i(a,b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;break;case
 1256:var
 c=a.compare(b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;break;case
@@ -426,252 +426,252 @@ a=a.toString(),b=b.toString();if(a!==b){if(a<b)return-1;if(a>b)return 1}break;ca
 246:case
 254:default:if(a.length!=b.length)return a.length<b.length?-1:1;if(a.length>1)e.push(a,b,1);break}}if(e.length==0)return 0;var
 h=e.pop();b=e.pop();a=e.pop();if(h+1<a.length)e.push(a,b,h+1);a=a[h];b=b[h]}}function
-fi(a,b){return+(pV(a,b,false)==0)}function
-GQ(a,c,b,d){if(b>0)if(c==0&&(b>=a.l||a.t==2&&b>=a.c.length))if(d==0){a.c=ai;a.t=2}else{a.c=ef(b,String.fromCharCode(d));a.t=b==a.l?0:2}else{if(a.t!=4)gX(a);for(b+=c;c<b;c++)a.c[c]=d}return 0}function
-jn(d){d=c1(d);var
-e=d.length;if(e>31)aY("format_int: format too long");var
-a={justify:ea,signstyle:dr,filler:cy,alternate:false,base:0,signedconv:false,width:0,uppercase:false,sign:1,prec:-1,conv:"f"};for(var
+fg(a,b){return+(pO(a,b,false)==0)}function
+GK(a,c,b,d){if(b>0)if(c==0&&(b>=a.l||a.t==2&&b>=a.c.length))if(d==0){a.c=ai;a.t=2}else{a.c=ee(b,String.fromCharCode(d));a.t=b==a.l?0:2}else{if(a.t!=4)gR(a);for(b+=c;c<b;c++)a.c[c]=d}return 0}function
+jg(d){d=c1(d);var
+e=d.length;if(e>31)aV("format_int: format too long");var
+a={justify:d$,signstyle:dr,filler:cy,alternate:false,base:0,signedconv:false,width:0,uppercase:false,sign:1,prec:-1,conv:"f"};for(var
 c=0;c<e;c++){var
 b=d.charAt(c);switch(b){case"-":a.justify=dr;break;case"+":case" ":a.signstyle=b;break;case"0":a.filler=bB;break;case"#":a.alternate=true;break;case"1":case"2":case"3":case"4":case"5":case"6":case"7":case"8":case"9":a.width=0;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.width=a.width*10+b;c++}c--;break;case".":a.prec=0;c++;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.prec=a.prec*10+b;c++}c--;case"d":case"i":a.signedconv=true;case"u":a.base=10;break;case"x":a.base=16;break;case"X":a.base=16;a.uppercase=true;break;case"o":a.base=8;break;case"e":case"f":case"g":a.signedconv=true;a.conv=b;break;case"E":case"F":case"G":a.signedconv=true;a.uppercase=true;a.conv=b.toLowerCase();break}}return a}function
-jg(a,e){if(a.uppercase)e=e.toUpperCase();var
+i$(a,e){if(a.uppercase)e=e.toUpperCase();var
 d=e.length;if(a.signedconv&&(a.sign<0||a.signstyle!=dr))d++;if(a.alternate){if(a.base==8)d+=1;if(a.base==16)d+=2}var
-b=ai;if(a.justify==ea&&a.filler==cy)for(var
+b=ai;if(a.justify==d$&&a.filler==cy)for(var
 c=d;c<a.width;c++)b+=cy;if(a.signedconv)if(a.sign<0)b+=dr;else
-if(a.signstyle!=dr)b+=a.signstyle;if(a.alternate&&a.base==8)b+=bB;if(a.alternate&&a.base==16)b+=o5;if(a.justify==ea&&a.filler==bB)for(var
+if(a.signstyle!=dr)b+=a.signstyle;if(a.alternate&&a.base==8)b+=bB;if(a.alternate&&a.base==16)b+=oY;if(a.justify==d$&&a.filler==bB)for(var
 c=d;c<a.width;c++)b+=bB;b+=e;if(a.justify==dr)for(var
-c=d;c<a.width;c++)b+=cy;return y(b)}function
-p0(i,c){function
+c=d;c<a.width;c++)b+=cy;return w(b)}function
+pT(i,c){function
 j(a,b){if(Math.abs(a)<1.0)return a.toFixed(b);else{var
-c=parseInt(a.toString().split(ea)[1]);if(c>20){c-=20;a/=Math.pow(10,c);a+=new
-Array(c+1).join(bB);if(b>0)a=a+ec+new
+c=parseInt(a.toString().split(d$)[1]);if(c>20){c-=20;a/=Math.pow(10,c);a+=new
+Array(c+1).join(bB);if(b>0)a=a+eb+new
 Array(b+1).join(bB);return a}else
 return a.toFixed(b)}}var
-a,e=jn(i),d=e.prec<0?6:e.prec;if(c<0||c==0&&1/c==-Infinity){e.sign=-1;c=-c}if(isNaN(c)){a=i5;e.filler=cy}else
+a,e=jg(i),d=e.prec<0?6:e.prec;if(c<0||c==0&&1/c==-Infinity){e.sign=-1;c=-c}if(isNaN(c)){a=iY;e.filler=cy}else
 if(!isFinite(c)){a="inf";e.filler=cy}else
 switch(e.conv){case"e":var
-a=c.toExponential(d),b=a.length;if(a.charAt(b-3)==jc)a=a.slice(0,b-1)+bB+a.slice(b-1);break;case"f":a=j(c,d);break;case"g":d=d?d:1;a=c.toExponential(d-1);var
-h=a.indexOf(jc),g=+a.slice(h+1);if(g<-4||c>=1e21||c.toFixed(0).length>d){var
-b=h-1;while(a.charAt(b)==bB)b--;if(a.charAt(b)==ec)b--;a=a.slice(0,b+1)+a.slice(h);b=a.length;if(a.charAt(b-3)==jc)a=a.slice(0,b-1)+bB+a.slice(b-1);break}else{var
+a=c.toExponential(d),b=a.length;if(a.charAt(b-3)==i7)a=a.slice(0,b-1)+bB+a.slice(b-1);break;case"f":a=j(c,d);break;case"g":d=d?d:1;a=c.toExponential(d-1);var
+h=a.indexOf(i7),g=+a.slice(h+1);if(g<-4||c>=1e21||c.toFixed(0).length>d){var
+b=h-1;while(a.charAt(b)==bB)b--;if(a.charAt(b)==eb)b--;a=a.slice(0,b+1)+a.slice(h);b=a.length;if(a.charAt(b-3)==i7)a=a.slice(0,b-1)+bB+a.slice(b-1);break}else{var
 f=d;if(g<0){f-=g+1;a=c.toFixed(f)}else
 while(a=c.toFixed(f),a.length>d+1)f--;if(f){var
-b=a.length-1;while(a.charAt(b)==bB)b--;if(a.charAt(b)==ec)b--;a=a.slice(0,b+1)}}break}return jg(e,a)}function
-gZ(d,b){if(c1(d)==px)return y(ai+b);var
-a=jn(d);if(b<0)if(a.signedconv){a.sign=-1;b=-b}else
+b=a.length-1;while(a.charAt(b)==bB)b--;if(a.charAt(b)==eb)b--;a=a.slice(0,b+1)}}break}return i$(e,a)}function
+gT(d,b){if(c1(d)==pq)return w(ai+b);var
+a=jg(d);if(b<0)if(a.signedconv){a.sign=-1;b=-b}else
 b>>>=0;var
 c=b.toString(a.base);if(a.prec>=0){a.filler=cy;var
-e=a.prec-c.length;if(e>0)c=ef(e,bB)+c}return jg(a,c)}var
-Hg=0;function
-GS(){return Hg++}function
-Ha(a){return a.toUtf16()}function
-fm(){return typeof
+e=a.prec-c.length;if(e>0)c=ee(e,bB)+c}return i$(a,c)}var
+Ha=0;function
+GM(){return Ha++}function
+G6(a){return a.toUtf16()}function
+fk(){return typeof
 ak.process!=="undefined"&&typeof
 ak.process.versions!=="undefined"&&typeof
 ak.process.versions.node!=="undefined"}function
-Hu(){function
+Ho(){function
 a(a){if(a.charAt(0)===b_)return[ai,a.substring(1)];return}function
 b(c){var
 g=/^([a-zA-Z]:|[\\/]{2}[^\\/]+[\\/]+[^\\/]+)?([\\/])?([\s\S]*?)$/,a=g.exec(c),b=a[1]||ai,e=Boolean(b&&b.charAt(1)!==":");if(Boolean(a[2]||e)){var
-d=a[1]||ai,f=a[2]||ai;return[d,c.substring(d.length+f.length)]}return}return fm()&&ak.process&&ak.process.platform?ak.process.platform==="win32"?b:a:a}var
-ju=Hu();function
-qb(a){return a.slice(-1)!==b_?a+b_:a}if(fm()&&ak.process&&ak.process.cwd)var
-fh=ak.process.cwd().replace(/\\/g,b_);else
+d=a[1]||ai,f=a[2]||ai;return[d,c.substring(d.length+f.length)]}return}return fk()&&ak.process&&ak.process.platform?ak.process.platform==="win32"?b:a:a}var
+jm=Ho();function
+p6(a){return a.slice(-1)!==b_?a+b_:a}if(fk()&&ak.process&&ak.process.cwd)var
+ff=ak.process.cwd().replace(/\\/g,b_);else
 var
-fh="/static";fh=qb(fh);function
-Hb(a){a=Ha(a);if(!ju(a))a=fh+a;var
-e=ju(a),d=e[1].split(b_),b=[];for(var
+ff="/static";ff=p6(ff);function
+G7(a){a=G6(a);if(!jm(a))a=ff+a;var
+e=jm(a),d=e[1].split(b_),b=[];for(var
 c=0;c<d.length;c++)switch(d[c]){case"..":if(b.length>1)b.pop();break;case".":break;default:b.push(d[c]);break}b.unshift(e[0]);b.orig=a;return b}function
-Ho(e){for(var
+Hi(e){for(var
 f=ai,b=f,a,h,c=0,g=e.length;c<g;c++){a=e.charCodeAt(c);if(a<bX){for(var
-d=c+1;d<g&&(a=e.charCodeAt(d))<bX;d++);if(d-c>o7){b.substr(0,1);f+=b;b=ai;f+=e.slice(c,d)}else
-b+=e.slice(c,d);if(d==g)break;c=d}if(a<pC){b+=String.fromCharCode(0xc0|a>>6);b+=String.fromCharCode(bX|a&eb)}else
-if(a<0xd800||a>=pd)b+=String.fromCharCode(pe|a>>12,bX|a>>6&eb,bX|a&eb);else
-if(a>=0xdbff||c+1==g||(h=e.charCodeAt(c+1))<o$||h>pd)b+="\xef\xbf\xbd";else{c++;a=(a<<10)+h-0x35fdc00;b+=String.fromCharCode(pF|a>>18,bX|a>>12&eb,bX|a>>6&eb,bX|a&eb)}if(b.length>fe){b.substr(0,1);f+=b;b=ai}}return f+b}function
-GM(a){var
-b=9;if(!qh(a))b=8,a=Ho(a);return new
+d=c+1;d<g&&(a=e.charCodeAt(d))<bX;d++);if(d-c>o0){b.substr(0,1);f+=b;b=ai;f+=e.slice(c,d)}else
+b+=e.slice(c,d);if(d==g)break;c=d}if(a<pv){b+=String.fromCharCode(0xc0|a>>6);b+=String.fromCharCode(bX|a&ea)}else
+if(a<0xd800||a>=o8)b+=String.fromCharCode(o9|a>>12,bX|a>>6&ea,bX|a&ea);else
+if(a>=0xdbff||c+1==g||(h=e.charCodeAt(c+1))<o4||h>o8)b+="\xef\xbf\xbd";else{c++;a=(a<<10)+h-0x35fdc00;b+=String.fromCharCode(py|a>>18,bX|a>>12&ea,bX|a>>6&ea,bX|a&ea)}if(b.length>fc){b.substr(0,1);f+=b;b=ai}}return f+b}function
+GG(a){var
+b=9;if(!qb(a))b=8,a=Hi(a);return new
 ca(b,a,a.length)}function
-cG(a){return GM(a)}var
-Hv=["E2BIG","EACCES","EAGAIN","EBADF","EBUSY","ECHILD","EDEADLK","EDOM",o8,"EFAULT","EFBIG","EINTR","EINVAL","EIO","EISDIR","EMFILE","EMLINK","ENAMETOOLONG","ENFILE","ENODEV",i$,"ENOEXEC","ENOLCK","ENOMEM","ENOSPC","ENOSYS",i4,pz,"ENOTTY","ENXIO","EPERM","EPIPE","ERANGE","EROFS","ESPIPE","ESRCH","EXDEV","EWOULDBLOCK","EINPROGRESS","EALREADY","ENOTSOCK","EDESTADDRREQ","EMSGSIZE","EPROTOTYPE","ENOPROTOOPT","EPROTONOSUPPORT","ESOCKTNOSUPPORT","EOPNOTSUPP","EPFNOSUPPORT","EAFNOSUPPORT","EADDRINUSE","EADDRNOTAVAIL","ENETDOWN","ENETUNREACH","ENETRESET","ECONNABORTED","ECONNRESET","ENOBUFS","EISCONN","ENOTCONN","ESHUTDOWN","ETOOMANYREFS","ETIMEDOUT","ECONNREFUSED","EHOSTDOWN","EHOSTUNREACH","ELOOP","EOVERFLOW"];function
+cG(a){return GG(a)}var
+Hp=["E2BIG","EACCES","EAGAIN","EBADF","EBUSY","ECHILD","EDEADLK","EDOM",o1,"EFAULT","EFBIG","EINTR","EINVAL","EIO","EISDIR","EMFILE","EMLINK","ENAMETOOLONG","ENFILE","ENODEV",i4,"ENOEXEC","ENOLCK","ENOMEM","ENOSPC","ENOSYS",iX,ps,"ENOTTY","ENXIO","EPERM","EPIPE","ERANGE","EROFS","ESPIPE","ESRCH","EXDEV","EWOULDBLOCK","EINPROGRESS","EALREADY","ENOTSOCK","EDESTADDRREQ","EMSGSIZE","EPROTOTYPE","ENOPROTOOPT","EPROTONOSUPPORT","ESOCKTNOSUPPORT","EOPNOTSUPP","EPFNOSUPPORT","EAFNOSUPPORT","EADDRINUSE","EADDRNOTAVAIL","ENETDOWN","ENETUNREACH","ENETRESET","ECONNABORTED","ECONNRESET","ENOBUFS","EISCONN","ENOTCONN","ESHUTDOWN","ETOOMANYREFS","ETIMEDOUT","ECONNREFUSED","EHOSTDOWN","EHOSTUNREACH","ELOOP","EOVERFLOW"];function
 dA(d,f,e,a){var
-b=Hv.indexOf(d);if(b<0){if(a==null)a=-9999;b=[0,a]}var
+b=Hp.indexOf(d);if(b<0){if(a==null)a=-9999;b=[0,a]}var
 c=[b,cG(f||ai),cG(e||ai)];return c}var
-p9={};function
-dy(a){return p9[a]}function
+p2={};function
+dy(a){return p2[a]}function
 dz(b,a){throw[0,b].concat(a)}function
-GL(a){return new
+GF(a){return new
 ca(4,a,a.length)}function
-aw(a){jo(aK.Sys_error,a)}function
-Hi(a){aw(a+gR)}function
+aw(a){jh(aI.Sys_error,a)}function
+Hc(a){aw(a+gL)}function
 bu(a){return a.l}function
-pL(){}function
-a4(a){this.data=a}a4.prototype=new
-pL();a4.prototype.truncate=function(a){var
-b=this.data;this.data=aX(a|0);du(b,0,this.data,0,a)};a4.prototype.length=function(){return bu(this.data)};a4.prototype.write=function(b,d,g,a){var
+pE(){}function
+a2(a){this.data=a}a2.prototype=new
+pE();a2.prototype.truncate=function(a){var
+b=this.data;this.data=aU(a|0);du(b,0,this.data,0,a)};a2.prototype.length=function(){return bu(this.data)};a2.prototype.write=function(b,d,g,a){var
 c=this.length();if(b+a>=c){var
-e=aX(b+a),f=this.data;this.data=e;du(f,0,this.data,0,c)}cc(d,g,this.data,b,a);return 0};a4.prototype.read=function(c,a,d,b){var
-e=this.length();du(this.data,c,a,d,b);return 0};a4.prototype.read_one=function(a){return pT(this.data,a)};a4.prototype.close=function(){};a4.prototype.constructor=a4;function
-bl(b,a){this.content={};this.root=b;this.lookupFun=a}bl.prototype.nm=function(a){return this.root+a};bl.prototype.create_dir_if_needed=function(d){var
+e=aU(b+a),f=this.data;this.data=e;du(f,0,this.data,0,c)}cc(d,g,this.data,b,a);return 0};a2.prototype.read=function(c,a,d,b){var
+e=this.length();du(this.data,c,a,d,b);return 0};a2.prototype.read_one=function(a){return pM(this.data,a)};a2.prototype.close=function(){};a2.prototype.constructor=a2;function
+bj(b,a){this.content={};this.root=b;this.lookupFun=a}bj.prototype.nm=function(a){return this.root+a};bj.prototype.create_dir_if_needed=function(d){var
 c=d.split(b_),b=ai;for(var
-a=0;a<c.length-1;a++){b+=c[a]+b_;if(this.content[b])continue;this.content[b]=Symbol("directory")}};bl.prototype.slash=function(a){return/\/$/.test(a)?a:a+b_};bl.prototype.lookup=function(a){if(!this.content[a]&&this.lookupFun){var
-b=this.lookupFun(y(this.root),y(a));if(b!==0){this.create_dir_if_needed(a);this.content[a]=new
-a4(dv(b[1]))}}};bl.prototype.exists=function(a){if(a==ai)return 1;var
-b=this.slash(a);if(this.content[b])return 1;this.lookup(a);return this.content[a]?1:0};bl.prototype.mkdir=function(c,e,d){var
-b=d&&dy(i8);if(this.exists(c))if(b)dz(b,dA(o8,i0,this.nm(c)));else
+a=0;a<c.length-1;a++){b+=c[a]+b_;if(this.content[b])continue;this.content[b]=Symbol("directory")}};bj.prototype.slash=function(a){return/\/$/.test(a)?a:a+b_};bj.prototype.lookup=function(a){if(!this.content[a]&&this.lookupFun){var
+b=this.lookupFun(w(this.root),w(a));if(b!==0){this.create_dir_if_needed(a);this.content[a]=new
+a2(dv(b[1]))}}};bj.prototype.exists=function(a){if(a==ai)return 1;var
+b=this.slash(a);if(this.content[b])return 1;this.lookup(a);return this.content[a]?1:0};bj.prototype.mkdir=function(c,e,d){var
+b=d&&dy(i1);if(this.exists(c))if(b)dz(b,dA(o1,iT,this.nm(c)));else
 aw(c+": File exists");var
-a=/^(.*)\/[^/]+/.exec(c);a=a&&a[1]||ai;if(!this.exists(a))if(b)dz(b,dA(i$,i0,this.nm(a)));else
-aw(a+gR);if(!this.is_dir(a))if(b)dz(b,dA(i4,i0,this.nm(a)));else
-aw(a+jb);this.create_dir_if_needed(this.slash(c))};bl.prototype.rmdir=function(a,f){var
-b=f&&dy(i8),c=a==ai?ai:this.slash(a),e=new
-RegExp(ph+c+pA);if(!this.exists(a))if(b)dz(b,dA(i$,i7,this.nm(a)));else
-aw(a+gR);if(!this.is_dir(a))if(b)dz(b,dA(i4,i7,this.nm(a)));else
-aw(a+jb);for(var
+a=/^(.*)\/[^/]+/.exec(c);a=a&&a[1]||ai;if(!this.exists(a))if(b)dz(b,dA(i4,iT,this.nm(a)));else
+aw(a+gL);if(!this.is_dir(a))if(b)dz(b,dA(iX,iT,this.nm(a)));else
+aw(a+i6);this.create_dir_if_needed(this.slash(c))};bj.prototype.rmdir=function(a,f){var
+b=f&&dy(i1),c=a==ai?ai:this.slash(a),e=new
+RegExp(pa+c+pt);if(!this.exists(a))if(b)dz(b,dA(i4,i0,this.nm(a)));else
+aw(a+gL);if(!this.is_dir(a))if(b)dz(b,dA(iX,i0,this.nm(a)));else
+aw(a+i6);for(var
 d
 in
-this.content)if(d.match(e))if(b)dz(b,dA(pz,i7,this.nm(a)));else
+this.content)if(d.match(e))if(b)dz(b,dA(ps,i0,this.nm(a)));else
 aw(this.nm(a)+": Directory not empty");delete
-this.content[c]};bl.prototype.readdir=function(a){var
-f=a==ai?ai:this.slash(a);if(!this.exists(a))aw(a+gR);if(!this.is_dir(a))aw(a+jb);var
+this.content[c]};bj.prototype.readdir=function(a){var
+f=a==ai?ai:this.slash(a);if(!this.exists(a))aw(a+gL);if(!this.is_dir(a))aw(a+i6);var
 g=new
-RegExp(ph+f+pA),d={},c=[];for(var
+RegExp(pa+f+pt),d={},c=[];for(var
 e
 in
 this.content){var
-b=e.match(g);if(b&&!d[b[1]]){d[b[1]]=true;c.push(b[1])}}return c};bl.prototype.is_dir=function(a){if(a==ai)return true;var
-b=this.slash(a);return this.content[b]?1:0};bl.prototype.unlink=function(a){var
+b=e.match(g);if(b&&!d[b[1]]){d[b[1]]=true;c.push(b[1])}}return c};bj.prototype.is_dir=function(a){if(a==ai)return true;var
+b=this.slash(a);return this.content[b]?1:0};bj.prototype.unlink=function(a){var
 b=this.content[a]?true:false;delete
-this.content[a];return b};bl.prototype.open=function(a,b){if(b.rdonly&&b.wronly)aw(this.nm(a)+pk);if(b.text&&b.binary)aw(this.nm(a)+pv);this.lookup(a);if(this.content[a]){if(this.is_dir(a))aw(this.nm(a)+" : is a directory");if(b.create&&b.excl)aw(this.nm(a)+pj);var
+this.content[a];return b};bj.prototype.open=function(a,b){if(b.rdonly&&b.wronly)aw(this.nm(a)+pd);if(b.text&&b.binary)aw(this.nm(a)+po);this.lookup(a);if(this.content[a]){if(this.is_dir(a))aw(this.nm(a)+" : is a directory");if(b.create&&b.excl)aw(this.nm(a)+pc);var
 c=this.content[a];if(b.truncate)c.truncate();return c}else
 if(b.create){this.create_dir_if_needed(a);this.content[a]=new
-a4(aX(0));return this.content[a]}else
-Hi(this.nm(a))};bl.prototype.register=function(c,a){var
-b;if(this.content[c])aw(this.nm(c)+pj);if(jm(a))b=new
-a4(a);if(p5(a))b=new
-a4(dv(a));else
+a2(aU(0));return this.content[a]}else
+Hc(this.nm(a))};bj.prototype.register=function(c,a){var
+b;if(this.content[c])aw(this.nm(c)+pc);if(jf(a))b=new
+a2(a);if(pY(a))b=new
+a2(dv(a));else
 if(a
 instanceof
 Array)b=new
-a4(GL(a));else
+a2(GF(a));else
 if(typeof
 a==="string")b=new
-a4(pU(a));else
+a2(pN(a));else
 if(a.toString){var
 d=dv(cG(a.toString()));b=new
-a4(d)}if(b){this.create_dir_if_needed(c);this.content[c]=b}else
-aw(this.nm(c)+" : registering file with invalid content type")};bl.prototype.constructor=bl;function
-aG(a){return bu(a)}function
-fl(b,a){return cD(b,a)}function
-GG(d){var
-c=aG(d),b=new
-Array(c),a=0;for(;a<c;a++)b[a]=fl(d,a);return b}function
-GF(a){if(a.t!=4)gX(a);return a.c}function
+a2(d)}if(b){this.create_dir_if_needed(c);this.content[c]=b}else
+aw(this.nm(c)+" : registering file with invalid content type")};bj.prototype.constructor=bj;function
+aE(a){return bu(a)}function
+fj(b,a){return cD(b,a)}function
+GA(d){var
+c=aE(d),b=new
+Array(c),a=0;for(;a<c;a++)b[a]=fj(d,a);return b}function
+Gz(a){if(a.t!=4)gR(a);return a.c}function
 cb(a){this.fs=require("fs");this.fd=a}cb.prototype=new
-pL();cb.prototype.truncate=function(a){try{this.fs.ftruncateSync(this.fd,a|0)}catch(a){aw(a.toString())}};cb.prototype.length=function(){try{return this.fs.fstatSync(this.fd).size}catch(a){aw(a.toString())}};cb.prototype.write=function(f,b,c,e){var
-a=GG(b);if(!(a
+pE();cb.prototype.truncate=function(a){try{this.fs.ftruncateSync(this.fd,a|0)}catch(a){aw(a.toString())}};cb.prototype.length=function(){try{return this.fs.fstatSync(this.fd).size}catch(a){aw(a.toString())}};cb.prototype.write=function(f,b,c,e){var
+a=GA(b);if(!(a
 instanceof
 ak.Uint8Array))a=new(ak.Uint8Array)(a);var
 d=ak.Buffer.from(a);try{this.fs.writeSync(this.fd,d,c,e,f)}catch(a){aw(a.toString())}return 0};cb.prototype.read=function(g,d,c,f){var
-a=GF(d);if(!(a
+a=Gz(d);if(!(a
 instanceof
 ak.Uint8Array))a=new(ak.Uint8Array)(a);var
 e=ak.Buffer.from(a);try{this.fs.readSync(this.fd,e,c,f,g)}catch(a){aw(a.toString())}for(var
 b=0;b<f;b++)cC(d,c+b,e[c+b]);return 0};cb.prototype.read_one=function(c){var
 b=new(ak.Uint8Array)(1),a=ak.Buffer.from(b);try{this.fs.readSync(this.fd,a,0,1,c)}catch(a){aw(a.toString())}return a[0]};cb.prototype.close=function(){try{this.fs.closeSync(this.fd)}catch(a){aw(a.toString())}};cb.prototype.constructor=cb;function
-a5(a){this.fs=require("fs");this.root=a}a5.prototype.nm=function(a){return this.root+a};a5.prototype.exists=function(a){try{return this.fs.existsSync(this.nm(a))?1:0}catch(a){return 0}};a5.prototype.mkdir=function(b,a,c){try{this.fs.mkdirSync(this.nm(b),{mode:a});return 0}catch(a){this.raise_nodejs_error(a,c)}};a5.prototype.rmdir=function(a,b){try{this.fs.rmdirSync(this.nm(a));return 0}catch(a){this.raise_nodejs_error(a,b)}};a5.prototype.readdir=function(a,b){try{return this.fs.readdirSync(this.nm(a))}catch(a){this.raise_nodejs_error(a,b)}};a5.prototype.is_dir=function(a){try{return this.fs.statSync(this.nm(a)).isDirectory()?1:0}catch(a){aw(a.toString())}};a5.prototype.unlink=function(a,c){try{var
-b=this.fs.existsSync(this.nm(a))?1:0;this.fs.unlinkSync(this.nm(a));return b}catch(a){this.raise_nodejs_error(a,c)}};a5.prototype.open=function(f,c,g){var
+a3(a){this.fs=require("fs");this.root=a}a3.prototype.nm=function(a){return this.root+a};a3.prototype.exists=function(a){try{return this.fs.existsSync(this.nm(a))?1:0}catch(a){return 0}};a3.prototype.mkdir=function(b,a,c){try{this.fs.mkdirSync(this.nm(b),{mode:a});return 0}catch(a){this.raise_nodejs_error(a,c)}};a3.prototype.rmdir=function(a,b){try{this.fs.rmdirSync(this.nm(a));return 0}catch(a){this.raise_nodejs_error(a,b)}};a3.prototype.readdir=function(a,b){try{return this.fs.readdirSync(this.nm(a))}catch(a){this.raise_nodejs_error(a,b)}};a3.prototype.is_dir=function(a){try{return this.fs.statSync(this.nm(a)).isDirectory()?1:0}catch(a){aw(a.toString())}};a3.prototype.unlink=function(a,c){try{var
+b=this.fs.existsSync(this.nm(a))?1:0;this.fs.unlinkSync(this.nm(a));return b}catch(a){this.raise_nodejs_error(a,c)}};a3.prototype.open=function(f,c,g){var
 a=require("constants"),b=0;for(var
 e
 in
 c)switch(e){case"rdonly":b|=a.O_RDONLY;break;case"wronly":b|=a.O_WRONLY;break;case"append":b|=a.O_WRONLY|a.O_APPEND;break;case"create":b|=a.O_CREAT;break;case"truncate":b|=a.O_TRUNC;break;case"excl":b|=a.O_EXCL;break;case"binary":b|=a.O_BINARY;break;case"text":b|=a.O_TEXT;break;case"nonblock":b|=a.O_NONBLOCK;break}try{var
 d=this.fs.openSync(this.nm(f),b);return new
-cb(d)}catch(a){this.raise_nodejs_error(a,g)}};a5.prototype.rename=function(b,a,c){try{this.fs.renameSync(this.nm(b),this.nm(a))}catch(a){this.raise_nodejs_error(a,c)}};a5.prototype.stat=function(b,c){try{var
-a=this.fs.statSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};a5.prototype.lstat=function(b,c){try{var
-a=this.fs.lstatSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};a5.prototype.symlink=function(d,c,a,b){try{this.fs.symlinkSync(this.nm(c),this.nm(a),d?"dir":"file");return 0}catch(a){this.raise_nodejs_error(a,b)}};a5.prototype.readlink=function(b,c){try{var
-a=this.fs.readlinkSync(this.nm(b),o3);return cG(a)}catch(a){this.raise_nodejs_error(a,c)}};a5.prototype.raise_nodejs_error=function(a,d){var
-b=dy(i8);if(d&&b){var
+cb(d)}catch(a){this.raise_nodejs_error(a,g)}};a3.prototype.rename=function(b,a,c){try{this.fs.renameSync(this.nm(b),this.nm(a))}catch(a){this.raise_nodejs_error(a,c)}};a3.prototype.stat=function(b,c){try{var
+a=this.fs.statSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};a3.prototype.lstat=function(b,c){try{var
+a=this.fs.lstatSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};a3.prototype.symlink=function(d,c,a,b){try{this.fs.symlinkSync(this.nm(c),this.nm(a),d?"dir":"file");return 0}catch(a){this.raise_nodejs_error(a,b)}};a3.prototype.readlink=function(b,c){try{var
+a=this.fs.readlinkSync(this.nm(b),oW);return cG(a)}catch(a){this.raise_nodejs_error(a,c)}};a3.prototype.raise_nodejs_error=function(a,d){var
+b=dy(i1);if(d&&b){var
 c=dA(a.code,a.syscall,a.path,a.errno);dz(b,c)}else
-aw(a.toString())};a5.prototype.stats_from_js=function(a){var
+aw(a.toString())};a3.prototype.stats_from_js=function(a){var
 b;if(a.isFile())b=0;else
 if(a.isDirectory())b=1;else
 if(a.isCharacterDevice())b=2;else
 if(a.isBlockDevice())b=3;else
 if(a.isSymbolicLink())b=4;else
 if(a.isFIFO())b=5;else
-if(a.isSocket())b=6;return[0,a.dev,a.ino,b,a.mode,a.nlink,a.uid,a.gid,a.rdev,a.size,a.atimeMs,a.mtimeMs,a.ctimeMs]};a5.prototype.constructor=a5;function
-p1(b){var
-a=ju(b);if(!a)return;return a[0]+b_}var
-g1=p1(fh)||dw("unable to compute caml_root"),eg=[];if(fm())eg.push({path:g1,device:new
-a5(g1)});else
-eg.push({path:g1,device:new
-bl(g1)});eg.push({path:pt,device:new
-bl(pt)});function
-qi(b){var
-g=Hb(b),b=g.join(b_),f=qb(b),c;for(var
-e=0;e<eg.length;e++){var
-a=eg[e];if(f.search(a.path)==0&&(!c||c.path.length<a.path.length))c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}if(!c&&fm()){var
-d=p1(b);if(d&&d.match(/^[a-zA-Z]:\/$/)){var
+if(a.isSocket())b=6;return[0,a.dev,a.ino,b,a.mode,a.nlink,a.uid,a.gid,a.rdev,a.size,a.atimeMs,a.mtimeMs,a.ctimeMs]};a3.prototype.constructor=a3;function
+pU(b){var
+a=jm(b);if(!a)return;return a[0]+b_}var
+gV=pU(ff)||dw("unable to compute caml_root"),ef=[];if(fk())ef.push({path:gV,device:new
+a3(gV)});else
+ef.push({path:gV,device:new
+bj(gV)});ef.push({path:pm,device:new
+bj(pm)});function
+qc(b){var
+g=G7(b),b=g.join(b_),f=p6(b),c;for(var
+e=0;e<ef.length;e++){var
+a=ef[e];if(f.search(a.path)==0&&(!c||c.path.length<a.path.length))c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}if(!c&&fk()){var
+d=pU(b);if(d&&d.match(/^[a-zA-Z]:\/$/)){var
 a={path:d,device:new
-a5(d)};eg.push(a);c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}}if(c)return c;aw("no device found for "+f)}function
-GP(c,b){var
-a=qi(c);if(!a.device.register)dw("cannot register file");a.device.register(a.rest,b);return 0}function
-qg(b,a){var
-b=y(b),a=y(a);return GP(b,a)}function
-GT(){var
+a3(d)};ef.push(a);c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}}if(c)return c;aw("no device found for "+f)}function
+GJ(c,b){var
+a=qc(c);if(!a.device.register)dw("cannot register file");a.device.register(a.rest,b);return 0}function
+qa(b,a){var
+b=w(b),a=w(a);return GJ(b,a)}function
+GN(){var
 b=ak.caml_fs_tmp;if(b)for(var
-a=0;a<b.length;a++)qg(b[a].name,b[a].content);ak.jsoo_create_file=qg;ak.caml_fs_tmp=[];return 0}function
-GV(a,c,k){if(!isFinite(a)){if(isNaN(a))return cG(i5);return cG(a>0?pH:"-infinity")}var
+a=0;a<b.length;a++)qa(b[a].name,b[a].content);ak.jsoo_create_file=qa;ak.caml_fs_tmp=[];return 0}function
+GP(a,c,k){if(!isFinite(a)){if(isNaN(a))return cG(iY);return cG(a>0?pA:"-infinity")}var
 i=a==0&&1/a==-Infinity?1:a>=0?0:1;if(i)a=-a;var
 d=0;if(a==0);else
 if(a<1)while(a<1&&d>-1022){a*=2;d--}else
 while(a>=2){a/=2;d++}var
-j=d<0?ai:ea,e=ai;if(i)e=dr;else
+j=d<0?ai:d$,e=ai;if(i)e=dr;else
 switch(k){case
-43:e=ea;break;case
+43:e=d$;break;case
 32:e=cy;break;default:break}if(c>=0&&c<13){var
 g=Math.pow(2,c*4);a=Math.round(a*g)/g}var
 b=a.toString(16);if(c>=0){var
-h=b.indexOf(ec);if(h<0)b+=ec+ef(c,bB);else{var
-f=h+1+c;if(b.length<f)b+=ef(f-b.length,bB);else
-b=b.substr(0,f)}}return cG(e+o5+b+"p"+j+d.toString(10))}function
-GW(a){return(a&0x000000FF)<<24|(a&0x0000FF00)<<8|(a&0x00FF0000)>>>8|(a&0xFF000000)>>>24}function
-GY(b){var
-a=dx(b);return ee([a[7],a[6],a[5],a[4],a[3],a[2],a[1],a[0]])}function
-G4(a){return+a.isZero()}function
-p3(a){return new
+h=b.indexOf(eb);if(h<0)b+=eb+ee(c,bB);else{var
+f=h+1+c;if(b.length<f)b+=ee(f-b.length,bB);else
+b=b.substr(0,f)}}return cG(e+oY+b+"p"+j+d.toString(10))}function
+GQ(a){return(a&0x000000FF)<<24|(a&0x0000FF00)<<8|(a&0x00FF0000)>>>8|(a&0xFF000000)>>>24}function
+GS(b){var
+a=dx(b);return ed([a[7],a[6],a[5],a[4],a[3],a[2],a[1],a[0]])}function
+GY(a){return+a.isZero()}function
+pW(a){return new
 _(a&cz,a>>24&cz,a>>31&b$)}function
-G8(a){return a.toInt()}function
-G3(a){return+a.isNeg()}function
-G7(a){return a.neg()}function
-G1(g,c){var
-a=jn(g);if(a.signedconv&&G3(c)){a.sign=-1;c=G7(c)}var
-b=ai,h=p3(a.base),f="0123456789abcdef";do{var
-e=c.udivmod(h);c=e.quotient;b=f.charAt(G8(e.modulus))+b}while(!G4(c));if(a.prec>=0){a.filler=cy;var
-d=a.prec-b.length;if(d>0)b=ef(d,bB)+b}return jg(a,b)}function
-G6(a,b){return a.mul(b)}function
-o(c){var
+G2(a){return a.toInt()}function
+GX(a){return+a.isNeg()}function
+G1(a){return a.neg()}function
+GV(g,c){var
+a=jg(g);if(a.signedconv&&GX(c)){a.sign=-1;c=G1(c)}var
+b=ai,h=pW(a.base),f="0123456789abcdef";do{var
+e=c.udivmod(h);c=e.quotient;b=f.charAt(G2(e.modulus))+b}while(!GY(c));if(a.prec>=0){a.filler=cy;var
+d=a.prec-b.length;if(d>0)b=ee(d,bB)+b}return i$(a,b)}function
+G0(a,b){return a.mul(b)}function
+n(c){var
 b=0;for(var
 a=c.length-1;a>=0;a--){var
 d=c[a];b=[0,d,b]}return b}function
-p6(a,d){if(a<0)fg();var
+pZ(a,d){if(a<0)fe();var
 a=a+1|0,b=new
 Array(a);b[0]=0;for(var
 c=1;c<a;c++)b[c]=d;return b}var
 cF=new
 Array();function
-Hc(c){var
-a=cF[c];if(!a.opened)aw("Cannot flush a closed channel");if(!a.buffer||a.buffer==ai)return 0;if(a.fd&&aK.fds[a.fd]&&aK.fds[a.fd].output){var
-b=aK.fds[a.fd].output;switch(b.length){case
+G8(c){var
+a=cF[c];if(!a.opened)aw("Cannot flush a closed channel");if(!a.buffer||a.buffer==ai)return 0;if(a.fd&&aI.fds[a.fd]&&aI.fds[a.fd].output){var
+b=aI.fds[a.fd].output;switch(b.length){case
 2:b(c,a.buffer);break;default:b(a.buffer)}}a.buffer=ai;return 0}function
-qa(d,e){var
-a=cF[d],c=y(e),b=aG(c);a.file.write(a.offset,c,0,b);a.offset+=b;return 0}function
-Hq(a){var
-a=jr(a),b=ak;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stderr.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
+p5(d,e){var
+a=cF[d],c=w(e),b=aE(c);a.file.write(a.offset,c,0,b);a.offset+=b;return 0}function
+Hk(a){var
+a=jk(a),b=ak;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stderr.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
 c=b.console;c&&c.error&&c.error(a)}}function
-Hr(a){var
-a=jr(a),b=ak;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stdout.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
+Hl(a){var
+a=jk(a),b=ak;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stdout.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
 c=b.console;c&&c.log&&c.log(a)}}function
-g2(c,e,d,a){if(aK.fds===undefined)aK.fds=new
+gW(c,e,d,a){if(aI.fds===undefined)aI.fds=new
 Array();a=a?a:{};var
-b={};b.file=d;b.offset=a.append?d.length():0;b.flags=a;b.output=e;aK.fds[c]=b;if(!aK.fd_last_idx||c>aK.fd_last_idx)aK.fd_last_idx=c;return c}function
-Hx(c,b,g){var
+b={};b.file=d;b.offset=a.append?d.length():0;b.flags=a;b.output=e;aI.fds[c]=b;if(!aI.fd_last_idx||c>aI.fd_last_idx)aI.fd_last_idx=c;return c}function
+Hr(c,b,g){var
 a={};while(b){switch(b[1]){case
 0:a.rdonly=1;break;case
 1:a.wronly=1;break;case
@@ -681,59 +681,59 @@ a={};while(b){switch(b[1]){case
 5:a.excl=1;break;case
 6:a.binary=1;break;case
 7:a.text=1;break;case
-8:a.nonblock=1;break}b=b[2]}if(a.rdonly&&a.wronly)aw(c1(c)+pk);if(a.text&&a.binary)aw(c1(c)+pv);var
-d=qi(c),e=d.device.open(d.rest,a),f=aK.fd_last_idx?aK.fd_last_idx:0;return g2(f+1,qa,e,a)}g2(0,qa,new
-a4(aX(0)));g2(1,Hr,new
-a4(aX(0)));g2(2,Hq,new
-a4(aX(0)));function
-Hd(a){var
-c=aK.fds[a];if(c.flags.wronly)aw(pK+a+" is writeonly");var
-d=null;if(a==0&&fm()){var
-e=require("fs");d=function(){return cG(e.readFileSync(0,o3))}}var
+8:a.nonblock=1;break}b=b[2]}if(a.rdonly&&a.wronly)aw(c1(c)+pd);if(a.text&&a.binary)aw(c1(c)+po);var
+d=qc(c),e=d.device.open(d.rest,a),f=aI.fd_last_idx?aI.fd_last_idx:0;return gW(f+1,p5,e,a)}gW(0,p5,new
+a2(aU(0)));gW(1,Hl,new
+a2(aU(0)));gW(2,Hk,new
+a2(aU(0)));function
+G9(a){var
+c=aI.fds[a];if(c.flags.wronly)aw(pD+a+" is writeonly");var
+d=null;if(a==0&&fk()){var
+e=require("fs");d=function(){return cG(e.readFileSync(0,oW))}}var
 b={file:c.file,offset:c.offset,fd:a,opened:true,out:false,refill:d};cF[b.fd]=b;return b.fd}function
-p7(c){var
-b=aK.fds[c];if(b.flags.rdonly)aw(pK+c+" is readonly");var
+p0(c){var
+b=aI.fds[c];if(b.flags.rdonly)aw(pD+c+" is readonly");var
 a={file:b.file,offset:b.offset,fd:c,opened:true,out:true,buffer:ai};cF[a.fd]=a;return a.fd}function
-He(){var
+G_(){var
 b=0;for(var
 a=0;a<cF.length;a++)if(cF[a]&&cF[a].opened&&cF[a].out)b=[0,cF[a].fd,b];return b}function
-fk(a,b){return+(pV(a,b,false)!=0)}function
-bM(b,c,a){if(a&&ak.toplevelReloc)b=ak.toplevelReloc(a);aK[b+1]=c;if(a)aK[a]=c}function
-Hk(a,b){p9[c1(a)]=b;return 0}function
-Hm(){aY(ja)}function
-bC(b,a){if(a>>>0>=aG(b))Hm();return fl(b,a)}function
+fi(a,b){return+(pO(a,b,false)!=0)}function
+bM(b,c,a){if(a&&ak.toplevelReloc)b=ak.toplevelReloc(a);aI[b+1]=c;if(a)aI[a]=c}function
+He(a,b){p2[c1(a)]=b;return 0}function
+Hg(){aV(i5)}function
+bC(b,a){if(a>>>0>=aE(b))Hg();return fj(b,a)}function
 bv(a){return a}function
-Hn(){return 0x7FFFFFFF/4|0}function
-jq(a){var
+Hh(){return 0x7FFFFFFF/4|0}function
+jj(a){var
 b=1;while(a&&a.joo_tramp){a=a.joo_tramp.apply(null,a.joo_args);b++}return a}function
-a7(b,a){return{joo_tramp:b,joo_args:a}}function
-p$(a){return a}function
-qc(a){if(a
+a5(b,a){return{joo_tramp:b,joo_args:a}}function
+p4(a){return a}function
+p7(a){if(a
 instanceof
 Array)return a;if(ak.RangeError&&a
 instanceof
-ak.RangeError&&a.message&&a.message.match(/maximum call stack/i))return p$(aK.Stack_overflow);if(ak.InternalError&&a
+ak.RangeError&&a.message&&a.message.match(/maximum call stack/i))return p4(aI.Stack_overflow);if(ak.InternalError&&a
 instanceof
-ak.InternalError&&a.message&&a.message.match(/too much recursion/i))return p$(aK.Stack_overflow);if(a
+ak.InternalError&&a.message&&a.message.match(/too much recursion/i))return p4(aI.Stack_overflow);if(a
 instanceof
-ak.Error&&dy(pb))return[0,dy(pb),a];return[0,aK.Failure,cG(String(a))]}function
+ak.Error&&dy(o6))return[0,dy(o6),a];return[0,aI.Failure,cG(String(a))]}function
 E(a,b){return a+b}function
-js(a,b){return a<b?-1:a>b?1:0}function
-x(a,b){return a===b?1:0}function
-J(a,b){return a<=b?1:0}function
-qd(b,a){return b<<BigInt(a)}function
+p8(a,b){return a<b?-1:a>b?1:0}function
+z(a,b){return a===b?1:0}function
+K(a,b){return a<=b?1:0}function
+p9(b,a){return b<<BigInt(a)}function
 P(a,b){return a<b?1:0}function
-aL(a){return-a}function
-s(a,b){return a*b}function
-ax(a){return BigInt(a)}function
-Hp(b){ak.fairauditVerified=function(a){return c1(c0(b,[y(a)]))}}function
-jt(b,a){return b>>BigInt(a)}function
+aJ(a){return-a}function
+r(a,b){return a*b}function
+bk(a){return BigInt(a)}function
+Hj(b){ak.fairauditVerified=function(a){return c1(c0(b,[w(a)]))}}function
+jl(b,a){return b>>BigInt(a)}function
 S(a,b){return a-b}function
-qe(a){return Number(a)}function
-qf(a,b){return a/b}function
-G$(a){switch(a[2]){case-8:case-11:case-12:return 1;default:return 0}}function
-GR(b){var
-a=ai;if(b[0]==0){a+=b[1][1];if(b.length==3&&b[2][0]==0&&G$(b[1]))var
+p_(a){return Number(a)}function
+p$(a,b){return a/b}function
+G5(a){switch(a[2]){case-8:case-11:case-12:return 1;default:return 0}}function
+GL(b){var
+a=ai;if(b[0]==0){a+=b[1][1];if(b.length==3&&b[2][0]==0&&G5(b[1]))var
 e=b[2],f=1;else
 var
 f=2,e=b;a+="(";for(var
@@ -742,268 +742,268 @@ c=e[d];if(typeof
 c=="number")a+=c.toString();else
 if(c
 instanceof
-ca)a+=gU+c.toString()+gU;else
+ca)a+=gO+c.toString()+gO;else
 if(typeof
-c=="string")a+=gU+c.toString()+gU;else
+c=="string")a+=gO+c.toString()+gO;else
 a+="_"}a+=")"}else
-if(b[0]==bk)a+=b[1];return a}function
-pZ(a){if(a
+if(b[0]==bi)a+=b[1];return a}function
+pS(a){if(a
 instanceof
-Array&&(a[0]==0||a[0]==bk)){var
+Array&&(a[0]==0||a[0]==bi)){var
 c=dy("Printexc.handle_uncaught_exception");if(c)c(a,false);else{var
-d=GR(a),b=dy(o2);if(b)b(0);ak.console.error("Fatal error: exception "+d+"\n")}}else
+d=GL(a),b=dy(oV);if(b)b(0);ak.console.error("Fatal error: exception "+d+"\n")}}else
 throw a}function
-Hl(){var
-a=ak;if(a.process&&a.process.on)a.process.on("uncaughtException",function(b,c){pZ(b);a.process.exit(2)});else
-if(a.addEventListener)a.addEventListener("error",function(a){if(a.error)pZ(a.error)})}Hl();function
+Hf(){var
+a=ak;if(a.process&&a.process.on)a.process.on("uncaughtException",function(b,c){pS(b);a.process.exit(2)});else
+if(a.addEventListener)a.addEventListener("error",function(a){if(a.error)pS(a.error)})}Hf();function
 F(a,b){return a.length==1?a(b):c0(a,[b])}function
-aE(a,b,c){return a.length==2?a(b,c):c0(a,[b,c])}function
-oY(a,b,c,d){return a.length==3?a(b,c,d):c0(a,[b,c,d])}function
-oZ(a,b,c,d,e,f){return a.length==5?a(b,c,d,e,f):c0(a,[b,c,d,e,f])}GT();var
-jx=[bk,y(pI),-1],jz=[bk,y(o9),-2],jw=[bk,y(i1),-3],jv=[bk,y(po),-4],jy=[bk,y(pu),-9],aM=[bk,y(pD),-11],Gj=[0,[0,[0,[0,0]]]],Gk=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],Gl=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gk]]]]]]]]]]],Gm=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gl]]]]]]]]]]],Gn=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gm]]]]]]]]]]],Go=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gn]]]]]]]]]]],Gp=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]]],Gq=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gp]]]]]]]]]]],Gr=[0,0],Gs=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],Gt=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gs]]]]]]]]]]],Gu=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gt]]]]]]]]]]],Gv=[0,[0,[0,[0,[0,0]]]]],Gw=[0,[0,[0,[0,[0,0]]]]],Gx=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],Gy=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],eq=o([[0,48,[0,[0,[0,0,0],0],0]],[0,49,[0,[0,[0,0,0],0],1]],[0,50,[0,[0,[0,0,0],1],0]],[0,51,[0,[0,[0,0,0],1],1]],[0,52,[0,[0,[0,0,1],0],0]],[0,53,[0,[0,[0,0,1],0],1]],[0,54,[0,[0,[0,0,1],1],0]],[0,55,[0,[0,[0,0,1],1],1]],[0,56,[0,[0,[0,1,0],0],0]],[0,57,[0,[0,[0,1,0],0],1]],[0,97,[0,[0,[0,1,0],1],0]],[0,98,[0,[0,[0,1,0],1],1]],[0,99,[0,[0,[0,1,1],0],0]],[0,p,[0,[0,[0,1,1],0],1]],[0,a,[0,[0,[0,1,1],1],0]],[0,B,[0,[0,[0,1,1],1],1]],[0,65,[0,[0,[0,1,0],1],0]],[0,66,[0,[0,[0,1,0],1],1]],[0,67,[0,[0,[0,1,1],0],0]],[0,68,[0,[0,[0,1,1],0],1]],[0,69,[0,[0,[0,1,1],1],0]],[0,70,[0,[0,[0,1,1],1],1]]]),hm=[0,[0,[0,0,0],0],0],Gz=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],GA=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gz]]]]]]]]]]],GB=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,GA]]]]]]]]]]],GC=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,GB]]]]]]]]]]],GD=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,GC]]]]]]]]]]];bM(11,[bk,y(o1),-12],o1);bM(10,aM,pD);bM(9,[bk,y(pm),-10],pm);bM(8,jy,pu);bM(7,[bk,y(pg),-8],pg);bM(6,[bk,y(pr),-7],pr);bM(5,[bk,y(py),-6],py);bM(4,[bk,y(pa),-5],pa);bM(3,jv,po);bM(2,jw,i1);bM(1,jz,o9);bM(0,jx,pI);var
-qk=y(pp),ql=y("false"),qo=y("\\\\"),qp=y("\\'"),qq=y("\\b"),qr=y("\\t"),qs=y("\\n"),qt=y("\\r"),qn=y("Char.chr"),qw=y("String.blit / Bytes.blit_string"),qv=y("Bytes.blit"),qu=y("String.sub / Bytes.sub"),qy=y(ai),qx=y("String.concat"),qz=y("Array.blit"),qC=y("Buffer.add: cannot grow buffer"),qB=[0,y(pw),93,2],qA=[0,y(pw),94,2],qL=y("%c"),qM=y("%s"),qN=y(o0),qO=y(pf),qP=y(pn),qQ=y(o4),qR=y("%f"),qS=y("%B"),qT=y("%{"),qU=y("%}"),qV=y("%("),qW=y("%)"),qX=y("%a"),qY=y("%t"),qZ=y("%?"),q0=y("%r"),q1=y("%_r"),q2=[0,y(aW),850,23],rb=[0,y(aW),814,21],q5=[0,y(aW),815,21],rc=[0,y(aW),818,21],q6=[0,y(aW),819,21],rd=[0,y(aW),822,19],q7=[0,y(aW),823,19],re=[0,y(aW),826,22],q8=[0,y(aW),827,22],rf=[0,y(aW),831,30],q9=[0,y(aW),832,30],q$=[0,y(aW),836,26],q3=[0,y(aW),837,26],ra=[0,y(aW),846,28],q4=[0,y(aW),847,28],q_=[0,y(aW),851,23],si=y(pl),sg=[0,y(aW),1558,4],sh=y("Printf: bad conversion %["),sj=[0,y(aW),1626,39],sk=[0,y(aW),1649,31],sl=[0,y(aW),1650,31],sm=y("Printf: bad conversion %_"),sn=y("@{"),so=y("@["),se=y(i5),sc=y("neg_infinity"),sd=y(pH),sb=y(ec),r8=[0,C],rW=y("%+nd"),rX=y("% nd"),rZ=y("%+ni"),r0=y("% ni"),r1=y("%nx"),r2=y("%#nx"),r3=y("%nX"),r4=y("%#nX"),r5=y("%no"),r6=y("%#no"),rV=y("%nd"),rY=y(pn),r7=y("%nu"),rJ=y("%+ld"),rK=y("% ld"),rM=y("%+li"),rN=y("% li"),rO=y("%lx"),rP=y("%#lx"),rQ=y("%lX"),rR=y("%#lX"),rS=y("%lo"),rT=y("%#lo"),rI=y("%ld"),rL=y(pf),rU=y("%lu"),rw=y("%+Ld"),rx=y("% Ld"),rz=y("%+Li"),rA=y("% Li"),rB=y("%Lx"),rC=y("%#Lx"),rD=y("%LX"),rE=y("%#LX"),rF=y("%Lo"),rG=y("%#Lo"),rv=y("%Ld"),ry=y(o4),rH=y("%Lu"),rj=y("%+d"),rk=y("% d"),rm=y("%+i"),rn=y("% i"),ro=y("%x"),rp=y("%#x"),rq=y("%X"),rr=y("%#X"),rs=y("%o"),rt=y("%#o"),ri=y(px),rl=y(o0),ru=y(pl),qD=y("@]"),qE=y("@}"),qF=y("@?"),qG=y("@\n"),qH=y("@."),qI=y("@@"),qJ=y("@%"),qK=y("@"),rg=y("CamlinternalFormat.Type_mismatch"),ss=fj(8,0,0),st=[0,1779033703,-1150833019,1013904242,-1521486534,1359893119,-1694144372,528734635,1541459225],su=[0,[5,6,[0,2,8],0,0],y("%08lx")],sv=y(ai),sp=[0,1116352408,1899447441,-1245643825,-373957723,961987163,1508970993,-1841331548,-1424204075,-670586216,310598401,607225278,1426881987,1925078388,-2132889090,-1680079193,-1046744716,-459576895,-272742522,264347078,604807628,770255983,1249150122,1555081692,1996064986,-1740746414,-1473132947,-1341970488,-1084653625,-958395405,-710438585,113926993,338241895,666307205,773529912,1294757372,1396182291,1695183700,1986661051,-2117940946,-1838011259,-1564481375,-1474664885,-1035236496,-949202525,-778901479,-694614492,-200395387,275423344,430227734,506948616,659060556,883997877,958139571,1322822218,1537002063,1747873779,1955562222,2024104815,-2067236844,-1933114872,-1866530822,-1538233109,-1090935817,-965641998],sB=[0,0],sC=[0,0],ta=[0,g,[0,m,[0,j,[0,j,0]]]],tb=[0,b,[0,h,[0,m,[0,a,0]]]],tc=[0,B,[0,97,[0,j,[0,d,[0,a,0]]]]],tp=o([e,d,32,g,f,b,32,f,g,a,32,f,B,32,b,l,f,d,a,32,b,l,97,b,32,b,l,a,h,a,32,97,h,a]),tz=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gj]]]]]]]]]]],tV=[0,1],tW=[0,2],t5=[0,0,0],yW=[0,[12,0],0],BD=[0,[12,0],0],CV=[0,0,0],Dw=[0,[12,0],0],Dv=o([d,m,98,aF,a,99,b,46,p,a,99,j,97,h,a,p,46,98,N,95,99,f,g,b,a,ae,b]),E8=o([l,97,d,32,97,32,j,97,d,b,32,j,e,g,a,32,b,l,97,b,32,p,f,a,d,32,g,f,b,32,a,g,p]),F7=o([97,32,99,j,97,e,u,32,j,e,d,b,d,32,97,d,d,m,u,v,b,e,f,g,d,32,b,l,97,b,32,e,b,32,p,f,a,d,32,g,f,b,32,h,a,d,b,32,f,g]),F8=o([b,l,a,32,b,97,98,j,a,32,e,d,32,g,f,b,32,97,d,32,b,l,a,32,B,f,h,u,97,b,32,p,a,u,97,g,p,d]),F5=[0,v,[0,f,[0,j,[0,e,[0,99,[0,N,0]]]]]],F6=o([B,97,e,h,97,m,p,e,b,45,99,a,h,b,e,B,e,99,97,b,a,47,49]),FO=[12,0],FN=[0,0,0],F1=[0,0,0],F2=o([b,l,a,32,97,d,d,m,u,v,b,e,f,g,d,32,f,B,32,b,l,a,32,99,j,97,e,u,d]),F0=[12,0],FY=[0,0,0],FZ=o([d,m,98,aF,a,99,b,46,d,v,a,j,j,e,g,C,d]),FP=[0,d,[0,m,[0,98,[0,aF,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],FQ=o([b,l,a,32,b,97,98,j,a,32,B,e,j,a]),FR=o([d,m,98,aF,a,99,b,46,99,f,j,m,u,g,d]),FS=o([d,m,98,aF,a,99,b,46,v,f,v,m,j,97,b,e,f,g]),FT=o([d,m,98,aF,a,99,b,46,aO,e,g,p]),FU=o([d,m,98,aF,a,99,b,46,b,97,98,j,a,46,99,a,j,j,d]),FV=o([d,m,98,aF,a,99,b,46,b,97,98,j,a,46,d,l,97,50,53,54]),FW=o([b,l,a,32,b,97,98,j,a,32,C,e,D,a,d,32,p,h,97,H,d,32,B,f,h,32,d,f,u,a,32,h,f,H,d,32,f,B,32,b,l,a,32,v,f,j,e,99,N,32,f,g,j,N]),FX=o([b,l,a,32,h,f,H,d,32,f,B,32,b,l,a,32,v,f,j,e,99,N,32,97,h,a,32,g,f,b,32,e,g,32,f,h,p,a,h]),FM=o([b,l,a,32,b,97,98,j,a,32,j,97,99,aO,d,32,97,32,h,f,H,32,f,B,32,b,l,a,32,v,f,j,e,99,N,32,B,f,h,32,H,l,97,b,32,b,l,a,32,B,e,j,b,a,h,d,32,99,97,g,32,h,a,j,a,97,d,a]),F3=o([b,l,a,32,b,97,98,j,a,32,e,d,32,a,u,v,b,N]),F4=[0,0],FL=[0,[12,0],0],FE=[0,[12,0],0],FF=[0,[0,[12,0],0]],Fo=[12,0],Fn=[0,0,0],FD=[12,0],Fp=[0,0,0],Fq=o([b,l,a,32,m,b,e,j,e,b,N,32,e,d,32,e,g,32,d,m,98,aF,a,99,b,46,99,j,97,d,d]),FB=[0,0,0],FC=o([d,m,98,aF,a,99,b,46,d,v,a,j,j,e,g,C,d]),Fr=[0,d,[0,m,[0,98,[0,aF,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],Fs=o([b,l,a,32,b,97,98,j,a,32,B,e,j,a]),Ft=o([d,m,98,aF,a,99,b,46,99,f,j,m,u,g,d]),Fu=o([d,m,98,aF,a,99,b,46,v,f,v,m,j,97,b,e,f,g]),Fv=o([d,m,98,aF,a,99,b,46,aO,e,g,p]),Fw=o([d,m,98,aF,a,99,b,46,b,97,98,j,a,46,99,a,j,j,d]),Fx=o([d,m,98,aF,a,99,b,46,b,97,98,j,a,46,d,l,97,50,53,54]),Fy=o([l,97,d,32,m,b,e,j,e,b,e,a,d,32,98,a,j,f,H,32,48,44,32,f,B,32,H,l,e,99,l,32,p,e,B,B,a,h,a,g,99,a,d,32,l,97,D,a,32,b,f,32,98,a,32,d,b,97,b,a,p]),Fz=o([l,97,d,32,e,g,b,a,h,D,97,j,d,44,32,H,l,e,99,l,32,97,h,a,32,g,f,b,32,B,f,h,32,v,h,f,98,97,98,e,j,e,b,e,a,d]),FA=o([l,97,d,32,e,g,b,a,h,D,97,j,d,44,32,H,l,e,99,l,32,p,f,32,g,f,b,32,C,f,32,H,e,b,l,32,97,32,99,j,97,d,d,32,f,B,32,m,b,e,j,e,b,e,a,d]),FG=[0,0],FH=[0,0],FI=[0,0],FJ=o([b,l,a,32,b,97,98,j,a,32,e,d,32,a,u,v,b,N]),FK=[0,0],Fj=[0,0,0],Fh=[0,0,0],Fi=[0,0,0],Fk=[0,0,0],Fl=[0,0,0],Fm=[0,0,0],Ff=[0,0],Fd=[0,0,0],Fc=[0,u,[0,a,[0,b,[0,h,[0,e,[0,99,[0,d,[0,46,0]]]]]]]],Fa=o([d,m,98,aF,a,99,b,46,m,b,e,j,e,b,N,46]),Fb=o([98,m,h,p,a,g,32,u,m,d,b,32,98,a,32,b,h,m,a,32,H,l,a,h,a,32,e,b,32,e,d,32,d,b,97,b,a,p]),E$=[0,0],E_=o([b,l,a,32,b,97,98,j,a,32,e,d,32,g,f,b,32,b,l,a,32,99,97,g,f,g,e,99,97,j,32,b,a,ae,b,32,f,B,32,e,b,d,32,D,97,j,m,a,d]),E9=o([e,d,32,g,f,b,32,74,83,79,78,32,97,d,32,b,l,a,32,B,f,h,u,97,b,32,l,97,d,32,e,b]),E6=[0,0],E5=[0,0],E2=[0,0],E3=[0,0],E1=[0,0],E0=[0,0],EZ=[0,0,0],EY=[0,0],EV=o([C,j,f,98,97,j,95,h,97,b,e,f,95,d,m,v,h,a,u,m,u]),EU=[0,48,0],ER=[0,44,[0,32,0]],EQ=[0,93,0],ES=[0,91,0],ET=[0,91,[0,93,0]],EP=[0,91,[0,93,0]],EM=o([32,h,a,j,a,97,d,a,d,32,f,B,32,97,32,C,h,f,m,v,44,32,a,97,99,l,32,p,h,97,H,g,32,97,B,h,a,d,l,32,40,p,a,99,j,97,h,a,p,41]),EN=o([f,g,a,32,u,a,u,f,h,N,32,d,a,a,d,32,97,b,32,u,f,d,b,32]),EK=o([32,f,B,32,b,l,a,32,j,97,H,32,f,B,32,b,l,e,d,32,v,f,j,e,99,N,32,40,p,a,99,j,97,h,a,p,41]),EL=o([B,f,h,32,a,D,a,h,N,b,l,e,g,C,32,b,l,97,b,32,b,l,a,32,B,e,j,b,a,h,d,32,h,a,j,a,97,d,a,44,32,b,l,a,32,j,97,H,32,f,B,32,b,l,a,32,p,a,99,e,d,e,f,g,32,e,d,32,H,e,b,l,e,g,32,b,f,b,97,j,32,D,97,h,e,97,b,e,f,g,32]),EG=o([32,40,p,a,99,j,97,h,a,p,41]),EH=[0,32,[0,97,[0,g,[0,p,[0,32,0]]]]],EI=o([44,32,a,D,a,h,N,32,m,b,e,j,e,b,N,32,e,d,32,98,a,b,H,a,a,g,32]),EJ=o([e,g,32,99,f,g,b,a,ae,b,32]),EE=o([32,98,a,l,e,g,p,32,b,l,a,32,B,e,j,b,a,h,32,40,p,a,99,j,97,h,a,p,41]),EF=o([a,D,a,h,N,32,99,f,u,v,97,h,a,p,32,C,h,f,m,v,39,d,32,u,a,97,g,32,m,b,e,j,e,b,N,32,e,d,32,97,b,32,j,a,97,d,b,32]),EA=o([32,98,a,l,e,g,p,32,b,l,a,32,B,e,j,b,a,h,32,40,p,a,99,j,97,h,a,p,41]),EB=o([44,32,a,D,a,h,N,32,99,f,u,v,97,h,a,p,32,C,h,f,m,v,39,d,32,a,ae,v,a,99,b,a,p,32,m,b,e,j,e,b,N,32,e,d,32,97,b,32,j,a,97,d,b,32]),EC=o([e,g,32,99,f,g,b,a,ae,b,32]),Ew=o([32,40,p,a,99,j,97,h,a,p,41]),Ex=o([44,32,97,g,p,32,B,f,h,32,b,l,a,32,d,97,u,a,32,p,a,99,e,d,e,f,g,32,97,g,p,32,99,f,g,b,a,ae,b,32,b,l,a,32,m,b,e,j,e,b,e,a,d,32,f,B,32,b,H,f,32,C,h,f,m,v,d,32,p,e,B,B,a,h,32,98,N,32,97,b,32,u,f,d,b,32]),Ey=[0,32,[0,97,[0,g,[0,p,[0,32,0]]]]],Ez=o([a,D,a,h,N,32,m,b,e,j,e,b,N,32,e,d,32,98,a,b,H,a,a,g,32]),Eu=o([32,98,a,l,e,g,p,32,b,l,a,32,B,e,j,b,a,h,32,40,p,a,99,j,97,h,a,p,41]),Ev=o([a,D,a,h,N,32,99,f,u,v,97,h,a,p,32,C,h,f,m,v,39,d,32,a,ae,v,a,99,b,a,p,32,m,b,e,j,e,b,N,32,e,d,32,97,b,32,j,a,97,d,b,32]),Ep=[0,[12,0],0],Eo=[0,1],Eq=[0,0],En=[12,0],D5=o([u,m,d,b,32,98,a,32,v,f,d,e,b,e,D,a]),D4=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),D6=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),D7=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),D8=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),D3=o([e,d,32,f,m,b,32,f,B,32,h,97,g,C,a]),D1=o([u,m,d,b,32,98,a,32,97,g,32,f,98,aF,a,99,b,32,f,h,32,g,m,j,j]),D0=[0,[0,0]],D2=o([u,m,d,b,32,98,a,32,97,g,32,f,98,aF,a,99,b,32,f,h,32,g,m,j,j]),DU=[0,[12,0],0],DK=[0,B,[0,j,[0,f,[0,f,[0,h,0]]]]],DL=[0,84,[0,51,0]],DM=[0,84,[0,49,0]],DN=[0,84,[0,49,[0,45,[0,v,[0,97,[0,v,[0,a,[0,h,0]]]]]]]],DO=[0,84,[0,52,0]],DP=[0,84,[0,50,0]],DQ=[7,0],DR=[0,84,[0,49,[0,50,0]]],DS=[0,84,[0,51,0]],DT=[0,84,[0,56,0]],DH=o([u,m,d,b,32,l,97,D,a,32,u,m,j,b,e,v,j,e,a,h,d]),Dx=o([d,m,98,aF,a,99,b,46,p,a,99,j,97,h,a,p,46,C,j,f,98,97,j,95,b,97,m]),Du=o([d,m,98,aF,a,99,b,46,p,a,99,j,97,h,a,p,46]),Do=o([d,m,98,aF,a,99,b,46,v,h,e,D,97,99,N,46]),Dp=o([46,97,b,b,h,e,98,m,b,a,d]),Dq=o([46,a,ae,v,95,a,v,d,e,j,f,g]),Dr=[0,[12,0],0],Ds=[0,[12,0],0],Dt=[0,[12,1],0],Db=[0,[0,0]],Da=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Go]]]]]]]]]]],C9=o([j,e,d,b,d,32,97,32,99,f,g,b,a,ae,b,32,b,H,e,99,a]),C_=o([u,m,d,b,32,g,f,b,32,98,a,32,a,u,v,b,N]),C8=o([l,97,d,32,97,32,p,h,e,B,b,32,f,B,32,u,f,h,a,32,b,l,97,g,32,49]),C$=[0,0],C7=o([u,m,d,b,32,l,97,D,a,32,C,97,u,u,97,44,32,u,32,f,h,32,b,97,m]),C6=[0,0],C5=o([p,f,a,d,32,g,f,b,32,j,e,d,b,32,a,D,a,h,N,32,b,h,m,a,32,99,a,j,j,44,32,f,h,32,d,f,u,a,32,b,l,97,b,32,97,h,a,32,g,f,b,32,g,a,a,p,a,p]),C4=o([e,d,32,g,f,b,32,b,l,a,32,g,a,ae,b,32,b,h,m,a,32,99,a,j,j]),C1=[0,1],C2=o([l,97,d,32,p,h,97,H,d,32,b,l,97,b,32,p,f,32,g,f,b,32,B,e,b,32,e,b,d,32,H,a,e,C,l,b,d]),CZ=o([l,97,d,32,H,a,e,C,l,b,d,32,b,l,97,b,32,p,f,32,g,f,b,32,d,m,u,32,b,f,32,49]),C0=o([e,d,32,f,m,b,32,f,B,32,h,97,g,C,a]),C3=[0,0],CX=o([u,m,d,b,32,l,97,D,a,32,h,a,j,a,97,d,a,d,32,B,h,f,u,32,50,32,b,f,32,49,48,48,48,48]),CW=o([l,97,d,32,B,a,H,a,h,32,b,l,97,g,32,b,H,f,32,b,h,m,a,32,C,h,f,m,v,d]),CU=o([u,m,d,b,32,l,97,D,a,32,B,97,99,b,f,h,d,32,b,l,97,b,32,99,f,D,a,h,32,b,l,a,32,99,f,j,m,u,g,d,32,b,f,C,a,b,l,a,h]),CQ=o([l,97,d,32,v,h,f,98,97,98,e,j,e,b,e,a,d,32,b,l,97,b,32,p,f,32,g,f,b,32,d,m,u,32,b,f,32,49]),CR=o([u,m,d,b,32,j,e,d,b,32,j,97,98,a,j,d]),CS=o([u,m,d,b,32,j,e,d,b,32,j,97,98,a,j,d]),CT=o([u,m,d,b,32,j,e,d,b,32,j,97,98,a,j,d]),CO=o([v,h,f,98,97,98,e,j,e,b,e,a,d]),CA=[0,0,0],CB=[0,0,0],CC=[0,0,0],Cx=[0,[12,0],0],Ct=[0,[12,0],0],Cu=[0,0,0],Cv=[0,[12,0],0],Cw=[0,[12,0],0],Cy=[0,[12,0],0],Cz=[0,[12,0],0],Cq=[0,C,[0,j,[0,f,[0,98,[0,97,[0,j,0]]]]]],Co=o([32,40,p,a,99,j,97,h,a,p,41]),Cp=o([e,g,32,a,97,99,l,32,99,a,j,j,32,b,l,a,32,j,97,H,32,f,B,32,b,l,a,32,p,a,99,e,d,e,f,g,32,u,f,D,a,d,32,98,N,32,97,32,b,f,b,97,j,32,D,97,h,e,97,b,e,f,g,32,f,B,32,97,b,32,u,f,d,b,32]),Ci=[0,[12,0],0],Cg=o([u,m,d,b,32,98,a,32,97,b,32,j,a,97,d,b,32,49,44,32,98,a,e,g,C,32,b,l,a,32,j,e,u,e,b,32,f,B,32,97,32,h,97,b,e,f]),Ch=[0,0],Cj=[0,0],Cf=o([j,e,d,b,d,32,d,f,u,a,b,l,e,g,C,32,b,H,e,99,a]),Ce=[0,0],BN=o([u,m,d,b,32,98,a,32,97,b,32,u,f,d,b,32,49]),BO=[0,0],BE=[0,0,0],BF=[0,[12,0],0],BG=[0,[12,0],0],BH=[0,g,[0,f,[0,g,[0,a,0]]]],BI=[0,[0,0]],Bu=[0,0,0],Bv=[0,[12,0],0],Bw=[0,[12,0],0],Bx=[0,[12,0],0],By=[0,[12,0],0],Bs=o([l,97,d,32,97,32,aO,a,N,32,b,l,97,b,32,C,f,a,d,32,H,e,b,l,32,f,b,l,a,h,32,b,97,h,C,a,b,d,44,32,f,h,32,j,97,99,aO,d,32,f,g,a]),Bt=o([b,l,a,32,j,e,u,e,b,32,f,B,32,97,32,h,97,b,e,f,32,u,m,d,b,32,98,a,32,97,b,32,j,a,97,d,b,32,49]),Br=[0,b,[0,l,[0,e,[0,d,[0,32,[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]]]]]]],Bz=[0,0],Bl=[0,32,[0,B,[0,f,[0,h,[0,32,0]]]]],Bm=[0,58,[0,32,0]],Bn=[0,44,[0,32,[0,j,[0,e,[0,u,[0,e,[0,b,[0,32,0]]]]]]]],Bo=[0,32,0],Bp=[0,58,[0,32,0]],Bq=[0,b,[0,97,[0,h,[0,C,[0,a,[0,b,[0,d,0]]]]]]],BA=[0,[0,0]],BB=[0,0],BC=[0,p,[0,e,[0,B,[0,B,[0,a,[0,h,[0,a,[0,g,[0,99,[0,a,0]]]]]]]]]],Bf=[0,[12,0],0],Bg=[0,[12,0],0],Bh=[0,[12,0],0],Bi=[0,0,0],Bj=[0,[12,0],0],Bk=[0,[12,0],0],Bb=[0,[12,0],0],Bc=[0,[12,0],0],Bd=[0,[12,0],0],Be=[0,[12,0],0],Ba=o([u,m,d,b,32,l,97,D,a,32,97,32,99,f,g,B,e,p,a,g,99,a,32,98,a,b,H,a,a,g,32,48,32,97,g,p,32,49]),AN=o([u,m,d,b,32,l,97,D,a,32,97,32,99,f,g,B,e,p,a,g,99,a,32,98,a,b,H,a,a,g,32,48,32,97,g,p,32,49]),AO=o([u,m,d,b,32,l,97,D,a,32,b,l,a,32,j,f,H,a,h,32,f,g,a,32,B,e,h,d,b]),AP=[0,0],AQ=o([u,a,97,g,32,f,D,a,h,32,m,g,e,b,d]),AR=[0,0],AS=[0,0],AT=[0,p,[0,h,[0,f,[0,v,0]]]],AU=[0,H,[0,f,[0,h,[0,d,[0,b,0]]]]],AV=[0,a,[0,97,[0,99,[0,l,0]]]],AW=[0,b,[0,f,[0,C,[0,a,[0,b,[0,l,[0,a,[0,h,0]]]]]]]],AJ=[12,0],AK=[0,[12,0],0],AL=[0,0],AM=o([u,m,d,b,32,g,f,b,32,98,a,32,g,m,j,j]),AG=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),AH=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),AI=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),AF=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),AC=[0,32,[0,97,[0,g,[0,p,[0,32,0]]]]],AD=o([H,l,97,b,a,D,a,h,32,99,f,m,j,p,32,l,97,D,a,32,98,a,a,g,32,p,h,97,H,g,32,l,97,d,32,97,32,m,b,e,j,e,b,N,32,98,a,b,H,a,a,g,32]),Au=o([j,e,d,b,d,32,d,f,u,a,b,l,e,g,C,32,b,H,e,99,a]),Aq=o([u,m,d,b,32,g,f,b,32,98,a,32,g,f,b,l,e,g,C]),Ar=o([u,m,d,b,32,98,a,32,97,b,32,j,a,97,d,b,32,49]),Ap=o([u,m,d,b,32,98,a,32,97,32,j,e,d,b,32,f,B,32,50,32,a,g,b,h,e,a,d]),As=o([u,m,d,b,32,98,a,32,97,32,j,e,d,b,32,f,B,32,50,32,a,g,b,h,e,a,d]),At=o([u,m,d,b,32,98,a,32,97,32,j,e,d,b,32,f,B,32,50,32,a,g,b,h,e,a,d]),Ao=o([u,m,d,b,32,98,a,32,97,32,j,e,d,b,32,f,B,32,50,32,a,g,b,h,e,a,d]),An=[0,v,[0,97,[0,e,[0,h,[0,a,[0,p,0]]]]]],Ai=[0,0,0],Ah=[0,46,0],Aj=[0,0,0],Ak=[0,0,0],z6=o([H,l,97,b,a,D,a,h,32,99,f,m,j,p,32,l,97,D,a,32,98,a,a,g,32,p,h,97,H,g,32,l,97,d,32,97,32,m,b,e,j,e,b,N,32,98,a,b,H,a,a,g,32,48,32,97,g,p,32]),z0=o([C,j,f,98,97,j,95,l,e,p,p,a,g,95,99,f,g,b,a,ae,b]),z1=o([j,f,99,97,j,95,l,e,p,p,a,g,95,99,f,g,b,a,ae,b]),zZ=o([j,f,99,97,j,95,l,e,p,p,a,g,95,99,f,g,b,a,ae,b]),zW=[0,98,[0,e,[0,g,[0,f,[0,u,[0,e,[0,97,[0,j,0]]]]]]]],zX=[0,v,[0,97,[0,e,[0,h,[0,45,[0,a,[0,ae,[0,97,[0,99,[0,b,0]]]]]]]]]],zY=o([v,97,e,h,a,p,45,98,a,b,b,e,g,C]),zS=o([u,m,d,b,32,l,97,D,a,32,97,32,v,97,e,h]),zR=o([l,97,d,32,97,32,j,f,H,a,h,32,a,g,p,32,b,l,97,b,32,e,d,32,e,g,B,e,g,e,b,a]),zP=o([u,m,d,b,32,l,97,D,a,32,97,32,99,f,g,B,e,p,a,g,99,a,32,98,a,b,H,a,a,g,32,48,32,97,g,p,32,49]),zQ=[0,l,[0,97,[0,d,[0,32,[0,j,[0,e,[0,u,[0,e,[0,b,[0,d,0]]]]]]]]]],zT=[0,v,[0,97,[0,e,[0,h,[0,d,0]]]]],zU=[0,a,[0,97,[0,99,[0,l,0]]]],zV=[0,b,[0,f,[0,C,[0,a,[0,b,[0,l,[0,a,[0,h,0]]]]]]]],zK=o([u,m,d,b,32,l,97,D,a,32,97,32,99,f,g,B,e,p,a,g,99,a,32,98,a,b,H,a,a,g,32,48,32,97,g,p,32,49]),zL=[0,l,[0,97,[0,d,[0,32,[0,j,[0,e,[0,u,[0,e,[0,b,[0,d,0]]]]]]]]]],zM=[0,98,[0,f,[0,ae,0]]],zN=[0,a,[0,97,[0,99,[0,l,0]]]],zO=[0,b,[0,f,[0,C,[0,a,[0,b,[0,l,[0,a,[0,h,0]]]]]]]],zH=o([u,m,d,b,32,l,97,D,a,32,99,a,j,j,d,32,b,l,97,b,32,C,f,32,m,v]),zC=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zD=o([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),zE=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zF=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zG=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zx=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zy=o([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),zz=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zA=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zB=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zs=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zt=o([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),zu=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zv=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zw=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zn=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zo=o([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),zp=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zq=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zr=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zi=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zj=o([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),zk=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zl=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zm=o([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zh=[0,0],y4=[0,0],yV=[12,0],yU=[12,0],yP=[0,32,[0,98,[0,N,[0,32,0]]]],yQ=[0,32,0],yR=[0,32,0],yS=[0,58,[0,32,0]],yT=[0,99,[0,j,[0,97,[0,e,[0,u,[0,d,0]]]]]],yO=[0,0],yN=o([u,m,d,b,32,l,97,D,a,32,97,g,32,a,g,b,h,N]),yL=o([l,97,d,32,b,f,f,32,u,97,g,N,32,a,g,b,h,e,a,d]),yD=o([C,j,f,98,97,j,95,h,97,b,e,f,95,d,m,v,h,a,u,m,u]),yE=o([j,f,99,97,j,95,h,97,b,e,f,95,d,m,v,h,a,u,m,u]),yF=[0,0,3],yG=o([p,a,u,f,C,h,97,v,l,e,99,95,v,97,h,e,b,N]),yH=[0,1,2],yI=o([a,cA,m,97,j,e,dt,a,p,95,f,p,p,d]),yJ=o([C,j,f,98,97,j,95,l,e,p,p,a,g,95,99,f,g,b,a,ae,b]),yK=o([j,f,99,97,j,95,l,e,p,p,a,g,95,99,f,g,b,a,ae,b]),x_=[1,1],x$=o([a,cA,m,97,j,e,dt,a,p,95,f,p,p,d,95,b,h,m,a,95,j,97,98,a,j,95,f,D,a,h,97,j,j]),ya=[0,1],yb=o([a,cA,m,97,j,95,f,v,v,f,h,b,m,g,e,b,N,95,f,D,a,h,97,j,j]),yc=[1,0],yd=o([a,cA,m,97,j,e,dt,a,p,95,f,p,p,d,95,b,h,m,a,95,j,97,98,a,j]),ye=[0,0],yf=o([a,cA,m,97,j,95,f,v,v,f,h,b,m,g,e,b,N]),xW=[0,0],xX=[0,1],xY=[0,0],xZ=o([l,97,d,32,f,b,l,a,h,32,aO,a,N,d,32,b,l,97,g,32,e,b,32,u,97,N,32,l,97,D,a]),xy=o([u,m,d,b,32,l,97,D,a,32,b,H,a,j,D,a,32,p,a,99,e,u,97,j,d]),xw=[0,48,0],xv=[0,0],xt=[0,0,1,0,1,0,0],xu=[0,0,0,0,1,0,0],xm=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),xn=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),xo=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),xk=[0,93,0],xl=[0,91,0],wv=[0,0],ww=[0,2],wx=[0,2],wy=[0,1],wu=[0,0],ws=[0,0],wk=[0,[0,0]],wi=[0,0],wg=o([v,97,e,h,d,32,u,m,d,b,32,e,g,99,h,a,97,d,a]),wh=[0,0],we=o([g,m,u,98,a,h,d,32,u,m,d,b,32,e,g,99,h,a,97,d,a]),wa=o([u,m,d,b,32,98,a,32,v,f,d,e,b,e,D,a]),v$=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),wb=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),wc=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),v5=[0,0],v6=o([B,a,97,b,m,h,a,d,32,p,e,B,B,a,h,32,98,a,b,H,a,a,g,32,C,h,f,m,v,d,44,32,98,m,b,32,b,l,a,32,99,j,97,d,d,32,e,d,32,98,j,e,g,p]),v7=o([B,a,97,b,m,h,a,d,32,u,m,d,b,32,l,97,D,a,32,f,g,a,32,j,e,d,b,32,B,f,h,32,a,97,99,l,32,99,a,j,j,32,97,g,p,32,p,a,99,e,d,e,f,g]),v9=[0,0],v8=o([97,32,99,f,g,d,b,h,97,e,g,b,32,g,97,u,a,d,32,H,l,97,b,32,b,l,a,32,b,97,98,j,a,32,p,f,a,d,32,g,f,b,32,l,97,D,a]),vZ=o([b,l,a,32,u,a,b,h,e,99,32,u,m,d,b,32,l,97,D,a,32,97,32,h,f,H,32,B,f,h,32,a,97,99,l,32,C,h,f,m,v]),v0=o([97,32,98,j,e,g,p,32,99,j,97,d,d,32,l,97,d,32,g,f,32,76,e,v,d,99,l,e,b,dt,32,99,f,g,d,b,97,g,b]),v1=o([b,97,m,32,u,m,d,b,32,98,a,32,97,b,32,u,f,d,b,32,C,97,u,u,97]),v2=o([C,97,u,u,97,32,u,m,d,b,32,98,a,32,v,f,d,e,b,e,D,a,32,97,g,p,32,97,b,32,j,a,97,d,b,32,u]),v3=[0,97,[0,j,[0,j,0]]],v4=[0,v,[0,97,[0,e,[0,h,0]]]],vV=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),vW=o([g,97,u,a,d,32,97,32,p,a,99,e,d,e,f,g,32,b,l,97,b,32,b,l,a,32,b,97,98,j,a,32,p,f,a,d,32,g,f,b,32,l,97,D,a]),vX=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),vY=o([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),vU=o([l,97,d,32,97,32,j,f,H,a,h,32,a,g,p,32,97,98,f,D,a,32,b,l,a,32,m,v,v,a,h,32,a,g,p]),vO=o([g,97,u,a,d,32,97,32,C,h,f,m,v,44,32,98,m,b,32,b,l,a,32,99,j,97,d,d,32,e,d,32,98,j,e,g,p]),vN=o([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,h,e,a,d]),vP=o([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,h,e,a,d]),vQ=o([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,h,e,a,d]),vR=o([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,h,e,a,d]),vS=o([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,h,e,a,d]),vM=o([e,d,32,g,f,b,32,97,32,u,a,b,h,e,99]),vk=o([v,f,d,e,b,e,D,a,32,p,a,99,e,d,e,f,g,d,32,97,h,a,32,g,f,b,32,e,g,32,b,l,a,32,f,h,p,a,h,32,f,B,32,b,l,a,32,p,a,99,e,d,e,f,g,d]),vl=[0,0],vi=o([l,97,d,32,g,f,32,p,a,99,e,d,e,f,g,d,32,f,B,32,m,g,aO,g,f,H,g,32,C,h,f,m,v]),vj=o([l,97,d,32,97,32,99,a,j,j,32,97,B,b,a,h,32,b,l,a,32,p,a,99,e,d,e,f,g,d,32,f,B,32,m,g,aO,g,f,H,g,32,C,h,f,m,v]),vg=[0,0],vh=[0,0],u8=[0,0],u_=[0,1],u$=o([p,a,99,e,d,e,f,g,d,32,f,B,32,m,g,aO,g,f,H,g,32,C,h,f,m,v,32,p,f,32,g,f,b,32,C,f,32,H,e,b,l,32,b,l,97,b]),va=o([u,m,d,b,32,98,a,32,b,h,m,a,32,H,l,a,h,a,32,e,b,32,e,d,32,d,b,97,b,a,p]),u9=o([u,m,d,b,32,98,a,32,b,h,m,a,32,H,l,a,h,a,32,e,b,32,e,d,32,d,b,97,b,a,p]),vb=[0,0],vc=[0,0],vd=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gq]]]]]]]]]]],ve=[0,0],vf=o([B,97,e,h,97,m,p,e,b,45,b,97,98,j,a,47,49]),u2=o([f,g,j,N,32,99,f,m,g,b,d,32,l,97,D,a,32,b,h,m,a,32,j,97,98,a,j,d]),u3=[0,a,[0,cA,[0,m,[0,97,[0,j,0]]]]],u4=[0,H,[0,a,[0,e,[0,C,[0,l,[0,b,[0,d,0]]]]]]],u5=[0,99,[0,f,[0,m,[0,g,[0,b,[0,d,0]]]]]],u6=o([v,h,f,98,97,98,e,j,e,b,e,a,d]),u7=[0,99,[0,f,[0,m,[0,g,[0,b,[0,d,0]]]]]],uZ=o([g,97,u,a,d,32,97,32,99,f,j,m,u,g,32,b,H,e,99,a]),u0=o([u,m,d,b,32,g,97,u,a,32,97,b,32,j,a,97,d,b,32,f,g,a,32,99,f,j,m,u,g,32,f,B,32,C,h,f,m,v,d]),u1=[0,0],uC=[0,0],uy=[0,1],uz=[0,3],uA=[0,2],uB=[0,0],uu=[0,[0,0],[0,[0,1],[0,[1,0],[0,[1,1],0]]]],uv=[0,0,[0,1,[0,2,[0,3,[0,4,[0,5,[0,6,[0,7,0]]]]]]]],ur=[0,0],us=[0,0],uq=[0,0],up=[0,1],uo=[0,0],ul=[0,0],um=[0,0],un=[0,0],ui=[0,1],uj=[0,1],uk=[0,0],uf=[0,0],ug=[0,1],uh=[0,1],ud=[0,0],ue=[0,0],t9=[0,0],t_=[0,0],t$=[0,0],t6=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gr]]]]]]]]]]],t3=[0,0],t2=[0,1],t1=[0,0],t4=[0,0],t0=[0,0],tX=[0,1],tY=[0,1],tZ=[0,2],tO=[0,0,0],tI=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gu]]]]]]]]]]],tH=[0,0],tG=o([u,m,d,b,32,98,a,32,97,32,h,97,b,e,f,g,97,j,44,32,97,32,d,b,h,e,g,C]),tE=o([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),tD=o([u,m,d,b,32,98,a,32,97,32,h,97,b,e,f,g,97,j,32,e,g,32,j,f,H,a,d,b,32,b,a,h,u,d]),tC=o([u,m,d,b,32,98,a,32,97,32,h,97,b,e,f,g,97,j,44,32,97,32,d,b,h,e,g,C]),tA=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gv]]]]]]]]]]],tB=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gw]]]]]]]]]]],tw=o([u,m,d,b,32,98,a,32,l,a,ae,97,p,a,99,e,u,97,j,32,p,e,C,e,b,d]),tu=o([j,e,d,b,d,32,d,f,u,a,b,l,e,g,C,32,b,H,e,99,a]),tv=o([u,m,d,b,32,g,f,b,32,98,a,32,a,u,v,b,N]),ts=o([j,e,d,b,d,32,d,f,u,a,b,l,e,g,C,32,b,H,e,99,a]),tt=o([u,m,d,b,32,g,f,b,32,98,a,32,a,u,v,b,N]),tr=[0,44,[0,44,0]],tq=[0,44,[0,46,0]],to=o([u,m,d,b,32,98,a,32,b,h,m,a,32,f,h,32,B,97,j,d,a]),tn=o([e,d,32,f,m,b,32,f,B,32,h,97,g,C,a]),tm=o([u,m,d,b,32,98,a,32,97,g,32,e,g,b,a,C,a,h]),tl=o([l,f,j,p,d,32,97,32,j,f,g,a,32,d,m,h,h,f,C,97,b,a]),tk=o([u,m,d,b,32,98,a,32,97,32,d,b,h,e,g,C]),tj=o([l,97,d,32,97,g,f,b,l,a,h,32,j,a,g,C,b,l]),ti=o([j,97,99,aO,d,32,97,32,aO,a,N]),tg=o([l,97,d,32,97,g,32,m,g,aO,g,f,H,g,32,aO,a,N]),th=o([j,97,99,aO,d,32,97,32,aO,a,N]),tf=o([u,m,d,b,32,98,a,32,97,32,j,e,d,b]),te=o([u,m,d,b,32,98,a,32,97,g,32,f,98,aF,a,99,b]),td=[0,0],s_=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gx]]]]]]]]]]],s4=[0,[0,1,1],1],s5=[0,1,1],s6=[0,[0,[0,1,1],0],1],s7=[0,1,0],s8=[0,[0,[0,1,1],0],1],sY=[0,92,[0,92,0]],sZ=[0,92,[0,98,0]],s0=[0,92,[0,B,0]],s1=[0,92,[0,g,0]],s2=[0,92,[0,h,0]],s3=[0,92,[0,b,0]],sX=[0,0],sU=[6,[4,0]],sV=[0,0],sK=[3,0,0,0],sL=[0,0],sM=[0,1],sN=[1,0,1],sO=[0,m,[0,j,[0,j,0]]],sP=[0,1],sQ=[0,h,[0,m,[0,a,0]]],sR=[0,0],sS=[0,97,[0,j,[0,d,[0,a,0]]]],sT=[6,[3,0]],sJ=[0,0],sF=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gy]]]]]]]]]]],sw=[0,0],sz=[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]],sG=[0,[0,92,92],[0,[0,47,47],[0,[0,98,8],[0,[0,B,12],[0,[0,g,10],[0,[0,h,13],[0,[0,b,9],0]]]]]]],ty=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,GD]]]]]]]]]]],tF=[0,e,[0,g,[0,B,0]]],t7=[0,48,0],t8=[0,e,[0,g,[0,B,0]]],uE=[0,aO,[0,e,[0,g,[0,p,0]]]],uF=[0,99,[0,f,[0,j,[0,m,[0,u,[0,g,[0,d,0]]]]]]],uG=[0,v,[0,f,[0,v,[0,m,[0,j,[0,97,[0,b,[0,e,[0,f,[0,g,0]]]]]]]]]],uH=[0,p,[0,a,[0,99,[0,e,[0,d,[0,e,[0,f,[0,g,0]]]]]]]],uI=[0,C,[0,h,[0,f,[0,m,[0,v,0]]]]],uJ=[0,99,[0,f,[0,g,[0,b,[0,a,[0,ae,[0,b,0]]]]]]],uK=[0,b,[0,h,[0,m,[0,b,[0,l,0]]]]],uL=[0,B,[0,f,[0,h,[0,u,[0,97,[0,b,0]]]]]],uM=[0,p,[0,a,[0,99,[0,e,[0,d,[0,e,[0,f,[0,g,[0,d,0]]]]]]]]],uN=[0,C,[0,h,[0,f,[0,m,[0,v,[0,d,0]]]]]],uO=[0,99,[0,f,[0,g,[0,b,[0,a,[0,ae,[0,b,[0,d,0]]]]]]]],uP=[0,m,[0,b,[0,e,[0,j,[0,e,[0,b,[0,N,0]]]]]]],uQ=[0,d,[0,97,[0,j,[0,b,0]]]],uR=[0,v,[0,h,[0,f,[0,B,[0,e,[0,j,[0,a,[0,d,0]]]]]]]],uS=[0,m,[0,g,[0,aO,[0,g,[0,f,[0,H,[0,g,0]]]]]]],uT=[0,b,[0,h,[0,m,[0,b,[0,l,[0,d,0]]]]]],uU=[0,H,[0,a,[0,e,[0,C,[0,l,[0,b,[0,d,0]]]]]]],uV=[0,u,[0,97,[0,d,[0,d,0]]]],uW=[0,j,[0,f,[0,99,[0,97,[0,j,0]]]]],uX=[0,C,[0,j,[0,f,[0,98,[0,97,[0,j,0]]]]]],vm=o([48,49,50,51,52,53,54,55,56,57,46,43,45,a]),vp=[0,cA,[0,m,[0,97,[0,g,[0,b,[0,e,[0,b,[0,N,0]]]]]]]],vq=[0,C,[0,97,[0,u,[0,u,[0,97,0]]]]],vr=[0,u,0],vs=[0,b,[0,97,[0,m,0]]],vt=[0,b,[0,97,[0,m,[0,95,[0,f,[0,g,0]]]]]],vu=[0,98,[0,j,[0,e,[0,g,[0,p,0]]]]],vv=[0,j,[0,e,[0,v,[0,d,[0,99,[0,l,[0,e,[0,b,[0,dt,0]]]]]]]]],vw=[0,u,[0,a,[0,b,[0,h,[0,e,[0,99,0]]]]]],vx=[0,f,[0,h,[0,p,[0,a,[0,h,0]]]]],vy=[0,h,[0,f,[0,H,[0,d,0]]]],vz=[0,B,[0,97,[0,u,[0,e,[0,j,[0,N,0]]]]]],vA=[0,b,[0,a,[0,h,[0,u,[0,d,0]]]]],vB=[0,98,[0,f,[0,m,[0,g,[0,p,0]]]]],vC=[0,g,[0,97,[0,u,[0,a,[0,d,0]]]]],vD=[0,j,[0,f,[0,H,[0,a,[0,h,0]]]]],vE=[0,m,[0,v,[0,v,[0,a,[0,h,0]]]]],vF=[0,B,[0,a,[0,97,[0,b,[0,m,[0,h,[0,a,[0,d,0]]]]]]]],vG=o([99,f,a,B,B,e,99,e,a,g,b,d]),vH=[0,v,[0,97,[0,e,[0,h,[0,d,0]]]]],vI=[0,b,[0,l,[0,a,[0,b,[0,97,0]]]]],vJ=[0,l,[0,e,[0,C,[0,l,[0,a,[0,h,0]]]]]],vK=o([u,m,j,b,e,v,j,e,a,h,d]),wz=[0,d,[0,m,[0,98,[0,aF,[0,a,[0,99,[0,b,0]]]]]]],wA=[0,u,[0,a,[0,b,[0,h,[0,e,[0,99,[0,d,0]]]]]]],wB=o([g,f,b,95,99,f,u,v,97,h,a,p]),wC=[0,99,[0,j,[0,97,[0,e,[0,u,[0,d,0]]]]]],wD=[0,b,[0,97,[0,h,[0,C,[0,a,[0,b,[0,d,0]]]]]]],wE=[0,D,[0,a,[0,h,[0,p,[0,e,[0,99,[0,b,0]]]]]]],wF=[0,D,[0,a,[0,h,[0,d,[0,e,[0,f,[0,g,[0,d,0]]]]]]]],wG=[0,e,[0,g,[0,b,[0,a,[0,h,[0,D,[0,97,[0,j,[0,d,0]]]]]]]]],wH=[0,99,[0,l,[0,97,[0,g,[0,C,[0,a,[0,p,0]]]]]]],wI=[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]],wJ=[0,d,[0,l,[0,97,[0,50,[0,53,[0,54,0]]]]]],wK=[0,99,[0,a,[0,j,[0,j,[0,d,0]]]]],wL=[0,l,[0,a,[0,97,[0,p,[0,a,[0,h,0]]]]]],wM=[0,99,[0,j,[0,97,[0,d,[0,d,0]]]]],wN=[0,v,[0,f,[0,d,[0,e,[0,b,[0,e,[0,D,[0,a,0]]]]]]]],wO=[0,v,[0,h,[0,e,[0,D,[0,97,[0,99,[0,N,0]]]]]]],wP=[0,p,[0,a,[0,99,[0,j,[0,97,[0,h,[0,a,[0,p,0]]]]]]]],wQ=o([v,h,a,v,97,h,97,b,e,f,g]),wR=[0,d,[0,v,[0,a,[0,j,[0,j,[0,e,[0,g,[0,C,[0,d,0]]]]]]]]],wS=[0,m,[0,g,[0,p,[0,a,[0,99,[0,e,[0,p,[0,a,[0,p,0]]]]]]]]],wT=o([m,g,aO,g,f,H,g,95,d,l,97,h,a,d]),wU=[0,u,[0,97,[0,ae,[0,95,[0,p,[0,h,[0,e,[0,B,[0,b,0]]]]]]]]],wV=[0,a,[0,D,[0,97,[0,j,[0,m,[0,97,[0,b,[0,e,[0,f,[0,g,0]]]]]]]]]],wW=o([p,a,v,a,g,p,d,95,f,g,95,C,h,f,m,v]),wX=[0,98,[0,m,[0,h,[0,p,[0,a,[0,g,0]]]]]],wY=[0,h,[0,97,[0,b,[0,e,[0,f,0]]]]],wZ=[0,j,[0,f,[0,C,0]]],w0=[0,D,[0,97,[0,j,[0,m,[0,a,0]]]]],w1=[0,H,[0,e,[0,b,[0,g,[0,a,[0,d,[0,d,0]]]]]]],w2=o([a,ae,v,a,99,b,97,b,e,f,g,d]),w3=o([v,h,f,98,97,98,e,j,e,b,e,a,d]),w4=[0,h,[0,97,[0,b,[0,a,0]]]],w5=[0,h,[0,97,[0,b,[0,a,[0,d,0]]]]],w7=[0,h,[0,a,[0,97,[0,d,[0,f,[0,g,0]]]]]],w8=[0,h,[0,a,[0,j,[0,97,[0,b,[0,e,[0,f,[0,g,0]]]]]]]],w9=[0,d,[0,99,[0,f,[0,v,[0,a,0]]]]],w_=[0,98,[0,N,0]],w$=o([97,d,d,m,u,v,b,e,f,g,d]),xa=[0,a,[0,D,[0,e,[0,p,[0,a,[0,g,[0,99,[0,a,0]]]]]]]],xb=[0,d,[0,m,[0,v,[0,h,[0,a,[0,u,[0,m,[0,u,0]]]]]]]],xc=[0,j,[0,e,[0,u,[0,e,[0,b,0]]]]],xd=[0,m,[0,g,[0,e,[0,b,0]]]],xe=[0,aF,[0,m,[0,p,[0,C,[0,a,[0,p,0]]]]]],xf=[0,a,[0,d,[0,b,[0,e,[0,u,[0,97,[0,g,[0,p,0]]]]]]]],xg=[0,b,[0,e,[0,v,[0,d,0]]]],xh=[0,B,[0,h,[0,f,[0,g,[0,b,[0,e,[0,a,[0,h,0]]]]]]]],xi=[0,b,[0,f,0]],xj=[0,98,[0,97,[0,j,[0,97,[0,g,[0,99,[0,a,[0,p,0]]]]]]]],xp=o([B,97,j,d,a,95,v,f,d,e,b,e,D,a,95,h,97,b,a]),xr=o([b,h,m,a,95,v,f,d,e,b,e,D,a,95,h,97,b,a]),xA=o([g,f,32,p,a,99,e,d,e,f,g,d,32,H,e,b,l,32,97,g,f,b,l,a,h,32,b,h,m,a,32,j,97,98,a,j]),xD=o([g,f,32,p,a,99,e,d,e,f,g,d,32,H,e,b,l,32,b,l,a,32,v,f,d,e,b,e,D,a,32,b,h,m,a,32,j,97,98,a,j]),xG=o([97,32,C,h,f,m,v,32,e,d,32,u,e,d,d,e,g,C,32,e,g,32,97,32,99,f,g,b,a,ae,b,32,97,g,p,32,g,f,32,v,f,v,m,j,97,b,e,f,g,32,H,97,d,32,C,e,D,a,g]),xJ=o([g,f,32,v,f,v,m,j,97,b,e,f,g]),xL=o([B,a,H,a,h,32,b,l,97,g,32,b,H,f,32,C,h,f,m,v,d]),xN=o([g,f,32,p,a,99,e,d,e,f,g,d,32,h,a,99,f,h,p,a,p]),xP=o([B,97,j,d,a,95,v,f,d,e,b,e,D,a,95,h,97,b,a,95,f,D,a,h,97,j,j]),xR=o([B,97,j,d,a,95,v,f,d,e,b,e,D,a,95,h,97,b,a]),xT=o([b,h,m,a,95,v,f,d,e,b,e,D,a,95,h,97,b,a,95,f,D,a,h,97,j,j]),xV=o([b,h,m,a,95,v,f,d,e,b,e,D,a,95,h,97,b,a]),x0=o([C,j,f,98,97,j,95,d,m,v,h,a,u,m,u]),x2=o([j,f,99,97,j,95,d,m,v,h,a,u,m,u]),x4=o([a,cA,m,97,j,e,dt,a,p,95,f,p,p,d]),x6=o([p,a,u,f,C,h,97,v,l,e,99,95,v,97,h,e,b,N]),x7=o([C,j,f,98,97,j,95,p,e,B,B,a,h,a,g,99,a]),x9=o([j,f,99,97,j,95,p,e,B,B,a,h,a,g,99,a]),yh=o([a,cA,m,97,j,e,dt,a,p,95,f,p,p,d]),yj=o([p,a,u,f,C,h,97,v,l,e,99,95,v,97,h,e,b,N]),yl=o([C,j,f,98,97,j,95,h,97,b,e,f]),yn=o([j,f,99,97,j,95,h,97,b,e,f]),yp=[0,61,0],yq=[0,60,[0,61,0]],yr=[0,62,[0,61,0]],ys=[0,b,[0,l,[0,e,[0,d,[0,32,[0,j,[0,97,[0,H,0]]]]]]]],yt=o([a,D,a,h,N,32,m,b,e,j,e,b,N,32,f,B,32,b,l,a,32,99,j,97,d,d]),yv=o([a,g,m,u,a,h,97,b,e,f,g]),yw=[0,j,[0,v,[0,45,[0,p,[0,m,[0,97,[0,j,0]]]]]]],yx=[0,84,[0,53,0]],yy=[0,84,[0,54,0]],yz=[0,84,[0,55,0]],yA=[0,84,[0,49,[0,52,0]]],yB=o([j,f,99,97,j,95,h,97,b,e,f]),yC=o([C,j,f,98,97,j,95,h,97,b,e,f]),yX=o([44,32,H,l,97,b,a,D,a,h,32,b,l,a,32,m,g,p,a,99,e,p,a,p,32,u,a,97,g,b]),yZ=o([44,32,H,e,b,l,e,g,32,b,l,a,32,p,a,99,j,97,h,a,p,32,p,h,e,B,b]),y1=o([44,32,H,e,b,l,32,b,l,a,32,p,a,99,j,97,h,a,p,32,l,e,p,p,a,g,32,99,f,g,b,a,ae,b]),y3=o([44,32,H,l,f,a,D,a,h,32,b,l,a,32,m,g,aO,g,f,H,g,32,97,h,a]),y5=[0,99,[0,f,[0,g,[0,B,[0,e,[0,p,[0,a,[0,g,[0,99,[0,a,0]]]]]]]]]],y6=[0,a,[0,g,[0,p,[0,d,0]]]],y7=[0,h,[0,a,[0,C,[0,e,[0,f,[0,g,0]]]]]],y8=o([e,g,p,a,v,a,g,p,a,g,b]),y9=[0,u,[0,a,[0,b,[0,l,[0,f,[0,p,0]]]]]],y_=[0,j,[0,e,[0,u,[0,e,[0,b,[0,d,0]]]]]],y$=[0,j,[0,a,[0,D,[0,a,[0,j,[0,d,0]]]]]],za=[0,m,[0,v,[0,v,[0,a,[0,h,0]]]]],zb=[0,j,[0,f,[0,H,[0,a,[0,h,0]]]]],zc=[0,v,[0,97,[0,e,[0,h,0]]]],zd=[0,e,[0,g,[0,b,[0,a,[0,h,[0,D,[0,97,[0,j,0]]]]]]]],ze=[0,m,[0,g,[0,e,[0,b,[0,d,0]]]]],zf=[0,aO,[0,g,[0,f,[0,b,[0,d,0]]]]],zg=[0,o([l,f,a,B,B,p,e,g,C,45,aO,j]),[0,o([a,u,v,e,h,e,99,97,j,45,98,a,h,g,d,b,a,e,g]),[0,o([e,g,b,a,h,d,a,99,b,e,f,g]),0]]],zI=o([v,f,v,m,j,97,b,e,f,g,32,97,b,32,99,f,g,B,e,p,a,g,99,a,32]),zJ=o([v,f,v,m,j,97,b,e,f,g,44,32,f,g,a,45,d,e,p,a,p,32,97,b,32,99,f,g,B,e,p,a,g,99,a,32]),z2=o([b,l,a,32,p,h,97,H,d,32,H,e,b,l,e,g,32,97,32,99,a,j,j,32,97,h,a,32,e,g,p,a,v,a,g,p,a,g,b,44,32,a,97,99,l,32,H,e,b,l,32,b,l,a,32,j,97,H,32,f,B,32,b,l,a,32,99,a,j,j,44,32,97,g,p,32,l,f,H,32,u,97,g,N,32,b,l,a,h,a,32,97,h,a,32,p,f,a,d,32,g,f,b,32,p,a,v,a,g,p,32,f,g,32,l,f,H,32,b,l,a,N,32,99,97,u,a,32,f,m,b]),z4=o([b,l,a,32,99,f,g,b,a,ae,b,d,32,f,B,32,a,97,99,l,32,C,h,f,m,v,32,H,a,h,a,32,p,h,97,H,g,32,B,h,f,u,32,e,b,d,32,v,f,v,m,j,97,b,e,f,g,44,32,g,f,b,32,d,a,b,32,98,N,32,p,a,d,e,C,g]),z7=o([H,l,97,b,a,D,a,h,32,99,f,m,j,p,32,l,97,D,a,32,98,a,a,g,32,p,h,97,H,g,32,e,g,32,97,32,99,a,j,j,32,l,97,d,32,97,32,m,b,e,j,e,b,N,32,98,a,b,H,a,a,g,32,48,32,97,g,p,32,b,l,a,32,C,h,a,97,b,a,d,b,32,b,l,97,b,32,97,32,p,a,99,e,d,e,f,g,32,l,97,d,32,b,l,a,h,a]),z9=o([m,b,e,j,e,b,N,44,32,u,a,b,l,f,p,32,97,g,p,32,99,f,g,B,e,p,a,g,99,a,32,H,a,h,a,32,99,l,f,d,a,g,32,H,e,b,l,f,m,b,32,j,f,f,aO,e,g,C,32,97,b,32,b,l,a,32,p,h,97,H,d]),z$=o([b,l,a,32,p,h,97,H,d,32,f,B,32,p,e,B,B,a,h,a,g,b,32,99,a,j,j,d,32,97,h,a,32,e,g,p,a,v,a,g,p,a,g,b,32,f,B,32,a,97,99,l,32,f,b,l,a,h]),Ab=o([97,32,d,97,u,v,j,e,g,C,32,m,g,e,b,32,99,97,g,32,l,97,D,a,32,g,f,32,u,f,h,a,32,b,l,97,g,32,f,g,a,32,h,f,H,32,e,g,32,97,32,99,a,j,j,44,32,97,d,32,e,d,32,b,l,a,32,99,97,d,a,32,l,a,h,a]),Ad=o([p,e,B,B,a,h,a,g,b,32,d,97,u,v,j,e,g,C,32,m,g,e,b,d,32,97,h,a,32,e,g,p,a,v,a,g,p,a,g,b,44,32,l,f,H,32,u,97,g,N,32,b,l,a,h,a,32,97,h,a,32,p,f,a,d,32,g,f,b,32,p,a,v,a,g,p,32,f,g,32,l,f,H,32,b,l,a,N,32,99,97,u,a,32,f,m,b,44,32,97,g,p,32,H,l,97,b,32,97,32,m,g,e,b,32,C,a,b,d,32,e,g,32,97,32,C,h,f,m,v,32,f,B,32,97,32,99,f,g,b,a,ae,b,44,32,b,l,a,32,u,a,97,g,32,f,D,a,h,32,e,b,d,32,h,f,H,d,32,b,l,a,h,a,44,32,l,97,d,32,b,l,a,32,d,97,u,a,32,a,ae,v,a,99,b,97,b,e,f,g,32,B,f,h,32,97,j,j,32,m,g,e,b,d,32,f,B,32,b,l,a,32,99,f,g,b,a,ae,b,44,32,97,j,d,f,32,B,f,h,32,b,l,f,d,a,32,g,f,b,32,d,a,a,g,32,e,g,32,b,l,97,b,32,C,h,f,m,v,59,32,H,l,97,b,32,97,32,m,g,e,b,32,C,a,b,d,32,e,g,32,f,g,a,32,C,h,f,m,v,32,u,97,N,32,p,a,v,a,g,p,32,e,g,32,97,g,N,32,H,97,N,32,f,g,32,H,l,97,b,32,e,b,32,C,a,b,d,32,e,g,32,97,g,f,b,l,a,h]),Af=o([e,g,32,H,l,e,99,l,32,C,h,f,m,v,d,32,97,32,m,g,e,b,32,H,97,d,32,g,f,b,32,d,a,a,g,32,e,d,32,98,N,32,p,a,d,e,C,g,58,32,e,b,32,p,f,a,d,32,g,f,b,32,p,a,v,a,g,p,32,f,g,32,H,l,97,b,32,b,l,a,32,m,g,e,b,32,C,f,b,44,32,f,h,32,H,f,m,j,p,32,l,97,D,a,32,C,f,b]),Al=[0,u,[0,e,[0,d,[0,d,[0,e,[0,g,[0,C,0]]]]]]],Am=[0,u,[0,a,[0,97,[0,d,[0,m,[0,h,[0,a,[0,p,0]]]]]]]],AX=o([u,a,97,g,32,f,D,a,h,32,m,g,e,b,d]),AZ=[0,99,[0,l,[0,97,[0,g,[0,C,[0,a,[0,p,0]]]]]]],A1=[0,3],A2=[0,p,[0,a,[0,v,[0,a,[0,g,[0,p,[0,d,0]]]]]]],A4=[0,2],A5=o([e,g,99,f,g,99,j,m,d,e,D,a]),A7=[0,1],A8=[0,a,[0,ae,[0,99,[0,a,[0,a,[0,p,[0,d,0]]]]]]],A_=[0,0],A$=[0,H,[0,e,[0,b,[0,l,[0,e,[0,g,0]]]]]],BJ=[0,v,[0,97,[0,e,[0,h,0]]]],BK=[0,B,[0,f,[0,j,[0,j,[0,f,[0,H,[0,a,[0,p,0]]]]]]]],BL=[0,84,[0,49,[0,54,0]]],BM=o([b,l,e,d,32,j,97,H,44,32,H,e,b,l,e,g,32,b,l,a,32,p,a,99,j,97,h,a,p,32,p,h,e,B,b]),BP=[0,0,[0,1,1]],BQ=o([C,j,f,98,97,j,95,j,f,C,95,B,97,99,b,f,h]),BS=[0,0,[0,0,1]],BT=o([C,j,f,98,97,j,95,h,97,b,e,f,95,B,97,99,b,f,h]),BV=[0,1,[0,1,1]],BW=o([j,f,99,97,j,95,j,f,C,95,B,97,99,b,f,h]),BY=[0,1,[0,0,1]],BZ=o([j,f,99,97,j,95,h,97,b,e,f,95,B,97,99,b,f,h]),B1=[0,0,[0,1,0]],B2=o([C,j,f,98,97,j,95,j,f,C,95,h,97,p,e,m,d]),B4=[0,0,[0,0,0]],B5=o([C,j,f,98,97,j,95,h,97,b,e,f,95,h,97,p,e,m,d]),B7=[0,1,[0,1,0]],B8=o([j,f,99,97,j,95,j,f,C,95,h,97,p,e,m,d]),B_=[0,1,[0,0,0]],B$=o([j,f,99,97,j,95,h,97,b,e,f,95,h,97,p,e,m,d]),Ca=[0,a,[0,ae,[0,99,[0,a,[0,a,[0,p,[0,d,0]]]]]]],Cc=[0,H,[0,e,[0,b,[0,l,[0,e,[0,g,0]]]]]],Ck=o([97,g,32,m,v,p,97,b,a,32,98,h,e,g,C,d,32,g,f,32,p,a,99,e,d,e,f,g,32,H,l,f,d,a,32,m,b,e,j,e,b,N,32,e,d,32,f,m,b,d,e,p,a,32,b,l,a,32,h,97,g,C,a,32,b,l,97,b,32,e,b,d,32,99,a,j,j,32,l,97,d,32,l,a,h,a]),Cm=o([b,l,a,32,99,f,g,b,a,ae,b,d,32,f,B,32,a,97,99,l,32,C,h,f,m,v,32,d,b,97,N,32,p,e,d,b,h,e,98,m,b,a,p,32,97,d,32,b,l,a,N,32,97,h,a,32,l,a,h,a]),Cr=o([b,l,e,d,32,b,97,98,j,a,44,32,H,e,b,l,e,g,32,b,l,a,32,p,a,99,j,97,h,a,p,32,p,h,e,B,b]),CD=[0,B,[0,e,[0,j,[0,b,[0,a,[0,h,[0,d,0]]]]]]],CE=[0,e,[0,g,[0,v,[0,m,[0,b,[0,d,0]]]]]],CF=[0,f,[0,m,[0,b,[0,v,[0,m,[0,b,[0,d,0]]]]]]],CG=[0,h,[0,a,[0,j,[0,a,[0,97,[0,d,[0,a,[0,d,0]]]]]]]],CH=[0,p,[0,h,[0,97,[0,H,[0,d,0]]]]],CI=o([b,h,m,a,95,99,f,g,b,a,ae,b]),CJ=[0,b,[0,h,[0,m,[0,a,[0,95,[0,C,[0,h,[0,f,[0,m,[0,v,0]]]]]]]]]],CK=[0,C,[0,j,[0,f,[0,98,[0,97,[0,j,[0,95,[0,b,[0,97,[0,m,0]]]]]]]]]],CL=[0,98,[0,N,[0,95,[0,99,[0,f,[0,g,[0,b,[0,a,[0,ae,[0,b,0]]]]]]]]]],CM=[0,v,[0,f,[0,j,[0,e,[0,99,[0,N,0]]]]]],Dd=o([a,ae,v,95,a,v,d,e,j,f,g]),De=[0,97,[0,b,[0,b,[0,h,[0,e,[0,98,[0,m,[0,b,[0,a,[0,d,0]]]]]]]]]],Df=o([u,m,j,b,e,v,j,e,a,h,d]),Dg=[0,h,[0,97,[0,H,[0,95,[0,h,[0,97,[0,b,[0,e,[0,f,0]]]]]]]]],Di=o([99,f,u,v,f,d,e,b,e,f,g]),Dk=[0,97,[0,b,[0,b,[0,97,[0,e,[0,g,[0,a,[0,p,0]]]]]]]],Dl=[0,m,[0,g,[0,B,[0,e,[0,j,[0,b,[0,a,[0,h,[0,a,[0,p,0]]]]]]]]]],Dm=[0,v,[0,f,[0,j,[0,e,[0,99,[0,N,0]]]]]],Dn=[0,B,[0,j,[0,f,[0,f,[0,h,[0,d,0]]]]]],Dy=o([97,g,N,32,v,f,j,e,99,N,32,98,a,l,e,g,p,32,b,l,e,d,32,B,e,j,b,a,h]),Dz=o([32,b,l,97,b,32,aO,a,a,v,d,32,b,l,a,32,p,a,99,j,97,h,a,p,32,B,j,f,f,h]),DA=o([32,H,e,b,l,e,g,32,b,l,a,32,p,a,99,j,97,h,a,p,32,p,h,e,B,b,32,f,B,32,b,l,e,d,32,f,g,a]),DB=o([44,32,97,g,N,32,m,b,e,j,e,b,N,32,f,B,32,b,l,a,32,p,a,99,j,97,h,a,p,32,h,97,g,C,a]),DC=o([44,32,97,g,N,32,m,b,e,j,e,b,N,32,f,B,32,b,l,a,32,p,a,99,j,97,h,a,p,32,h,97,g,C,a]),DD=o([b,l,e,d,32,v,f,j,e,99,N,32,97,g,p,32,99,f,g,b,a,ae,b,32,B,e,j,b,a,h,44,32,97,g,N,32,C,h,f,m,v,32,B,e,j,b,a,h,32,97,b,32,u,f,d,b,32,b,l,e,d,32,a,v,d,e,j,f,g,32,b,l,97,b,32,h,a,j,a,97,d,a,d,32,b,l,a,32,d,97,u,a,32,D,97,j,m,a,d]),DF=o([b,l,e,d,32,v,f,j,e,99,N,32,97,g,p,32,C,h,f,m,v,32,B,e,j,b,a,h,44,32,97,g,N,32,99,f,g,b,a,ae,b,32,B,e,j,b,a,h,32,b,l,97,b,32,h,a,j,a,97,d,a,d,32,b,l,a,d,a,32,99,f,g,b,a,ae,b,d]),DI=[0,84,[0,49,[0,51,0]]],DJ=o([84,53,45,p,a,99,e,d,e,f,g]),DW=o([C,j,f,98,97,j,95,h,97,b,e,f,95,d,m,v,h,a,u,m,u]),DY=o([j,f,99,97,j,95,h,97,b,e,f,95,d,m,v,h,a,u,m,u]),D9=[0,B,[0,j,[0,f,[0,f,[0,h,0]]]]],D$=[0,84,[0,49,[0,50,0]]],Eb=[0,84,[0,56,0]],Ed=[0,84,[0,52,0]],Ef=[0,84,[0,51,0]],Eh=[0,84,[0,50,0]],Ej=[0,84,[0,49,[0,45,[0,v,[0,97,[0,v,[0,a,[0,h,0]]]]]]]],El=[0,84,[0,49,0]],Er=o([b,l,a,32,B,e,j,b,a,h,39,d,32,p,h,97,H,d,32,B,f,h,32,C,h,f,m,v,32,97,g,p,32,99,f,g,b,a,ae,b,32,97,h,a,32,e,g,p,a,v,a,g,p,a,g,b,32,f,B,32,a,97,99,l,32,f,b,l,a,h,32,97,g,p,32,f,B,32,a,D,a,h,N,b,l,e,g,C,32,a,j,d,a,44,32,B,h,a,d,l,32,B,f,h,32,a,97,99,l,32,p,a,99,e,d,e,f,g,44,32,97,g,p,32,b,l,a,32,p,a,99,e,d,e,f,g,32,p,a,v,a,g,p,d,32,f,g,32,C,h,f,m,v,32,97,g,p,32,99,f,g,b,a,ae,b,32,f,g,j,N,32,b,l,h,f,m,C,l,32,H,l,97,b,32,b,l,a,32,B,e,j,b,a,h,d,32,h,a,j,a,97,d,a]),Et=o([b,l,a,32,99,f,g,b,a,ae,b,d,32,f,B,32,a,97,99,l,32,C,h,f,m,v,32,97,h,a,32,p,e,d,b,h,e,98,m,b,a,p,32,97,d,32,e,g,32,b,l,a,32,d,b,97,b,a,p,32,v,f,v,m,j,97,b,e,f,g]),Gg=y(": "),Ge=[0,[0,y("nothing was judged: the certificate needs more memory than there is"),0],3],Gf=[0,[0,y("nothing was judged: the certificate does not embed its table; give it with --table"),0],3],Gh=y("malformed: "),Ga=y(pp),Gb=y("FALSE"),Gc=y("not covered"),F_=[0,[11,y("\\x"),[4,6,[0,2,2],0,0]],y("\\x%02x")],F$=y(ai),Gi=y("\n");function
-aH(a){if(typeof
+aC(a,b,c){return a.length==2?a(b,c):c0(a,[b,c])}function
+oR(a,b,c,d){return a.length==3?a(b,c,d):c0(a,[b,c,d])}function
+oS(a,b,c,d,e,f){return a.length==5?a(b,c,d,e,f):c0(a,[b,c,d,e,f])}GN();var
+jp=[bi,w(pB),-1],jr=[bi,w(o2),-2],jo=[bi,w(iU),-3],jn=[bi,w(ph),-4],jq=[bi,w(pn),-9],aK=[bi,w(pw),-11],Gd=[0,[0,[0,[0,0]]]],Ge=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],Gf=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ge]]]]]]]]]]],Gg=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gf]]]]]]]]]]],Gh=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gg]]]]]]]]]]],Gi=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gh]]]]]]]]]]],Gj=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]]],Gk=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gj]]]]]]]]]]],Gl=[0,0],Gm=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],Gn=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gm]]]]]]]]]]],Go=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gn]]]]]]]]]]],Gp=[0,[0,[0,[0,[0,0]]]]],Gq=[0,[0,[0,[0,[0,0]]]]],Gr=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],Gs=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],eo=n([[0,48,[0,[0,[0,0,0],0],0]],[0,49,[0,[0,[0,0,0],0],1]],[0,50,[0,[0,[0,0,0],1],0]],[0,51,[0,[0,[0,0,0],1],1]],[0,52,[0,[0,[0,0,1],0],0]],[0,53,[0,[0,[0,0,1],0],1]],[0,54,[0,[0,[0,0,1],1],0]],[0,55,[0,[0,[0,0,1],1],1]],[0,56,[0,[0,[0,1,0],0],0]],[0,57,[0,[0,[0,1,0],0],1]],[0,97,[0,[0,[0,1,0],1],0]],[0,98,[0,[0,[0,1,0],1],1]],[0,99,[0,[0,[0,1,1],0],0]],[0,p,[0,[0,[0,1,1],0],1]],[0,a,[0,[0,[0,1,1],1],0]],[0,B,[0,[0,[0,1,1],1],1]],[0,65,[0,[0,[0,1,0],1],0]],[0,66,[0,[0,[0,1,0],1],1]],[0,67,[0,[0,[0,1,1],0],0]],[0,68,[0,[0,[0,1,1],0],1]],[0,69,[0,[0,[0,1,1],1],0]],[0,70,[0,[0,[0,1,1],1],1]]]),hg=[0,[0,[0,0,0],0],0],Gt=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],Gu=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gt]]]]]]]]]]],Gv=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gu]]]]]]]]]]],Gw=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gv]]]]]]]]]]],Gx=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gw]]]]]]]]]]];bM(11,[bi,w(oU),-12],oU);bM(10,aK,pw);bM(9,[bi,w(pf),-10],pf);bM(8,jq,pn);bM(7,[bi,w(o$),-8],o$);bM(6,[bi,w(pk),-7],pk);bM(5,[bi,w(pr),-6],pr);bM(4,[bi,w(o5),-5],o5);bM(3,jn,ph);bM(2,jo,iU);bM(1,jr,o2);bM(0,jp,pB);var
+qe=w(pi),qf=w("false"),qi=w("\\\\"),qj=w("\\'"),qk=w("\\b"),ql=w("\\t"),qm=w("\\n"),qn=w("\\r"),qh=w("Char.chr"),qq=w("String.blit / Bytes.blit_string"),qp=w("Bytes.blit"),qo=w("String.sub / Bytes.sub"),qs=w(ai),qr=w("String.concat"),qt=w("Array.blit"),qw=w("Buffer.add: cannot grow buffer"),qv=[0,w(pp),93,2],qu=[0,w(pp),94,2],qF=w("%c"),qG=w("%s"),qH=w(oT),qI=w(o_),qJ=w(pg),qK=w(oX),qL=w("%f"),qM=w("%B"),qN=w("%{"),qO=w("%}"),qP=w("%("),qQ=w("%)"),qR=w("%a"),qS=w("%t"),qT=w("%?"),qU=w("%r"),qV=w("%_r"),qW=[0,w(aT),850,23],q7=[0,w(aT),814,21],qZ=[0,w(aT),815,21],q8=[0,w(aT),818,21],q0=[0,w(aT),819,21],q9=[0,w(aT),822,19],q1=[0,w(aT),823,19],q_=[0,w(aT),826,22],q2=[0,w(aT),827,22],q$=[0,w(aT),831,30],q3=[0,w(aT),832,30],q5=[0,w(aT),836,26],qX=[0,w(aT),837,26],q6=[0,w(aT),846,28],qY=[0,w(aT),847,28],q4=[0,w(aT),851,23],sc=w(pe),sa=[0,w(aT),1558,4],sb=w("Printf: bad conversion %["),sd=[0,w(aT),1626,39],se=[0,w(aT),1649,31],sf=[0,w(aT),1650,31],sg=w("Printf: bad conversion %_"),sh=w("@{"),si=w("@["),r_=w(iY),r8=w("neg_infinity"),r9=w(pA),r7=w(eb),r2=[0,C],rQ=w("%+nd"),rR=w("% nd"),rT=w("%+ni"),rU=w("% ni"),rV=w("%nx"),rW=w("%#nx"),rX=w("%nX"),rY=w("%#nX"),rZ=w("%no"),r0=w("%#no"),rP=w("%nd"),rS=w(pg),r1=w("%nu"),rD=w("%+ld"),rE=w("% ld"),rG=w("%+li"),rH=w("% li"),rI=w("%lx"),rJ=w("%#lx"),rK=w("%lX"),rL=w("%#lX"),rM=w("%lo"),rN=w("%#lo"),rC=w("%ld"),rF=w(o_),rO=w("%lu"),rq=w("%+Ld"),rr=w("% Ld"),rt=w("%+Li"),ru=w("% Li"),rv=w("%Lx"),rw=w("%#Lx"),rx=w("%LX"),ry=w("%#LX"),rz=w("%Lo"),rA=w("%#Lo"),rp=w("%Ld"),rs=w(oX),rB=w("%Lu"),rd=w("%+d"),re=w("% d"),rg=w("%+i"),rh=w("% i"),ri=w("%x"),rj=w("%#x"),rk=w("%X"),rl=w("%#X"),rm=w("%o"),rn=w("%#o"),rc=w(pq),rf=w(oT),ro=w(pe),qx=w("@]"),qy=w("@}"),qz=w("@?"),qA=w("@\n"),qB=w("@."),qC=w("@@"),qD=w("@%"),qE=w("@"),ra=w("CamlinternalFormat.Type_mismatch"),sm=fh(8,0,0),sn=[0,1779033703,-1150833019,1013904242,-1521486534,1359893119,-1694144372,528734635,1541459225],so=[0,[5,6,[0,2,8],0,0],w("%08lx")],sp=w(ai),sj=[0,1116352408,1899447441,-1245643825,-373957723,961987163,1508970993,-1841331548,-1424204075,-670586216,310598401,607225278,1426881987,1925078388,-2132889090,-1680079193,-1046744716,-459576895,-272742522,264347078,604807628,770255983,1249150122,1555081692,1996064986,-1740746414,-1473132947,-1341970488,-1084653625,-958395405,-710438585,113926993,338241895,666307205,773529912,1294757372,1396182291,1695183700,1986661051,-2117940946,-1838011259,-1564481375,-1474664885,-1035236496,-949202525,-778901479,-694614492,-200395387,275423344,430227734,506948616,659060556,883997877,958139571,1322822218,1537002063,1747873779,1955562222,2024104815,-2067236844,-1933114872,-1866530822,-1538233109,-1090935817,-965641998],sv=[0,0],sw=[0,0],s6=[0,g,[0,m,[0,j,[0,j,0]]]],s7=[0,b,[0,h,[0,m,[0,a,0]]]],s8=[0,B,[0,97,[0,j,[0,d,[0,a,0]]]]],tj=n([e,d,32,g,f,b,32,f,g,a,32,f,B,32,b,l,f,d,a,32,b,l,97,b,32,b,l,a,h,a,32,97,h,a]),tt=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gd]]]]]]]]]]],tP=[0,1],tQ=[0,2],tZ=[0,0,0],yQ=[0,[12,0],0],Bx=[0,[12,0],0],CP=[0,0,0],Dq=[0,[12,0],0],Dp=n([d,m,98,aD,a,99,b,46,p,a,99,j,97,h,a,p,46,98,N,95,99,f,g,b,a,ae,b]),E2=n([l,97,d,32,97,32,j,97,d,b,32,j,e,g,a,32,b,l,97,b,32,p,f,a,d,32,g,f,b,32,a,g,p]),F1=n([97,32,99,j,97,e,u,32,j,e,d,b,d,32,97,d,d,m,u,v,b,e,f,g,d,32,b,l,97,b,32,e,b,32,p,f,a,d,32,g,f,b,32,h,a,d,b,32,f,g]),F2=n([b,l,a,32,b,97,98,j,a,32,e,d,32,g,f,b,32,97,d,32,b,l,a,32,B,f,h,u,97,b,32,p,a,u,97,g,p,d]),FZ=[0,v,[0,f,[0,j,[0,e,[0,99,[0,N,0]]]]]],F0=n([B,97,e,h,97,m,p,e,b,45,99,a,h,b,e,B,e,99,97,b,a,47,49]),FI=[12,0],FH=[0,0,0],FV=[0,0,0],FW=n([b,l,a,32,97,d,d,m,u,v,b,e,f,g,d,32,f,B,32,b,l,a,32,99,j,97,e,u,d]),FU=[12,0],FS=[0,0,0],FT=n([d,m,98,aD,a,99,b,46,d,v,a,j,j,e,g,C,d]),FJ=[0,d,[0,m,[0,98,[0,aD,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],FK=n([b,l,a,32,b,97,98,j,a,32,B,e,j,a]),FL=n([d,m,98,aD,a,99,b,46,99,f,j,m,u,g,d]),FM=n([d,m,98,aD,a,99,b,46,v,f,v,m,j,97,b,e,f,g]),FN=n([d,m,98,aD,a,99,b,46,aM,e,g,p]),FO=n([d,m,98,aD,a,99,b,46,b,97,98,j,a,46,99,a,j,j,d]),FP=n([d,m,98,aD,a,99,b,46,b,97,98,j,a,46,d,l,97,50,53,54]),FQ=n([b,l,a,32,b,97,98,j,a,32,C,e,D,a,d,32,p,h,97,H,d,32,B,f,h,32,d,f,u,a,32,h,f,H,d,32,f,B,32,b,l,a,32,v,f,j,e,99,N,32,f,g,j,N]),FR=n([b,l,a,32,h,f,H,d,32,f,B,32,b,l,a,32,v,f,j,e,99,N,32,97,h,a,32,g,f,b,32,e,g,32,f,h,p,a,h]),FG=n([b,l,a,32,b,97,98,j,a,32,j,97,99,aM,d,32,97,32,h,f,H,32,f,B,32,b,l,a,32,v,f,j,e,99,N,32,B,f,h,32,H,l,97,b,32,b,l,a,32,B,e,j,b,a,h,d,32,99,97,g,32,h,a,j,a,97,d,a]),FX=n([b,l,a,32,b,97,98,j,a,32,e,d,32,a,u,v,b,N]),FY=[0,0],FF=[0,[12,0],0],Fy=[0,[12,0],0],Fz=[0,[0,[12,0],0]],Fi=[12,0],Fh=[0,0,0],Fx=[12,0],Fj=[0,0,0],Fk=n([b,l,a,32,m,b,e,j,e,b,N,32,e,d,32,e,g,32,d,m,98,aD,a,99,b,46,99,j,97,d,d]),Fv=[0,0,0],Fw=n([d,m,98,aD,a,99,b,46,d,v,a,j,j,e,g,C,d]),Fl=[0,d,[0,m,[0,98,[0,aD,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],Fm=n([b,l,a,32,b,97,98,j,a,32,B,e,j,a]),Fn=n([d,m,98,aD,a,99,b,46,99,f,j,m,u,g,d]),Fo=n([d,m,98,aD,a,99,b,46,v,f,v,m,j,97,b,e,f,g]),Fp=n([d,m,98,aD,a,99,b,46,aM,e,g,p]),Fq=n([d,m,98,aD,a,99,b,46,b,97,98,j,a,46,99,a,j,j,d]),Fr=n([d,m,98,aD,a,99,b,46,b,97,98,j,a,46,d,l,97,50,53,54]),Fs=n([l,97,d,32,m,b,e,j,e,b,e,a,d,32,98,a,j,f,H,32,48,44,32,f,B,32,H,l,e,99,l,32,p,e,B,B,a,h,a,g,99,a,d,32,l,97,D,a,32,b,f,32,98,a,32,d,b,97,b,a,p]),Ft=n([l,97,d,32,e,g,b,a,h,D,97,j,d,44,32,H,l,e,99,l,32,97,h,a,32,g,f,b,32,B,f,h,32,v,h,f,98,97,98,e,j,e,b,e,a,d]),Fu=n([l,97,d,32,e,g,b,a,h,D,97,j,d,44,32,H,l,e,99,l,32,p,f,32,g,f,b,32,C,f,32,H,e,b,l,32,97,32,99,j,97,d,d,32,f,B,32,m,b,e,j,e,b,e,a,d]),FA=[0,0],FB=[0,0],FC=[0,0],FD=n([b,l,a,32,b,97,98,j,a,32,e,d,32,a,u,v,b,N]),FE=[0,0],Fd=[0,0,0],Fb=[0,0,0],Fc=[0,0,0],Fe=[0,0,0],Ff=[0,0,0],Fg=[0,0,0],E$=[0,0],E9=[0,0,0],E8=[0,u,[0,a,[0,b,[0,h,[0,e,[0,99,[0,d,[0,46,0]]]]]]]],E6=n([d,m,98,aD,a,99,b,46,m,b,e,j,e,b,N,46]),E7=n([98,m,h,p,a,g,32,u,m,d,b,32,98,a,32,b,h,m,a,32,H,l,a,h,a,32,e,b,32,e,d,32,d,b,97,b,a,p]),E5=[0,0],E4=n([b,l,a,32,b,97,98,j,a,32,e,d,32,g,f,b,32,b,l,a,32,99,97,g,f,g,e,99,97,j,32,b,a,ae,b,32,f,B,32,e,b,d,32,D,97,j,m,a,d]),E3=n([e,d,32,g,f,b,32,74,83,79,78,32,97,d,32,b,l,a,32,B,f,h,u,97,b,32,l,97,d,32,e,b]),E0=[0,0],EZ=[0,0],EW=[0,0],EX=[0,0],EV=[0,0],EU=[0,0],ET=[0,0,0],ES=[0,0],EP=n([C,j,f,98,97,j,95,h,97,b,e,f,95,d,m,v,h,a,u,m,u]),EO=[0,48,0],EL=[0,44,[0,32,0]],EK=[0,93,0],EM=[0,91,0],EN=[0,91,[0,93,0]],EJ=[0,91,[0,93,0]],EG=n([32,h,a,j,a,97,d,a,d,32,f,B,32,97,32,C,h,f,m,v,44,32,a,97,99,l,32,p,h,97,H,g,32,97,B,h,a,d,l,32,40,p,a,99,j,97,h,a,p,41]),EH=n([f,g,a,32,u,a,u,f,h,N,32,d,a,a,d,32,97,b,32,u,f,d,b,32]),EE=n([32,f,B,32,b,l,a,32,j,97,H,32,f,B,32,b,l,e,d,32,v,f,j,e,99,N,32,40,p,a,99,j,97,h,a,p,41]),EF=n([B,f,h,32,a,D,a,h,N,b,l,e,g,C,32,b,l,97,b,32,b,l,a,32,B,e,j,b,a,h,d,32,h,a,j,a,97,d,a,44,32,b,l,a,32,j,97,H,32,f,B,32,b,l,a,32,p,a,99,e,d,e,f,g,32,e,d,32,H,e,b,l,e,g,32,b,f,b,97,j,32,D,97,h,e,97,b,e,f,g,32]),EA=n([32,40,p,a,99,j,97,h,a,p,41]),EB=[0,32,[0,97,[0,g,[0,p,[0,32,0]]]]],EC=n([44,32,a,D,a,h,N,32,m,b,e,j,e,b,N,32,e,d,32,98,a,b,H,a,a,g,32]),ED=n([e,g,32,99,f,g,b,a,ae,b,32]),Ey=n([32,98,a,l,e,g,p,32,b,l,a,32,B,e,j,b,a,h,32,40,p,a,99,j,97,h,a,p,41]),Ez=n([a,D,a,h,N,32,99,f,u,v,97,h,a,p,32,C,h,f,m,v,39,d,32,u,a,97,g,32,m,b,e,j,e,b,N,32,e,d,32,97,b,32,j,a,97,d,b,32]),Eu=n([32,98,a,l,e,g,p,32,b,l,a,32,B,e,j,b,a,h,32,40,p,a,99,j,97,h,a,p,41]),Ev=n([44,32,a,D,a,h,N,32,99,f,u,v,97,h,a,p,32,C,h,f,m,v,39,d,32,a,ae,v,a,99,b,a,p,32,m,b,e,j,e,b,N,32,e,d,32,97,b,32,j,a,97,d,b,32]),Ew=n([e,g,32,99,f,g,b,a,ae,b,32]),Eq=n([32,40,p,a,99,j,97,h,a,p,41]),Er=n([44,32,97,g,p,32,B,f,h,32,b,l,a,32,d,97,u,a,32,p,a,99,e,d,e,f,g,32,97,g,p,32,99,f,g,b,a,ae,b,32,b,l,a,32,m,b,e,j,e,b,e,a,d,32,f,B,32,b,H,f,32,C,h,f,m,v,d,32,p,e,B,B,a,h,32,98,N,32,97,b,32,u,f,d,b,32]),Es=[0,32,[0,97,[0,g,[0,p,[0,32,0]]]]],Et=n([a,D,a,h,N,32,m,b,e,j,e,b,N,32,e,d,32,98,a,b,H,a,a,g,32]),Eo=n([32,98,a,l,e,g,p,32,b,l,a,32,B,e,j,b,a,h,32,40,p,a,99,j,97,h,a,p,41]),Ep=n([a,D,a,h,N,32,99,f,u,v,97,h,a,p,32,C,h,f,m,v,39,d,32,a,ae,v,a,99,b,a,p,32,m,b,e,j,e,b,N,32,e,d,32,97,b,32,j,a,97,d,b,32]),Ej=[0,[12,0],0],Ei=[0,1],Ek=[0,0],Eh=[12,0],DZ=n([u,m,d,b,32,98,a,32,v,f,d,e,b,e,D,a]),DY=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),D0=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),D1=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),D2=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),DX=n([e,d,32,f,m,b,32,f,B,32,h,97,g,C,a]),DV=n([u,m,d,b,32,98,a,32,97,g,32,f,98,aD,a,99,b,32,f,h,32,g,m,j,j]),DU=[0,[0,0]],DW=n([u,m,d,b,32,98,a,32,97,g,32,f,98,aD,a,99,b,32,f,h,32,g,m,j,j]),DO=[0,[12,0],0],DE=[0,B,[0,j,[0,f,[0,f,[0,h,0]]]]],DF=[0,84,[0,51,0]],DG=[0,84,[0,49,0]],DH=[0,84,[0,49,[0,45,[0,v,[0,97,[0,v,[0,a,[0,h,0]]]]]]]],DI=[0,84,[0,52,0]],DJ=[0,84,[0,50,0]],DK=[7,0],DL=[0,84,[0,49,[0,50,0]]],DM=[0,84,[0,51,0]],DN=[0,84,[0,56,0]],DB=n([u,m,d,b,32,l,97,D,a,32,u,m,j,b,e,v,j,e,a,h,d]),Dr=n([d,m,98,aD,a,99,b,46,p,a,99,j,97,h,a,p,46,C,j,f,98,97,j,95,b,97,m]),Do=n([d,m,98,aD,a,99,b,46,p,a,99,j,97,h,a,p,46]),Di=n([d,m,98,aD,a,99,b,46,v,h,e,D,97,99,N,46]),Dj=n([46,97,b,b,h,e,98,m,b,a,d]),Dk=n([46,a,ae,v,95,a,v,d,e,j,f,g]),Dl=[0,[12,0],0],Dm=[0,[12,0],0],Dn=[0,[12,1],0],C7=[0,[0,0]],C6=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gi]]]]]]]]]]],C3=n([j,e,d,b,d,32,97,32,99,f,g,b,a,ae,b,32,b,H,e,99,a]),C4=n([u,m,d,b,32,g,f,b,32,98,a,32,a,u,v,b,N]),C2=n([l,97,d,32,97,32,p,h,e,B,b,32,f,B,32,u,f,h,a,32,b,l,97,g,32,49]),C5=[0,0],C1=n([u,m,d,b,32,l,97,D,a,32,C,97,u,u,97,44,32,u,32,f,h,32,b,97,m]),C0=[0,0],CZ=n([p,f,a,d,32,g,f,b,32,j,e,d,b,32,a,D,a,h,N,32,b,h,m,a,32,99,a,j,j,44,32,f,h,32,d,f,u,a,32,b,l,97,b,32,97,h,a,32,g,f,b,32,g,a,a,p,a,p]),CY=n([e,d,32,g,f,b,32,b,l,a,32,g,a,ae,b,32,b,h,m,a,32,99,a,j,j]),CV=[0,1],CW=n([l,97,d,32,p,h,97,H,d,32,b,l,97,b,32,p,f,32,g,f,b,32,B,e,b,32,e,b,d,32,H,a,e,C,l,b,d]),CT=n([l,97,d,32,H,a,e,C,l,b,d,32,b,l,97,b,32,p,f,32,g,f,b,32,d,m,u,32,b,f,32,49]),CU=n([e,d,32,f,m,b,32,f,B,32,h,97,g,C,a]),CX=[0,0],CR=n([u,m,d,b,32,l,97,D,a,32,h,a,j,a,97,d,a,d,32,B,h,f,u,32,50,32,b,f,32,49,48,48,48,48]),CQ=n([l,97,d,32,B,a,H,a,h,32,b,l,97,g,32,b,H,f,32,b,h,m,a,32,C,h,f,m,v,d]),CO=n([u,m,d,b,32,l,97,D,a,32,B,97,99,b,f,h,d,32,b,l,97,b,32,99,f,D,a,h,32,b,l,a,32,99,f,j,m,u,g,d,32,b,f,C,a,b,l,a,h]),CK=n([l,97,d,32,v,h,f,98,97,98,e,j,e,b,e,a,d,32,b,l,97,b,32,p,f,32,g,f,b,32,d,m,u,32,b,f,32,49]),CL=n([u,m,d,b,32,j,e,d,b,32,j,97,98,a,j,d]),CM=n([u,m,d,b,32,j,e,d,b,32,j,97,98,a,j,d]),CN=n([u,m,d,b,32,j,e,d,b,32,j,97,98,a,j,d]),CI=n([v,h,f,98,97,98,e,j,e,b,e,a,d]),Cu=[0,0,0],Cv=[0,0,0],Cw=[0,0,0],Cr=[0,[12,0],0],Cn=[0,[12,0],0],Co=[0,0,0],Cp=[0,[12,0],0],Cq=[0,[12,0],0],Cs=[0,[12,0],0],Ct=[0,[12,0],0],Ck=[0,C,[0,j,[0,f,[0,98,[0,97,[0,j,0]]]]]],Ci=n([32,40,p,a,99,j,97,h,a,p,41]),Cj=n([e,g,32,a,97,99,l,32,99,a,j,j,32,b,l,a,32,j,97,H,32,f,B,32,b,l,a,32,p,a,99,e,d,e,f,g,32,u,f,D,a,d,32,98,N,32,97,32,b,f,b,97,j,32,D,97,h,e,97,b,e,f,g,32,f,B,32,97,b,32,u,f,d,b,32]),Cc=[0,[12,0],0],Ca=n([u,m,d,b,32,98,a,32,97,b,32,j,a,97,d,b,32,49,44,32,98,a,e,g,C,32,b,l,a,32,j,e,u,e,b,32,f,B,32,97,32,h,97,b,e,f]),Cb=[0,0],Cd=[0,0],B$=n([j,e,d,b,d,32,d,f,u,a,b,l,e,g,C,32,b,H,e,99,a]),B_=[0,0],BH=n([u,m,d,b,32,98,a,32,97,b,32,u,f,d,b,32,49]),BI=[0,0],By=[0,0,0],Bz=[0,[12,0],0],BA=[0,[12,0],0],BB=[0,g,[0,f,[0,g,[0,a,0]]]],BC=[0,[0,0]],Bo=[0,0,0],Bp=[0,[12,0],0],Bq=[0,[12,0],0],Br=[0,[12,0],0],Bs=[0,[12,0],0],Bm=n([l,97,d,32,97,32,aM,a,N,32,b,l,97,b,32,C,f,a,d,32,H,e,b,l,32,f,b,l,a,h,32,b,97,h,C,a,b,d,44,32,f,h,32,j,97,99,aM,d,32,f,g,a]),Bn=n([b,l,a,32,j,e,u,e,b,32,f,B,32,97,32,h,97,b,e,f,32,u,m,d,b,32,98,a,32,97,b,32,j,a,97,d,b,32,49]),Bl=[0,b,[0,l,[0,e,[0,d,[0,32,[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]]]]]]],Bt=[0,0],Bf=[0,32,[0,B,[0,f,[0,h,[0,32,0]]]]],Bg=[0,58,[0,32,0]],Bh=[0,44,[0,32,[0,j,[0,e,[0,u,[0,e,[0,b,[0,32,0]]]]]]]],Bi=[0,32,0],Bj=[0,58,[0,32,0]],Bk=[0,b,[0,97,[0,h,[0,C,[0,a,[0,b,[0,d,0]]]]]]],Bu=[0,[0,0]],Bv=[0,0],Bw=[0,p,[0,e,[0,B,[0,B,[0,a,[0,h,[0,a,[0,g,[0,99,[0,a,0]]]]]]]]]],A$=[0,[12,0],0],Ba=[0,[12,0],0],Bb=[0,[12,0],0],Bc=[0,0,0],Bd=[0,[12,0],0],Be=[0,[12,0],0],A7=[0,[12,0],0],A8=[0,[12,0],0],A9=[0,[12,0],0],A_=[0,[12,0],0],A6=n([u,m,d,b,32,l,97,D,a,32,97,32,99,f,g,B,e,p,a,g,99,a,32,98,a,b,H,a,a,g,32,48,32,97,g,p,32,49]),AH=n([u,m,d,b,32,l,97,D,a,32,97,32,99,f,g,B,e,p,a,g,99,a,32,98,a,b,H,a,a,g,32,48,32,97,g,p,32,49]),AI=n([u,m,d,b,32,l,97,D,a,32,b,l,a,32,j,f,H,a,h,32,f,g,a,32,B,e,h,d,b]),AJ=[0,0],AK=n([u,a,97,g,32,f,D,a,h,32,m,g,e,b,d]),AL=[0,0],AM=[0,0],AN=[0,p,[0,h,[0,f,[0,v,0]]]],AO=[0,H,[0,f,[0,h,[0,d,[0,b,0]]]]],AP=[0,a,[0,97,[0,99,[0,l,0]]]],AQ=[0,b,[0,f,[0,C,[0,a,[0,b,[0,l,[0,a,[0,h,0]]]]]]]],AD=[12,0],AE=[0,[12,0],0],AF=[0,0],AG=n([u,m,d,b,32,g,f,b,32,98,a,32,g,m,j,j]),AA=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),AB=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),AC=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),Az=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),Aw=[0,32,[0,97,[0,g,[0,p,[0,32,0]]]]],Ax=n([H,l,97,b,a,D,a,h,32,99,f,m,j,p,32,l,97,D,a,32,98,a,a,g,32,p,h,97,H,g,32,l,97,d,32,97,32,m,b,e,j,e,b,N,32,98,a,b,H,a,a,g,32]),Ao=n([j,e,d,b,d,32,d,f,u,a,b,l,e,g,C,32,b,H,e,99,a]),Ak=n([u,m,d,b,32,g,f,b,32,98,a,32,g,f,b,l,e,g,C]),Al=n([u,m,d,b,32,98,a,32,97,b,32,j,a,97,d,b,32,49]),Aj=n([u,m,d,b,32,98,a,32,97,32,j,e,d,b,32,f,B,32,50,32,a,g,b,h,e,a,d]),Am=n([u,m,d,b,32,98,a,32,97,32,j,e,d,b,32,f,B,32,50,32,a,g,b,h,e,a,d]),An=n([u,m,d,b,32,98,a,32,97,32,j,e,d,b,32,f,B,32,50,32,a,g,b,h,e,a,d]),Ai=n([u,m,d,b,32,98,a,32,97,32,j,e,d,b,32,f,B,32,50,32,a,g,b,h,e,a,d]),Ah=[0,v,[0,97,[0,e,[0,h,[0,a,[0,p,0]]]]]],Ac=[0,0,0],Ab=[0,46,0],Ad=[0,0,0],Ae=[0,0,0],z0=n([H,l,97,b,a,D,a,h,32,99,f,m,j,p,32,l,97,D,a,32,98,a,a,g,32,p,h,97,H,g,32,l,97,d,32,97,32,m,b,e,j,e,b,N,32,98,a,b,H,a,a,g,32,48,32,97,g,p,32]),zU=n([C,j,f,98,97,j,95,l,e,p,p,a,g,95,99,f,g,b,a,ae,b]),zV=n([j,f,99,97,j,95,l,e,p,p,a,g,95,99,f,g,b,a,ae,b]),zT=n([j,f,99,97,j,95,l,e,p,p,a,g,95,99,f,g,b,a,ae,b]),zQ=[0,98,[0,e,[0,g,[0,f,[0,u,[0,e,[0,97,[0,j,0]]]]]]]],zR=[0,v,[0,97,[0,e,[0,h,[0,45,[0,a,[0,ae,[0,97,[0,99,[0,b,0]]]]]]]]]],zS=n([v,97,e,h,a,p,45,98,a,b,b,e,g,C]),zM=n([u,m,d,b,32,l,97,D,a,32,97,32,v,97,e,h]),zL=n([l,97,d,32,97,32,j,f,H,a,h,32,a,g,p,32,b,l,97,b,32,e,d,32,e,g,B,e,g,e,b,a]),zJ=n([u,m,d,b,32,l,97,D,a,32,97,32,99,f,g,B,e,p,a,g,99,a,32,98,a,b,H,a,a,g,32,48,32,97,g,p,32,49]),zK=[0,l,[0,97,[0,d,[0,32,[0,j,[0,e,[0,u,[0,e,[0,b,[0,d,0]]]]]]]]]],zN=[0,v,[0,97,[0,e,[0,h,[0,d,0]]]]],zO=[0,a,[0,97,[0,99,[0,l,0]]]],zP=[0,b,[0,f,[0,C,[0,a,[0,b,[0,l,[0,a,[0,h,0]]]]]]]],zE=n([u,m,d,b,32,l,97,D,a,32,97,32,99,f,g,B,e,p,a,g,99,a,32,98,a,b,H,a,a,g,32,48,32,97,g,p,32,49]),zF=[0,l,[0,97,[0,d,[0,32,[0,j,[0,e,[0,u,[0,e,[0,b,[0,d,0]]]]]]]]]],zG=[0,98,[0,f,[0,ae,0]]],zH=[0,a,[0,97,[0,99,[0,l,0]]]],zI=[0,b,[0,f,[0,C,[0,a,[0,b,[0,l,[0,a,[0,h,0]]]]]]]],zB=n([u,m,d,b,32,l,97,D,a,32,99,a,j,j,d,32,b,l,97,b,32,C,f,32,m,v]),zw=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zx=n([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),zy=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zz=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zA=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zr=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zs=n([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),zt=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zu=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zv=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zm=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zn=n([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),zo=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zp=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zq=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zh=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zi=n([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),zj=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zk=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zl=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zc=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zd=n([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),ze=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zf=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zg=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zb=[0,0],yY=[0,0],yP=[12,0],yO=[12,0],yJ=[0,32,[0,98,[0,N,[0,32,0]]]],yK=[0,32,0],yL=[0,32,0],yM=[0,58,[0,32,0]],yN=[0,99,[0,j,[0,97,[0,e,[0,u,[0,d,0]]]]]],yI=[0,0],yH=n([u,m,d,b,32,l,97,D,a,32,97,g,32,a,g,b,h,N]),yF=n([l,97,d,32,b,f,f,32,u,97,g,N,32,a,g,b,h,e,a,d]),yx=n([C,j,f,98,97,j,95,h,97,b,e,f,95,d,m,v,h,a,u,m,u]),yy=n([j,f,99,97,j,95,h,97,b,e,f,95,d,m,v,h,a,u,m,u]),yz=[0,0,3],yA=n([p,a,u,f,C,h,97,v,l,e,99,95,v,97,h,e,b,N]),yB=[0,1,2],yC=n([a,cA,m,97,j,e,dt,a,p,95,f,p,p,d]),yD=n([C,j,f,98,97,j,95,l,e,p,p,a,g,95,99,f,g,b,a,ae,b]),yE=n([j,f,99,97,j,95,l,e,p,p,a,g,95,99,f,g,b,a,ae,b]),x4=[1,1],x5=n([a,cA,m,97,j,e,dt,a,p,95,f,p,p,d,95,b,h,m,a,95,j,97,98,a,j,95,f,D,a,h,97,j,j]),x6=[0,1],x7=n([a,cA,m,97,j,95,f,v,v,f,h,b,m,g,e,b,N,95,f,D,a,h,97,j,j]),x8=[1,0],x9=n([a,cA,m,97,j,e,dt,a,p,95,f,p,p,d,95,b,h,m,a,95,j,97,98,a,j]),x_=[0,0],x$=n([a,cA,m,97,j,95,f,v,v,f,h,b,m,g,e,b,N]),xQ=[0,0],xR=[0,1],xS=[0,0],xT=n([l,97,d,32,f,b,l,a,h,32,aM,a,N,d,32,b,l,97,g,32,e,b,32,u,97,N,32,l,97,D,a]),xs=n([u,m,d,b,32,l,97,D,a,32,b,H,a,j,D,a,32,p,a,99,e,u,97,j,d]),xq=[0,48,0],xp=[0,0],xn=[0,0,1,0,1,0,0],xo=[0,0,0,0,1,0,0],xg=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),xh=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),xi=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),xe=[0,93,0],xf=[0,91,0],wp=[0,0],wq=[0,2],wr=[0,2],ws=[0,1],wo=[0,0],wm=[0,0],we=[0,[0,0]],wc=[0,0],wa=n([v,97,e,h,d,32,u,m,d,b,32,e,g,99,h,a,97,d,a]),wb=[0,0],v_=n([g,m,u,98,a,h,d,32,u,m,d,b,32,e,g,99,h,a,97,d,a]),v6=n([u,m,d,b,32,98,a,32,v,f,d,e,b,e,D,a]),v5=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),v7=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),v8=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),vZ=[0,0],v0=n([B,a,97,b,m,h,a,d,32,p,e,B,B,a,h,32,98,a,b,H,a,a,g,32,C,h,f,m,v,d,44,32,98,m,b,32,b,l,a,32,99,j,97,d,d,32,e,d,32,98,j,e,g,p]),v1=n([B,a,97,b,m,h,a,d,32,u,m,d,b,32,l,97,D,a,32,f,g,a,32,j,e,d,b,32,B,f,h,32,a,97,99,l,32,99,a,j,j,32,97,g,p,32,p,a,99,e,d,e,f,g]),v3=[0,0],v2=n([97,32,99,f,g,d,b,h,97,e,g,b,32,g,97,u,a,d,32,H,l,97,b,32,b,l,a,32,b,97,98,j,a,32,p,f,a,d,32,g,f,b,32,l,97,D,a]),vT=n([b,l,a,32,u,a,b,h,e,99,32,u,m,d,b,32,l,97,D,a,32,97,32,h,f,H,32,B,f,h,32,a,97,99,l,32,C,h,f,m,v]),vU=n([97,32,98,j,e,g,p,32,99,j,97,d,d,32,l,97,d,32,g,f,32,76,e,v,d,99,l,e,b,dt,32,99,f,g,d,b,97,g,b]),vV=n([b,97,m,32,u,m,d,b,32,98,a,32,97,b,32,u,f,d,b,32,C,97,u,u,97]),vW=n([C,97,u,u,97,32,u,m,d,b,32,98,a,32,v,f,d,e,b,e,D,a,32,97,g,p,32,97,b,32,j,a,97,d,b,32,u]),vX=[0,97,[0,j,[0,j,0]]],vY=[0,v,[0,97,[0,e,[0,h,0]]]],vP=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),vQ=n([g,97,u,a,d,32,97,32,p,a,99,e,d,e,f,g,32,b,l,97,b,32,b,l,a,32,b,97,98,j,a,32,p,f,a,d,32,g,f,b,32,l,97,D,a]),vR=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),vS=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),vO=n([l,97,d,32,97,32,j,f,H,a,h,32,a,g,p,32,97,98,f,D,a,32,b,l,a,32,m,v,v,a,h,32,a,g,p]),vI=n([g,97,u,a,d,32,97,32,C,h,f,m,v,44,32,98,m,b,32,b,l,a,32,99,j,97,d,d,32,e,d,32,98,j,e,g,p]),vH=n([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,h,e,a,d]),vJ=n([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,h,e,a,d]),vK=n([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,h,e,a,d]),vL=n([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,h,e,a,d]),vM=n([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,h,e,a,d]),vG=n([e,d,32,g,f,b,32,97,32,u,a,b,h,e,99]),ve=n([v,f,d,e,b,e,D,a,32,p,a,99,e,d,e,f,g,d,32,97,h,a,32,g,f,b,32,e,g,32,b,l,a,32,f,h,p,a,h,32,f,B,32,b,l,a,32,p,a,99,e,d,e,f,g,d]),vf=[0,0],vc=n([l,97,d,32,g,f,32,p,a,99,e,d,e,f,g,d,32,f,B,32,m,g,aM,g,f,H,g,32,C,h,f,m,v]),vd=n([l,97,d,32,97,32,99,a,j,j,32,97,B,b,a,h,32,b,l,a,32,p,a,99,e,d,e,f,g,d,32,f,B,32,m,g,aM,g,f,H,g,32,C,h,f,m,v]),va=[0,0],vb=[0,0],u2=[0,0],u4=[0,1],u5=n([p,a,99,e,d,e,f,g,d,32,f,B,32,m,g,aM,g,f,H,g,32,C,h,f,m,v,32,p,f,32,g,f,b,32,C,f,32,H,e,b,l,32,b,l,97,b]),u6=n([u,m,d,b,32,98,a,32,b,h,m,a,32,H,l,a,h,a,32,e,b,32,e,d,32,d,b,97,b,a,p]),u3=n([u,m,d,b,32,98,a,32,b,h,m,a,32,H,l,a,h,a,32,e,b,32,e,d,32,d,b,97,b,a,p]),u7=[0,0],u8=[0,0],u9=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gk]]]]]]]]]]],u_=[0,0],u$=n([B,97,e,h,97,m,p,e,b,45,b,97,98,j,a,47,49]),uW=n([f,g,j,N,32,99,f,m,g,b,d,32,l,97,D,a,32,b,h,m,a,32,j,97,98,a,j,d]),uX=[0,a,[0,cA,[0,m,[0,97,[0,j,0]]]]],uY=[0,H,[0,a,[0,e,[0,C,[0,l,[0,b,[0,d,0]]]]]]],uZ=[0,99,[0,f,[0,m,[0,g,[0,b,[0,d,0]]]]]],u0=n([v,h,f,98,97,98,e,j,e,b,e,a,d]),u1=[0,99,[0,f,[0,m,[0,g,[0,b,[0,d,0]]]]]],uT=n([g,97,u,a,d,32,97,32,99,f,j,m,u,g,32,b,H,e,99,a]),uU=n([u,m,d,b,32,g,97,u,a,32,97,b,32,j,a,97,d,b,32,f,g,a,32,99,f,j,m,u,g,32,f,B,32,C,h,f,m,v,d]),uV=[0,0],uw=[0,0],us=[0,1],ut=[0,3],uu=[0,2],uv=[0,0],uo=[0,[0,0],[0,[0,1],[0,[1,0],[0,[1,1],0]]]],up=[0,0,[0,1,[0,2,[0,3,[0,4,[0,5,[0,6,[0,7,0]]]]]]]],ul=[0,0],um=[0,0],uk=[0,0],uj=[0,1],ui=[0,0],uf=[0,0],ug=[0,0],uh=[0,0],uc=[0,1],ud=[0,1],ue=[0,0],t$=[0,0],ua=[0,1],ub=[0,1],t9=[0,0],t_=[0,0],t3=[0,0],t4=[0,0],t5=[0,0],t0=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gl]]]]]]]]]]],tX=[0,0],tW=[0,1],tV=[0,0],tY=[0,0],tU=[0,0],tR=[0,1],tS=[0,1],tT=[0,2],tI=[0,0,0],tC=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Go]]]]]]]]]]],tB=[0,0],tA=n([u,m,d,b,32,98,a,32,97,32,h,97,b,e,f,g,97,j,44,32,97,32,d,b,h,e,g,C]),ty=n([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),tx=n([u,m,d,b,32,98,a,32,97,32,h,97,b,e,f,g,97,j,32,e,g,32,j,f,H,a,d,b,32,b,a,h,u,d]),tw=n([u,m,d,b,32,98,a,32,97,32,h,97,b,e,f,g,97,j,44,32,97,32,d,b,h,e,g,C]),tu=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gp]]]]]]]]]]],tv=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gq]]]]]]]]]]],tq=n([u,m,d,b,32,98,a,32,l,a,ae,97,p,a,99,e,u,97,j,32,p,e,C,e,b,d]),to=n([j,e,d,b,d,32,d,f,u,a,b,l,e,g,C,32,b,H,e,99,a]),tp=n([u,m,d,b,32,g,f,b,32,98,a,32,a,u,v,b,N]),tm=n([j,e,d,b,d,32,d,f,u,a,b,l,e,g,C,32,b,H,e,99,a]),tn=n([u,m,d,b,32,g,f,b,32,98,a,32,a,u,v,b,N]),tl=[0,44,[0,44,0]],tk=[0,44,[0,46,0]],ti=n([u,m,d,b,32,98,a,32,b,h,m,a,32,f,h,32,B,97,j,d,a]),th=n([e,d,32,f,m,b,32,f,B,32,h,97,g,C,a]),tg=n([u,m,d,b,32,98,a,32,97,g,32,e,g,b,a,C,a,h]),tf=n([l,f,j,p,d,32,97,32,j,f,g,a,32,d,m,h,h,f,C,97,b,a]),te=n([u,m,d,b,32,98,a,32,97,32,d,b,h,e,g,C]),td=n([l,97,d,32,97,g,f,b,l,a,h,32,j,a,g,C,b,l]),tc=n([j,97,99,aM,d,32,97,32,aM,a,N]),ta=n([l,97,d,32,97,g,32,m,g,aM,g,f,H,g,32,aM,a,N]),tb=n([j,97,99,aM,d,32,97,32,aM,a,N]),s$=n([u,m,d,b,32,98,a,32,97,32,j,e,d,b]),s_=n([u,m,d,b,32,98,a,32,97,g,32,f,98,aD,a,99,b]),s9=[0,0],s4=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gr]]]]]]]]]]],sY=[0,[0,1,1],1],sZ=[0,1,1],s0=[0,[0,[0,1,1],0],1],s1=[0,1,0],s2=[0,[0,[0,1,1],0],1],sS=[0,92,[0,92,0]],sT=[0,92,[0,98,0]],sU=[0,92,[0,B,0]],sV=[0,92,[0,g,0]],sW=[0,92,[0,h,0]],sX=[0,92,[0,b,0]],sR=[0,0],sO=[6,[4,0]],sP=[0,0],sE=[3,0,0,0],sF=[0,0],sG=[0,1],sH=[1,0,1],sI=[0,m,[0,j,[0,j,0]]],sJ=[0,1],sK=[0,h,[0,m,[0,a,0]]],sL=[0,0],sM=[0,97,[0,j,[0,d,[0,a,0]]]],sN=[6,[3,0]],sD=[0,0],sz=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gs]]]]]]]]]]],sq=[0,0],st=[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]],sA=[0,[0,92,92],[0,[0,47,47],[0,[0,98,8],[0,[0,B,12],[0,[0,g,10],[0,[0,h,13],[0,[0,b,9],0]]]]]]],ts=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gx]]]]]]]]]]],tz=[0,e,[0,g,[0,B,0]]],t1=[0,48,0],t2=[0,e,[0,g,[0,B,0]]],uy=[0,aM,[0,e,[0,g,[0,p,0]]]],uz=[0,99,[0,f,[0,j,[0,m,[0,u,[0,g,[0,d,0]]]]]]],uA=[0,v,[0,f,[0,v,[0,m,[0,j,[0,97,[0,b,[0,e,[0,f,[0,g,0]]]]]]]]]],uB=[0,p,[0,a,[0,99,[0,e,[0,d,[0,e,[0,f,[0,g,0]]]]]]]],uC=[0,C,[0,h,[0,f,[0,m,[0,v,0]]]]],uD=[0,99,[0,f,[0,g,[0,b,[0,a,[0,ae,[0,b,0]]]]]]],uE=[0,b,[0,h,[0,m,[0,b,[0,l,0]]]]],uF=[0,B,[0,f,[0,h,[0,u,[0,97,[0,b,0]]]]]],uG=[0,p,[0,a,[0,99,[0,e,[0,d,[0,e,[0,f,[0,g,[0,d,0]]]]]]]]],uH=[0,C,[0,h,[0,f,[0,m,[0,v,[0,d,0]]]]]],uI=[0,99,[0,f,[0,g,[0,b,[0,a,[0,ae,[0,b,[0,d,0]]]]]]]],uJ=[0,m,[0,b,[0,e,[0,j,[0,e,[0,b,[0,N,0]]]]]]],uK=[0,d,[0,97,[0,j,[0,b,0]]]],uL=[0,v,[0,h,[0,f,[0,B,[0,e,[0,j,[0,a,[0,d,0]]]]]]]],uM=[0,m,[0,g,[0,aM,[0,g,[0,f,[0,H,[0,g,0]]]]]]],uN=[0,b,[0,h,[0,m,[0,b,[0,l,[0,d,0]]]]]],uO=[0,H,[0,a,[0,e,[0,C,[0,l,[0,b,[0,d,0]]]]]]],uP=[0,u,[0,97,[0,d,[0,d,0]]]],uQ=[0,j,[0,f,[0,99,[0,97,[0,j,0]]]]],uR=[0,C,[0,j,[0,f,[0,98,[0,97,[0,j,0]]]]]],vg=n([48,49,50,51,52,53,54,55,56,57,46,43,45,a]),vj=[0,cA,[0,m,[0,97,[0,g,[0,b,[0,e,[0,b,[0,N,0]]]]]]]],vk=[0,C,[0,97,[0,u,[0,u,[0,97,0]]]]],vl=[0,u,0],vm=[0,b,[0,97,[0,m,0]]],vn=[0,b,[0,97,[0,m,[0,95,[0,f,[0,g,0]]]]]],vo=[0,98,[0,j,[0,e,[0,g,[0,p,0]]]]],vp=[0,j,[0,e,[0,v,[0,d,[0,99,[0,l,[0,e,[0,b,[0,dt,0]]]]]]]]],vq=[0,u,[0,a,[0,b,[0,h,[0,e,[0,99,0]]]]]],vr=[0,f,[0,h,[0,p,[0,a,[0,h,0]]]]],vs=[0,h,[0,f,[0,H,[0,d,0]]]],vt=[0,B,[0,97,[0,u,[0,e,[0,j,[0,N,0]]]]]],vu=[0,b,[0,a,[0,h,[0,u,[0,d,0]]]]],vv=[0,98,[0,f,[0,m,[0,g,[0,p,0]]]]],vw=[0,g,[0,97,[0,u,[0,a,[0,d,0]]]]],vx=[0,j,[0,f,[0,H,[0,a,[0,h,0]]]]],vy=[0,m,[0,v,[0,v,[0,a,[0,h,0]]]]],vz=[0,B,[0,a,[0,97,[0,b,[0,m,[0,h,[0,a,[0,d,0]]]]]]]],vA=n([99,f,a,B,B,e,99,e,a,g,b,d]),vB=[0,v,[0,97,[0,e,[0,h,[0,d,0]]]]],vC=[0,b,[0,l,[0,a,[0,b,[0,97,0]]]]],vD=[0,l,[0,e,[0,C,[0,l,[0,a,[0,h,0]]]]]],vE=n([u,m,j,b,e,v,j,e,a,h,d]),wt=[0,d,[0,m,[0,98,[0,aD,[0,a,[0,99,[0,b,0]]]]]]],wu=[0,u,[0,a,[0,b,[0,h,[0,e,[0,99,[0,d,0]]]]]]],wv=n([g,f,b,95,99,f,u,v,97,h,a,p]),ww=[0,99,[0,j,[0,97,[0,e,[0,u,[0,d,0]]]]]],wx=[0,b,[0,97,[0,h,[0,C,[0,a,[0,b,[0,d,0]]]]]]],wy=[0,D,[0,a,[0,h,[0,p,[0,e,[0,99,[0,b,0]]]]]]],wz=[0,D,[0,a,[0,h,[0,d,[0,e,[0,f,[0,g,[0,d,0]]]]]]]],wA=[0,e,[0,g,[0,b,[0,a,[0,h,[0,D,[0,97,[0,j,[0,d,0]]]]]]]]],wB=[0,99,[0,l,[0,97,[0,g,[0,C,[0,a,[0,p,0]]]]]]],wC=[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]],wD=[0,d,[0,l,[0,97,[0,50,[0,53,[0,54,0]]]]]],wE=[0,99,[0,a,[0,j,[0,j,[0,d,0]]]]],wF=[0,l,[0,a,[0,97,[0,p,[0,a,[0,h,0]]]]]],wG=[0,99,[0,j,[0,97,[0,d,[0,d,0]]]]],wH=[0,v,[0,f,[0,d,[0,e,[0,b,[0,e,[0,D,[0,a,0]]]]]]]],wI=[0,v,[0,h,[0,e,[0,D,[0,97,[0,99,[0,N,0]]]]]]],wJ=[0,p,[0,a,[0,99,[0,j,[0,97,[0,h,[0,a,[0,p,0]]]]]]]],wK=n([v,h,a,v,97,h,97,b,e,f,g]),wL=[0,d,[0,v,[0,a,[0,j,[0,j,[0,e,[0,g,[0,C,[0,d,0]]]]]]]]],wM=[0,m,[0,g,[0,p,[0,a,[0,99,[0,e,[0,p,[0,a,[0,p,0]]]]]]]]],wN=n([m,g,aM,g,f,H,g,95,d,l,97,h,a,d]),wO=[0,u,[0,97,[0,ae,[0,95,[0,p,[0,h,[0,e,[0,B,[0,b,0]]]]]]]]],wP=[0,a,[0,D,[0,97,[0,j,[0,m,[0,97,[0,b,[0,e,[0,f,[0,g,0]]]]]]]]]],wQ=n([p,a,v,a,g,p,d,95,f,g,95,C,h,f,m,v]),wR=[0,98,[0,m,[0,h,[0,p,[0,a,[0,g,0]]]]]],wS=[0,h,[0,97,[0,b,[0,e,[0,f,0]]]]],wT=[0,j,[0,f,[0,C,0]]],wU=[0,D,[0,97,[0,j,[0,m,[0,a,0]]]]],wV=[0,H,[0,e,[0,b,[0,g,[0,a,[0,d,[0,d,0]]]]]]],wW=n([a,ae,v,a,99,b,97,b,e,f,g,d]),wX=n([v,h,f,98,97,98,e,j,e,b,e,a,d]),wY=[0,h,[0,97,[0,b,[0,a,0]]]],wZ=[0,h,[0,97,[0,b,[0,a,[0,d,0]]]]],w1=[0,h,[0,a,[0,97,[0,d,[0,f,[0,g,0]]]]]],w2=[0,h,[0,a,[0,j,[0,97,[0,b,[0,e,[0,f,[0,g,0]]]]]]]],w3=[0,d,[0,99,[0,f,[0,v,[0,a,0]]]]],w4=[0,98,[0,N,0]],w5=n([97,d,d,m,u,v,b,e,f,g,d]),w6=[0,a,[0,D,[0,e,[0,p,[0,a,[0,g,[0,99,[0,a,0]]]]]]]],w7=[0,d,[0,m,[0,v,[0,h,[0,a,[0,u,[0,m,[0,u,0]]]]]]]],w8=[0,j,[0,e,[0,u,[0,e,[0,b,0]]]]],w9=[0,m,[0,g,[0,e,[0,b,0]]]],w_=[0,aD,[0,m,[0,p,[0,C,[0,a,[0,p,0]]]]]],w$=[0,a,[0,d,[0,b,[0,e,[0,u,[0,97,[0,g,[0,p,0]]]]]]]],xa=[0,b,[0,e,[0,v,[0,d,0]]]],xb=[0,B,[0,h,[0,f,[0,g,[0,b,[0,e,[0,a,[0,h,0]]]]]]]],xc=[0,b,[0,f,0]],xd=[0,98,[0,97,[0,j,[0,97,[0,g,[0,99,[0,a,[0,p,0]]]]]]]],xj=n([B,97,j,d,a,95,v,f,d,e,b,e,D,a,95,h,97,b,a]),xl=n([b,h,m,a,95,v,f,d,e,b,e,D,a,95,h,97,b,a]),xu=n([g,f,32,p,a,99,e,d,e,f,g,d,32,H,e,b,l,32,97,g,f,b,l,a,h,32,b,h,m,a,32,j,97,98,a,j]),xx=n([g,f,32,p,a,99,e,d,e,f,g,d,32,H,e,b,l,32,b,l,a,32,v,f,d,e,b,e,D,a,32,b,h,m,a,32,j,97,98,a,j]),xA=n([97,32,C,h,f,m,v,32,e,d,32,u,e,d,d,e,g,C,32,e,g,32,97,32,99,f,g,b,a,ae,b,32,97,g,p,32,g,f,32,v,f,v,m,j,97,b,e,f,g,32,H,97,d,32,C,e,D,a,g]),xD=n([g,f,32,v,f,v,m,j,97,b,e,f,g]),xF=n([B,a,H,a,h,32,b,l,97,g,32,b,H,f,32,C,h,f,m,v,d]),xH=n([g,f,32,p,a,99,e,d,e,f,g,d,32,h,a,99,f,h,p,a,p]),xJ=n([B,97,j,d,a,95,v,f,d,e,b,e,D,a,95,h,97,b,a,95,f,D,a,h,97,j,j]),xL=n([B,97,j,d,a,95,v,f,d,e,b,e,D,a,95,h,97,b,a]),xN=n([b,h,m,a,95,v,f,d,e,b,e,D,a,95,h,97,b,a,95,f,D,a,h,97,j,j]),xP=n([b,h,m,a,95,v,f,d,e,b,e,D,a,95,h,97,b,a]),xU=n([C,j,f,98,97,j,95,d,m,v,h,a,u,m,u]),xW=n([j,f,99,97,j,95,d,m,v,h,a,u,m,u]),xY=n([a,cA,m,97,j,e,dt,a,p,95,f,p,p,d]),x0=n([p,a,u,f,C,h,97,v,l,e,99,95,v,97,h,e,b,N]),x1=n([C,j,f,98,97,j,95,p,e,B,B,a,h,a,g,99,a]),x3=n([j,f,99,97,j,95,p,e,B,B,a,h,a,g,99,a]),yb=n([a,cA,m,97,j,e,dt,a,p,95,f,p,p,d]),yd=n([p,a,u,f,C,h,97,v,l,e,99,95,v,97,h,e,b,N]),yf=n([C,j,f,98,97,j,95,h,97,b,e,f]),yh=n([j,f,99,97,j,95,h,97,b,e,f]),yj=[0,61,0],yk=[0,60,[0,61,0]],yl=[0,62,[0,61,0]],ym=[0,b,[0,l,[0,e,[0,d,[0,32,[0,j,[0,97,[0,H,0]]]]]]]],yn=n([a,D,a,h,N,32,m,b,e,j,e,b,N,32,f,B,32,b,l,a,32,99,j,97,d,d]),yp=n([a,g,m,u,a,h,97,b,e,f,g]),yq=[0,j,[0,v,[0,45,[0,p,[0,m,[0,97,[0,j,0]]]]]]],yr=[0,84,[0,53,0]],ys=[0,84,[0,54,0]],yt=[0,84,[0,55,0]],yu=[0,84,[0,49,[0,52,0]]],yv=n([j,f,99,97,j,95,h,97,b,e,f]),yw=n([C,j,f,98,97,j,95,h,97,b,e,f]),yR=n([44,32,H,l,97,b,a,D,a,h,32,b,l,a,32,m,g,p,a,99,e,p,a,p,32,u,a,97,g,b]),yT=n([44,32,H,e,b,l,e,g,32,b,l,a,32,p,a,99,j,97,h,a,p,32,p,h,e,B,b]),yV=n([44,32,H,e,b,l,32,b,l,a,32,p,a,99,j,97,h,a,p,32,l,e,p,p,a,g,32,99,f,g,b,a,ae,b]),yX=n([44,32,H,l,f,a,D,a,h,32,b,l,a,32,m,g,aM,g,f,H,g,32,97,h,a]),yZ=[0,99,[0,f,[0,g,[0,B,[0,e,[0,p,[0,a,[0,g,[0,99,[0,a,0]]]]]]]]]],y0=[0,a,[0,g,[0,p,[0,d,0]]]],y1=[0,h,[0,a,[0,C,[0,e,[0,f,[0,g,0]]]]]],y2=n([e,g,p,a,v,a,g,p,a,g,b]),y3=[0,u,[0,a,[0,b,[0,l,[0,f,[0,p,0]]]]]],y4=[0,j,[0,e,[0,u,[0,e,[0,b,[0,d,0]]]]]],y5=[0,j,[0,a,[0,D,[0,a,[0,j,[0,d,0]]]]]],y6=[0,m,[0,v,[0,v,[0,a,[0,h,0]]]]],y7=[0,j,[0,f,[0,H,[0,a,[0,h,0]]]]],y8=[0,v,[0,97,[0,e,[0,h,0]]]],y9=[0,e,[0,g,[0,b,[0,a,[0,h,[0,D,[0,97,[0,j,0]]]]]]]],y_=[0,m,[0,g,[0,e,[0,b,[0,d,0]]]]],y$=[0,aM,[0,g,[0,f,[0,b,[0,d,0]]]]],za=[0,n([l,f,a,B,B,p,e,g,C,45,aM,j]),[0,n([a,u,v,e,h,e,99,97,j,45,98,a,h,g,d,b,a,e,g]),[0,n([e,g,b,a,h,d,a,99,b,e,f,g]),0]]],zC=n([v,f,v,m,j,97,b,e,f,g,32,97,b,32,99,f,g,B,e,p,a,g,99,a,32]),zD=n([v,f,v,m,j,97,b,e,f,g,44,32,f,g,a,45,d,e,p,a,p,32,97,b,32,99,f,g,B,e,p,a,g,99,a,32]),zW=n([b,l,a,32,p,h,97,H,d,32,H,e,b,l,e,g,32,97,32,99,a,j,j,32,97,h,a,32,e,g,p,a,v,a,g,p,a,g,b,44,32,a,97,99,l,32,H,e,b,l,32,b,l,a,32,j,97,H,32,f,B,32,b,l,a,32,99,a,j,j,44,32,97,g,p,32,l,f,H,32,u,97,g,N,32,b,l,a,h,a,32,97,h,a,32,p,f,a,d,32,g,f,b,32,p,a,v,a,g,p,32,f,g,32,l,f,H,32,b,l,a,N,32,99,97,u,a,32,f,m,b]),zY=n([b,l,a,32,99,f,g,b,a,ae,b,d,32,f,B,32,a,97,99,l,32,C,h,f,m,v,32,H,a,h,a,32,p,h,97,H,g,32,B,h,f,u,32,e,b,d,32,v,f,v,m,j,97,b,e,f,g,44,32,g,f,b,32,d,a,b,32,98,N,32,p,a,d,e,C,g]),z1=n([H,l,97,b,a,D,a,h,32,99,f,m,j,p,32,l,97,D,a,32,98,a,a,g,32,p,h,97,H,g,32,e,g,32,97,32,99,a,j,j,32,l,97,d,32,97,32,m,b,e,j,e,b,N,32,98,a,b,H,a,a,g,32,48,32,97,g,p,32,b,l,a,32,C,h,a,97,b,a,d,b,32,b,l,97,b,32,97,32,p,a,99,e,d,e,f,g,32,l,97,d,32,b,l,a,h,a]),z3=n([m,b,e,j,e,b,N,44,32,u,a,b,l,f,p,32,97,g,p,32,99,f,g,B,e,p,a,g,99,a,32,H,a,h,a,32,99,l,f,d,a,g,32,H,e,b,l,f,m,b,32,j,f,f,aM,e,g,C,32,97,b,32,b,l,a,32,p,h,97,H,d]),z5=n([b,l,a,32,p,h,97,H,d,32,f,B,32,p,e,B,B,a,h,a,g,b,32,99,a,j,j,d,32,97,h,a,32,e,g,p,a,v,a,g,p,a,g,b,32,f,B,32,a,97,99,l,32,f,b,l,a,h]),z7=n([97,32,d,97,u,v,j,e,g,C,32,m,g,e,b,32,99,97,g,32,l,97,D,a,32,g,f,32,u,f,h,a,32,b,l,97,g,32,f,g,a,32,h,f,H,32,e,g,32,97,32,99,a,j,j,44,32,97,d,32,e,d,32,b,l,a,32,99,97,d,a,32,l,a,h,a]),z9=n([p,e,B,B,a,h,a,g,b,32,d,97,u,v,j,e,g,C,32,m,g,e,b,d,32,97,h,a,32,e,g,p,a,v,a,g,p,a,g,b,44,32,l,f,H,32,u,97,g,N,32,b,l,a,h,a,32,97,h,a,32,p,f,a,d,32,g,f,b,32,p,a,v,a,g,p,32,f,g,32,l,f,H,32,b,l,a,N,32,99,97,u,a,32,f,m,b,44,32,97,g,p,32,H,l,97,b,32,97,32,m,g,e,b,32,C,a,b,d,32,e,g,32,97,32,C,h,f,m,v,32,f,B,32,97,32,99,f,g,b,a,ae,b,44,32,b,l,a,32,u,a,97,g,32,f,D,a,h,32,e,b,d,32,h,f,H,d,32,b,l,a,h,a,44,32,l,97,d,32,b,l,a,32,d,97,u,a,32,a,ae,v,a,99,b,97,b,e,f,g,32,B,f,h,32,97,j,j,32,m,g,e,b,d,32,f,B,32,b,l,a,32,99,f,g,b,a,ae,b,44,32,97,j,d,f,32,B,f,h,32,b,l,f,d,a,32,g,f,b,32,d,a,a,g,32,e,g,32,b,l,97,b,32,C,h,f,m,v,59,32,H,l,97,b,32,97,32,m,g,e,b,32,C,a,b,d,32,e,g,32,f,g,a,32,C,h,f,m,v,32,u,97,N,32,p,a,v,a,g,p,32,e,g,32,97,g,N,32,H,97,N,32,f,g,32,H,l,97,b,32,e,b,32,C,a,b,d,32,e,g,32,97,g,f,b,l,a,h]),z$=n([e,g,32,H,l,e,99,l,32,C,h,f,m,v,d,32,97,32,m,g,e,b,32,H,97,d,32,g,f,b,32,d,a,a,g,32,e,d,32,98,N,32,p,a,d,e,C,g,58,32,e,b,32,p,f,a,d,32,g,f,b,32,p,a,v,a,g,p,32,f,g,32,H,l,97,b,32,b,l,a,32,m,g,e,b,32,C,f,b,44,32,f,h,32,H,f,m,j,p,32,l,97,D,a,32,C,f,b]),Af=[0,u,[0,e,[0,d,[0,d,[0,e,[0,g,[0,C,0]]]]]]],Ag=[0,u,[0,a,[0,97,[0,d,[0,m,[0,h,[0,a,[0,p,0]]]]]]]],AR=n([u,a,97,g,32,f,D,a,h,32,m,g,e,b,d]),AT=[0,99,[0,l,[0,97,[0,g,[0,C,[0,a,[0,p,0]]]]]]],AV=[0,3],AW=[0,p,[0,a,[0,v,[0,a,[0,g,[0,p,[0,d,0]]]]]]],AY=[0,2],AZ=n([e,g,99,f,g,99,j,m,d,e,D,a]),A1=[0,1],A2=[0,a,[0,ae,[0,99,[0,a,[0,a,[0,p,[0,d,0]]]]]]],A4=[0,0],A5=[0,H,[0,e,[0,b,[0,l,[0,e,[0,g,0]]]]]],BD=[0,v,[0,97,[0,e,[0,h,0]]]],BE=[0,B,[0,f,[0,j,[0,j,[0,f,[0,H,[0,a,[0,p,0]]]]]]]],BF=[0,84,[0,49,[0,54,0]]],BG=n([b,l,e,d,32,j,97,H,44,32,H,e,b,l,e,g,32,b,l,a,32,p,a,99,j,97,h,a,p,32,p,h,e,B,b]),BJ=[0,0,[0,1,1]],BK=n([C,j,f,98,97,j,95,j,f,C,95,B,97,99,b,f,h]),BM=[0,0,[0,0,1]],BN=n([C,j,f,98,97,j,95,h,97,b,e,f,95,B,97,99,b,f,h]),BP=[0,1,[0,1,1]],BQ=n([j,f,99,97,j,95,j,f,C,95,B,97,99,b,f,h]),BS=[0,1,[0,0,1]],BT=n([j,f,99,97,j,95,h,97,b,e,f,95,B,97,99,b,f,h]),BV=[0,0,[0,1,0]],BW=n([C,j,f,98,97,j,95,j,f,C,95,h,97,p,e,m,d]),BY=[0,0,[0,0,0]],BZ=n([C,j,f,98,97,j,95,h,97,b,e,f,95,h,97,p,e,m,d]),B1=[0,1,[0,1,0]],B2=n([j,f,99,97,j,95,j,f,C,95,h,97,p,e,m,d]),B4=[0,1,[0,0,0]],B5=n([j,f,99,97,j,95,h,97,b,e,f,95,h,97,p,e,m,d]),B6=[0,a,[0,ae,[0,99,[0,a,[0,a,[0,p,[0,d,0]]]]]]],B8=[0,H,[0,e,[0,b,[0,l,[0,e,[0,g,0]]]]]],Ce=n([97,g,32,m,v,p,97,b,a,32,98,h,e,g,C,d,32,g,f,32,p,a,99,e,d,e,f,g,32,H,l,f,d,a,32,m,b,e,j,e,b,N,32,e,d,32,f,m,b,d,e,p,a,32,b,l,a,32,h,97,g,C,a,32,b,l,97,b,32,e,b,d,32,99,a,j,j,32,l,97,d,32,l,a,h,a]),Cg=n([b,l,a,32,99,f,g,b,a,ae,b,d,32,f,B,32,a,97,99,l,32,C,h,f,m,v,32,d,b,97,N,32,p,e,d,b,h,e,98,m,b,a,p,32,97,d,32,b,l,a,N,32,97,h,a,32,l,a,h,a]),Cl=n([b,l,e,d,32,b,97,98,j,a,44,32,H,e,b,l,e,g,32,b,l,a,32,p,a,99,j,97,h,a,p,32,p,h,e,B,b]),Cx=[0,B,[0,e,[0,j,[0,b,[0,a,[0,h,[0,d,0]]]]]]],Cy=[0,e,[0,g,[0,v,[0,m,[0,b,[0,d,0]]]]]],Cz=[0,f,[0,m,[0,b,[0,v,[0,m,[0,b,[0,d,0]]]]]]],CA=[0,h,[0,a,[0,j,[0,a,[0,97,[0,d,[0,a,[0,d,0]]]]]]]],CB=[0,p,[0,h,[0,97,[0,H,[0,d,0]]]]],CC=n([b,h,m,a,95,99,f,g,b,a,ae,b]),CD=[0,b,[0,h,[0,m,[0,a,[0,95,[0,C,[0,h,[0,f,[0,m,[0,v,0]]]]]]]]]],CE=[0,C,[0,j,[0,f,[0,98,[0,97,[0,j,[0,95,[0,b,[0,97,[0,m,0]]]]]]]]]],CF=[0,98,[0,N,[0,95,[0,99,[0,f,[0,g,[0,b,[0,a,[0,ae,[0,b,0]]]]]]]]]],CG=[0,v,[0,f,[0,j,[0,e,[0,99,[0,N,0]]]]]],C9=n([a,ae,v,95,a,v,d,e,j,f,g]),C_=[0,97,[0,b,[0,b,[0,h,[0,e,[0,98,[0,m,[0,b,[0,a,[0,d,0]]]]]]]]]],C$=n([u,m,j,b,e,v,j,e,a,h,d]),Da=[0,h,[0,97,[0,H,[0,95,[0,h,[0,97,[0,b,[0,e,[0,f,0]]]]]]]]],Dc=n([99,f,u,v,f,d,e,b,e,f,g]),De=[0,97,[0,b,[0,b,[0,97,[0,e,[0,g,[0,a,[0,p,0]]]]]]]],Df=[0,m,[0,g,[0,B,[0,e,[0,j,[0,b,[0,a,[0,h,[0,a,[0,p,0]]]]]]]]]],Dg=[0,v,[0,f,[0,j,[0,e,[0,99,[0,N,0]]]]]],Dh=[0,B,[0,j,[0,f,[0,f,[0,h,[0,d,0]]]]]],Ds=n([97,g,N,32,v,f,j,e,99,N,32,98,a,l,e,g,p,32,b,l,e,d,32,B,e,j,b,a,h]),Dt=n([32,b,l,97,b,32,aM,a,a,v,d,32,b,l,a,32,p,a,99,j,97,h,a,p,32,B,j,f,f,h]),Du=n([32,H,e,b,l,e,g,32,b,l,a,32,p,a,99,j,97,h,a,p,32,p,h,e,B,b,32,f,B,32,b,l,e,d,32,f,g,a]),Dv=n([44,32,97,g,N,32,m,b,e,j,e,b,N,32,f,B,32,b,l,a,32,p,a,99,j,97,h,a,p,32,h,97,g,C,a]),Dw=n([44,32,97,g,N,32,m,b,e,j,e,b,N,32,f,B,32,b,l,a,32,p,a,99,j,97,h,a,p,32,h,97,g,C,a]),Dx=n([b,l,e,d,32,v,f,j,e,99,N,32,97,g,p,32,99,f,g,b,a,ae,b,32,B,e,j,b,a,h,44,32,97,g,N,32,C,h,f,m,v,32,B,e,j,b,a,h,32,97,b,32,u,f,d,b,32,b,l,e,d,32,a,v,d,e,j,f,g,32,b,l,97,b,32,h,a,j,a,97,d,a,d,32,b,l,a,32,d,97,u,a,32,D,97,j,m,a,d]),Dz=n([b,l,e,d,32,v,f,j,e,99,N,32,97,g,p,32,C,h,f,m,v,32,B,e,j,b,a,h,44,32,97,g,N,32,99,f,g,b,a,ae,b,32,B,e,j,b,a,h,32,b,l,97,b,32,h,a,j,a,97,d,a,d,32,b,l,a,d,a,32,99,f,g,b,a,ae,b,d]),DC=[0,84,[0,49,[0,51,0]]],DD=n([84,53,45,p,a,99,e,d,e,f,g]),DQ=n([C,j,f,98,97,j,95,h,97,b,e,f,95,d,m,v,h,a,u,m,u]),DS=n([j,f,99,97,j,95,h,97,b,e,f,95,d,m,v,h,a,u,m,u]),D3=[0,B,[0,j,[0,f,[0,f,[0,h,0]]]]],D5=[0,84,[0,49,[0,50,0]]],D7=[0,84,[0,56,0]],D9=[0,84,[0,52,0]],D$=[0,84,[0,51,0]],Eb=[0,84,[0,50,0]],Ed=[0,84,[0,49,[0,45,[0,v,[0,97,[0,v,[0,a,[0,h,0]]]]]]]],Ef=[0,84,[0,49,0]],El=n([b,l,a,32,B,e,j,b,a,h,39,d,32,p,h,97,H,d,32,B,f,h,32,C,h,f,m,v,32,97,g,p,32,99,f,g,b,a,ae,b,32,97,h,a,32,e,g,p,a,v,a,g,p,a,g,b,32,f,B,32,a,97,99,l,32,f,b,l,a,h,32,97,g,p,32,f,B,32,a,D,a,h,N,b,l,e,g,C,32,a,j,d,a,44,32,B,h,a,d,l,32,B,f,h,32,a,97,99,l,32,p,a,99,e,d,e,f,g,44,32,97,g,p,32,b,l,a,32,p,a,99,e,d,e,f,g,32,p,a,v,a,g,p,d,32,f,g,32,C,h,f,m,v,32,97,g,p,32,99,f,g,b,a,ae,b,32,f,g,j,N,32,b,l,h,f,m,C,l,32,H,l,97,b,32,b,l,a,32,B,e,j,b,a,h,d,32,h,a,j,a,97,d,a]),En=n([b,l,a,32,99,f,g,b,a,ae,b,d,32,f,B,32,a,97,99,l,32,C,h,f,m,v,32,97,h,a,32,p,e,d,b,h,e,98,m,b,a,p,32,97,d,32,e,g,32,b,l,a,32,d,b,97,b,a,p,32,v,f,v,m,j,97,b,e,f,g]),Ga=w(": "),F_=[0,[0,w("nothing was judged: the certificate needs more memory than there is"),0],3],F$=[0,[0,w("nothing was judged: the certificate does not embed its table; give it with --table"),0],3],Gb=w("malformed: "),F6=w(pi),F7=w("FALSE"),F8=w("not covered"),F4=[0,[11,w("\\x"),[4,6,[0,2,2],0,0]],w("\\x%02x")],F5=w(ai),Gc=w("\n");function
+aF(a){if(typeof
 a==="number")return 0;else
 switch(a[0]){case
-0:return[0,aH(a[1])];case
-1:return[1,aH(a[1])];case
-2:return[2,aH(a[1])];case
-3:return[3,aH(a[1])];case
-4:return[4,aH(a[1])];case
-5:return[5,aH(a[1])];case
-6:return[6,aH(a[1])];case
-7:return[7,aH(a[1])];case
+0:return[0,aF(a[1])];case
+1:return[1,aF(a[1])];case
+2:return[2,aF(a[1])];case
+3:return[3,aF(a[1])];case
+4:return[4,aF(a[1])];case
+5:return[5,aF(a[1])];case
+6:return[6,aF(a[1])];case
+7:return[7,aF(a[1])];case
 8:var
-c=a[1];return[8,c,aH(a[2])];case
+c=a[1];return[8,c,aF(a[2])];case
 9:var
-b=a[1];return[9,b,b,aH(a[3])];case
-10:return[10,aH(a[1])];case
-11:return[11,aH(a[1])];case
-12:return[12,aH(a[1])];case
-13:return[13,aH(a[1])];default:return[14,aH(a[1])]}}function
-bg(a,b){if(typeof
+b=a[1];return[9,b,b,aF(a[3])];case
+10:return[10,aF(a[1])];case
+11:return[11,aF(a[1])];case
+12:return[12,aF(a[1])];case
+13:return[13,aF(a[1])];default:return[14,aF(a[1])]}}function
+be(a,b){if(typeof
 a==="number")return b;else
 switch(a[0]){case
-0:return[0,bg(a[1],b)];case
-1:return[1,bg(a[1],b)];case
-2:return[2,bg(a[1],b)];case
-3:return[3,bg(a[1],b)];case
-4:return[4,bg(a[1],b)];case
-5:return[5,bg(a[1],b)];case
-6:return[6,bg(a[1],b)];case
-7:return[7,bg(a[1],b)];case
+0:return[0,be(a[1],b)];case
+1:return[1,be(a[1],b)];case
+2:return[2,be(a[1],b)];case
+3:return[3,be(a[1],b)];case
+4:return[4,be(a[1],b)];case
+5:return[5,be(a[1],b)];case
+6:return[6,be(a[1],b)];case
+7:return[7,be(a[1],b)];case
 8:var
-c=a[1];return[8,c,bg(a[2],b)];case
+c=a[1];return[8,c,be(a[2],b)];case
 9:var
-d=a[2],e=a[1];return[9,e,d,bg(a[3],b)];case
-10:return[10,bg(a[1],b)];case
-11:return[11,bg(a[1],b)];case
-12:return[12,bg(a[1],b)];case
-13:return[13,bg(a[1],b)];default:return[14,bg(a[1],b)]}}function
-aB(a,b){if(typeof
+d=a[2],e=a[1];return[9,e,d,be(a[3],b)];case
+10:return[10,be(a[1],b)];case
+11:return[11,be(a[1],b)];case
+12:return[12,be(a[1],b)];case
+13:return[13,be(a[1],b)];default:return[14,be(a[1],b)]}}function
+az(a,b){if(typeof
 a==="number")return b;else
 switch(a[0]){case
-0:return[0,aB(a[1],b)];case
-1:return[1,aB(a[1],b)];case
+0:return[0,az(a[1],b)];case
+1:return[1,az(a[1],b)];case
 2:var
-c=a[1];return[2,c,aB(a[2],b)];case
+c=a[1];return[2,c,az(a[2],b)];case
 3:var
-d=a[1];return[3,d,aB(a[2],b)];case
+d=a[1];return[3,d,az(a[2],b)];case
 4:var
-e=a[3],f=a[2],g=a[1];return[4,g,f,e,aB(a[4],b)];case
+e=a[3],f=a[2],g=a[1];return[4,g,f,e,az(a[4],b)];case
 5:var
-h=a[3],i=a[2],j=a[1];return[5,j,i,h,aB(a[4],b)];case
+h=a[3],i=a[2],j=a[1];return[5,j,i,h,az(a[4],b)];case
 6:var
-k=a[3],l=a[2],m=a[1];return[6,m,l,k,aB(a[4],b)];case
+k=a[3],l=a[2],m=a[1];return[6,m,l,k,az(a[4],b)];case
 7:var
-n=a[3],o=a[2],p=a[1];return[7,p,o,n,aB(a[4],b)];case
+n=a[3],o=a[2],p=a[1];return[7,p,o,n,az(a[4],b)];case
 8:var
-q=a[3],r=a[2],s=a[1];return[8,s,r,q,aB(a[4],b)];case
+q=a[3],r=a[2],s=a[1];return[8,s,r,q,az(a[4],b)];case
 9:var
-t=a[1];return[9,t,aB(a[2],b)];case
-10:return[10,aB(a[1],b)];case
+t=a[1];return[9,t,az(a[2],b)];case
+10:return[10,az(a[1],b)];case
 11:var
-u=a[1];return[11,u,aB(a[2],b)];case
+u=a[1];return[11,u,az(a[2],b)];case
 12:var
-v=a[1];return[12,v,aB(a[2],b)];case
+v=a[1];return[12,v,az(a[2],b)];case
 13:var
-w=a[2],x=a[1];return[13,x,w,aB(a[3],b)];case
+w=a[2],x=a[1];return[13,x,w,az(a[3],b)];case
 14:var
-y=a[2],z=a[1];return[14,z,y,aB(a[3],b)];case
-15:return[15,aB(a[1],b)];case
-16:return[16,aB(a[1],b)];case
+y=a[2],z=a[1];return[14,z,y,az(a[3],b)];case
+15:return[15,az(a[1],b)];case
+16:return[16,az(a[1],b)];case
 17:var
-A=a[1];return[17,A,aB(a[2],b)];case
+A=a[1];return[17,A,az(a[2],b)];case
 18:var
-B=a[1];return[18,B,aB(a[2],b)];case
-19:return[19,aB(a[1],b)];case
+B=a[1];return[18,B,az(a[2],b)];case
+19:return[19,az(a[1],b)];case
 20:var
-C=a[2],D=a[1];return[20,D,C,aB(a[3],b)];case
+C=a[2],D=a[1];return[20,D,C,az(a[3],b)];case
 21:var
-E=a[1];return[21,E,aB(a[2],b)];case
-22:return[22,aB(a[1],b)];case
+E=a[1];return[21,E,az(a[2],b)];case
+22:return[22,az(a[1],b)];case
 23:var
-F=a[1];return[23,F,aB(a[2],b)];default:var
-G=a[2],H=a[1];return[24,H,G,aB(a[3],b)]}}function
-c2(a){throw[0,jv,a]}function
-g3(a){return 0<=a?a:-a|0}function
-eh(d,c){var
-a=aG(d),e=aG(c),b=aX(a+e|0);cc(d,0,b,0,a);cc(c,0,b,a,e);return bv(b)}function
-qj(a){return a?qk:ql}Hd(0);p7(1);p7(2);function
-jA(b){function
+F=a[1];return[23,F,az(a[2],b)];default:var
+G=a[2],H=a[1];return[24,H,G,az(a[3],b)]}}function
+c2(a){throw[0,jn,a]}function
+gX(a){return 0<=a?a:-a|0}function
+eg(d,c){var
+a=aE(d),e=aE(c),b=aU(a+e|0);cc(d,0,b,0,a);cc(c,0,b,a,e);return bv(b)}function
+qd(a){return a?qe:qf}G9(0);p0(1);p0(2);function
+js(b){function
 a(b){var
 a=b;for(;;){if(a){var
-c=a[2],d=a[1];try{Hc(d)}catch(a){a=qc(a);if(a[1]!==jz)throw a;var
+c=a[2],d=a[1];try{G8(d)}catch(a){a=p7(a);if(a[1]!==jr)throw a;var
 e=a}var
-a=c;continue}return 0}}return a(He(0))}Hk(y(o2),jA);function
-qm(b,a){return a?[0,F(b,a[1])]:0}function
-g4(a){if(0<=a&&!(i2<a))return a;return c2(qn)}var
-ei=(4*Hn(0)|0)-1|0;function
-g5(d){var
+a=c;continue}return 0}}return a(G_(0))}He(w(oV),js);function
+qg(b,a){return a?[0,F(b,a[1])]:0}function
+gY(a){if(0<=a&&!(iV<a))return a;return c2(qh)}var
+eh=(4*Hh(0)|0)-1|0;function
+gZ(d){var
 a=d,b=0;for(;;){if(a){var
 c=[0,a[1],b],a=a[2],b=c;continue}return b}}function
-jB(d,c){var
+jt(d,c){var
 b=0,a=c;for(;;){if(a){var
 e=a[2],b=[0,F(d,a[1]),b],a=e;continue}return b}}function
 cH(a,c){var
-b=aX(a);GQ(b,0,a,c);return b}function
-jC(d,b,a){var
+b=aU(a);GK(b,0,a,c);return b}function
+ju(d,b,a){var
 f=0;if(0<=b&&0<=a&&!((bu(d)-a|0)<b)){var
-c=aX(a);du(d,b,c,0,a);var
+c=aU(a);du(d,b,c,0,a);var
 e=c;f=1}if(!f)var
-e=c2(qu);return bv(e)}function
-jD(e,c,d,b,a){if(0<=a&&0<=c&&!((bu(e)-a|0)<c)&&0<=b&&!((bu(d)-a|0)<b))return du(e,c,d,b,a);return c2(qv)}function
-cd(e,c,d,b,a){if(0<=a&&0<=c&&!((aG(e)-a|0)<c)&&0<=b&&!((bu(d)-a|0)<b))return cc(e,c,d,b,a);return c2(qw)}function
-jE(b,a){return bv(cH(b,a))}function
-g6(k,g){if(g){var
-h=aG(k),c=0,b=g,p=0;for(;;){if(b){var
+e=c2(qo);return bv(e)}function
+jv(e,c,d,b,a){if(0<=a&&0<=c&&!((bu(e)-a|0)<c)&&0<=b&&!((bu(d)-a|0)<b))return du(e,c,d,b,a);return c2(qp)}function
+cd(e,c,d,b,a){if(0<=a&&0<=c&&!((aE(e)-a|0)<c)&&0<=b&&!((bu(d)-a|0)<b))return cc(e,c,d,b,a);return c2(qq)}function
+jw(b,a){return bv(cH(b,a))}function
+g0(k,g){if(g){var
+h=aE(k),c=0,b=g,p=0;for(;;){if(b){var
 i=b[1];if(b[2]){var
-j=(aG(i)+h|0)+c|0,m=b[2],n=c<=j?j:c2(qx),c=n,b=m;continue}var
-l=aG(i)+c|0}else
+j=(aE(i)+h|0)+c|0,m=b[2],n=c<=j?j:c2(qr),c=n,b=m;continue}var
+l=aE(i)+c|0}else
 var
 l=c;var
-f=aX(l),e=p,d=g;for(;;){if(d){var
+f=aU(l),e=p,d=g;for(;;){if(d){var
 a=d[1];if(d[2]){var
-o=d[2];cc(a,0,f,e,aG(a));cc(k,0,f,e+aG(a)|0,h);var
-e=(e+aG(a)|0)+h|0,d=o;continue}cc(a,0,f,e,aG(a))}return bv(f)}}}return qy}function
-jF(a,c){var
-d=a[2],b=[0,a[3]];for(;;){if(b[1]<(d+c|0)){b[1]=2*b[1]|0;continue}if(ei<b[1]){if(!((d+c|0)<=ei))throw[0,jw,qC];b[1]=ei}var
-e=aX(b[1]);jD(a[1],0,e,0,a[2]);a[1]=e;a[3]=b[1];if((a[2]+c|0)<=a[3]){if((d+c|0)<=a[3])return 0;throw[0,aM,qA]}throw[0,aM,qB]}}function
-ej(a,c){var
-b=aG(c),d=a[2]+b|0;if(a[3]<d)jF(a,b);cc(c,0,a[1],a[2],b);a[2]=d;return 0}function
-g7(a){return 5===a[2]?12:-6}function
-jG(a){return[0,0,aX(a)]}function
-jH(a,h){var
+o=d[2];cc(a,0,f,e,aE(a));cc(k,0,f,e+aE(a)|0,h);var
+e=(e+aE(a)|0)+h|0,d=o;continue}cc(a,0,f,e,aE(a))}return bv(f)}}}return qs}function
+jx(a,c){var
+d=a[2],b=[0,a[3]];for(;;){if(b[1]<(d+c|0)){b[1]=2*b[1]|0;continue}if(eh<b[1]){if(!((d+c|0)<=eh))throw[0,jo,qw];b[1]=eh}var
+e=aU(b[1]);jv(a[1],0,e,0,a[2]);a[1]=e;a[3]=b[1];if((a[2]+c|0)<=a[3]){if((d+c|0)<=a[3])return 0;throw[0,aK,qu]}throw[0,aK,qv]}}function
+ei(a,c){var
+b=aE(c),d=a[2]+b|0;if(a[3]<d)jx(a,b);cc(c,0,a[1],a[2],b);a[2]=d;return 0}function
+g1(a){return 5===a[2]?12:-6}function
+jy(a){return[0,0,aU(a)]}function
+jz(a,h){var
 b=bu(a[2]),c=a[1]+h|0,d=b<c?1:0;if(d){var
-e=b*2|0,i=c<=e?e:c,f=aX(i);jD(a[2],0,f,0,b);a[2]=f;var
+e=b*2|0,i=c<=e?e:c,f=aU(i);jv(a[2],0,f,0,b);a[2]=f;var
 g=0}else
 var
 g=d;return g}function
-dB(a,b){jH(a,1);cC(a[2],a[1],b);a[1]=a[1]+1|0;return 0}function
-a8(a,c){var
-b=aG(c);jH(a,b);cd(c,0,a[2],a[1],b);a[1]=a[1]+b|0;return 0}function
-jI(a){return jC(a[2],0,a[1])}function
-g8(b,c){var
+dB(a,b){jz(a,1);cC(a[2],a[1],b);a[1]=a[1]+1|0;return 0}function
+a6(a,c){var
+b=aE(c);jz(a,b);cd(c,0,a[2],a[1],b);a[1]=a[1]+b|0;return 0}function
+jA(a){return ju(a[2],0,a[1])}function
+g2(b,c){var
 a=c;for(;;)if(typeof
 a==="number")return 0;else
 switch(a[0]){case
 0:var
-d=a[1];a8(b,qL);var
+d=a[1];a6(b,qF);var
 a=d;continue;case
 1:var
-e=a[1];a8(b,qM);var
+e=a[1];a6(b,qG);var
 a=e;continue;case
 2:var
-f=a[1];a8(b,qN);var
+f=a[1];a6(b,qH);var
 a=f;continue;case
 3:var
-g=a[1];a8(b,qO);var
+g=a[1];a6(b,qI);var
 a=g;continue;case
 4:var
-h=a[1];a8(b,qP);var
+h=a[1];a6(b,qJ);var
 a=h;continue;case
 5:var
-i=a[1];a8(b,qQ);var
+i=a[1];a6(b,qK);var
 a=i;continue;case
 6:var
-j=a[1];a8(b,qR);var
+j=a[1];a6(b,qL);var
 a=j;continue;case
 7:var
-k=a[1];a8(b,qS);var
+k=a[1];a6(b,qM);var
 a=k;continue;case
 8:var
-l=a[2],m=a[1];a8(b,qT);g8(b,m);a8(b,qU);var
+l=a[2],m=a[1];a6(b,qN);g2(b,m);a6(b,qO);var
 a=l;continue;case
 9:var
-n=a[3],o=a[1];a8(b,qV);g8(b,o);a8(b,qW);var
+n=a[3],o=a[1];a6(b,qP);g2(b,o);a6(b,qQ);var
 a=n;continue;case
 10:var
-p=a[1];a8(b,qX);var
+p=a[1];a6(b,qR);var
 a=p;continue;case
 11:var
-q=a[1];a8(b,qY);var
+q=a[1];a6(b,qS);var
 a=q;continue;case
 12:var
-r=a[1];a8(b,qZ);var
+r=a[1];a6(b,qT);var
 a=r;continue;case
 13:var
-s=a[1];a8(b,q0);var
+s=a[1];a6(b,qU);var
 a=s;continue;default:var
-t=a[1];a8(b,q1);var
+t=a[1];a6(b,qV);var
 a=t;continue}}function
-aS(a){if(typeof
+aQ(a){if(typeof
 a==="number")return 0;else
 switch(a[0]){case
-0:return[0,aS(a[1])];case
-1:return[1,aS(a[1])];case
-2:return[2,aS(a[1])];case
-3:return[3,aS(a[1])];case
-4:return[4,aS(a[1])];case
-5:return[5,aS(a[1])];case
-6:return[6,aS(a[1])];case
-7:return[7,aS(a[1])];case
+0:return[0,aQ(a[1])];case
+1:return[1,aQ(a[1])];case
+2:return[2,aQ(a[1])];case
+3:return[3,aQ(a[1])];case
+4:return[4,aQ(a[1])];case
+5:return[5,aQ(a[1])];case
+6:return[6,aQ(a[1])];case
+7:return[7,aQ(a[1])];case
 8:var
-b=a[1];return[8,b,aS(a[2])];case
+b=a[1];return[8,b,aQ(a[2])];case
 9:var
-c=a[2],d=a[1];return[9,c,d,aS(a[3])];case
-10:return[10,aS(a[1])];case
-11:return[11,aS(a[1])];case
-12:return[12,aS(a[1])];case
-13:return[13,aS(a[1])];default:return[14,aS(a[1])]}}function
-a9(a){if(typeof
+c=a[2],d=a[1];return[9,c,d,aQ(a[3])];case
+10:return[10,aQ(a[1])];case
+11:return[11,aQ(a[1])];case
+12:return[12,aQ(a[1])];case
+13:return[13,aQ(a[1])];default:return[14,aQ(a[1])]}}function
+a7(a){if(typeof
 a==="number"){var
 r=function(a){return 0},s=function(a){return 0},t=function(a){return 0};return[0,function(a){return 0},t,s,r]}else
 switch(a[0]){case
 0:var
-b=a9(a[1]),u=b[4],v=b[3],w=b[2],x=b[1],y=function(a){F(w,0);return 0};return[0,function(a){F(x,0);return 0},y,v,u];case
+b=a7(a[1]),u=b[4],v=b[3],w=b[2],x=b[1],y=function(a){F(w,0);return 0};return[0,function(a){F(x,0);return 0},y,v,u];case
 1:var
-c=a9(a[1]),z=c[4],A=c[3],B=c[2],C=c[1],D=function(a){F(B,0);return 0};return[0,function(a){F(C,0);return 0},D,A,z];case
+c=a7(a[1]),z=c[4],A=c[3],B=c[2],C=c[1],D=function(a){F(B,0);return 0};return[0,function(a){F(C,0);return 0},D,A,z];case
 2:var
-d=a9(a[1]),E=d[4],G=d[3],H=d[2],I=d[1],J=function(a){F(H,0);return 0};return[0,function(a){F(I,0);return 0},J,G,E];case
+d=a7(a[1]),E=d[4],G=d[3],H=d[2],I=d[1],J=function(a){F(H,0);return 0};return[0,function(a){F(I,0);return 0},J,G,E];case
 3:var
-e=a9(a[1]),K=e[4],L=e[3],M=e[2],N=e[1],O=function(a){F(M,0);return 0};return[0,function(a){F(N,0);return 0},O,L,K];case
+e=a7(a[1]),K=e[4],L=e[3],M=e[2],N=e[1],O=function(a){F(M,0);return 0};return[0,function(a){F(N,0);return 0},O,L,K];case
 4:var
-f=a9(a[1]),P=f[4],Q=f[3],R=f[2],S=f[1],T=function(a){F(R,0);return 0};return[0,function(a){F(S,0);return 0},T,Q,P];case
+f=a7(a[1]),P=f[4],Q=f[3],R=f[2],S=f[1],T=function(a){F(R,0);return 0};return[0,function(a){F(S,0);return 0},T,Q,P];case
 5:var
-g=a9(a[1]),U=g[4],V=g[3],W=g[2],X=g[1],Y=function(a){F(W,0);return 0};return[0,function(a){F(X,0);return 0},Y,V,U];case
+g=a7(a[1]),U=g[4],V=g[3],W=g[2],X=g[1],Y=function(a){F(W,0);return 0};return[0,function(a){F(X,0);return 0},Y,V,U];case
 6:var
-h=a9(a[1]),Z=h[4],_=h[3],$=h[2],aa=h[1],ab=function(a){F($,0);return 0};return[0,function(a){F(aa,0);return 0},ab,_,Z];case
+h=a7(a[1]),Z=h[4],_=h[3],$=h[2],aa=h[1],ab=function(a){F($,0);return 0};return[0,function(a){F(aa,0);return 0},ab,_,Z];case
 7:var
-i=a9(a[1]),ac=i[4],ad=i[3],ae=i[2],af=i[1],ag=function(a){F(ae,0);return 0};return[0,function(a){F(af,0);return 0},ag,ad,ac];case
+i=a7(a[1]),ac=i[4],ad=i[3],ae=i[2],af=i[1],ag=function(a){F(ae,0);return 0};return[0,function(a){F(af,0);return 0},ag,ad,ac];case
 8:var
-j=a9(a[2]),ah=j[4],ai=j[3],aj=j[2],ak=j[1],al=function(a){F(aj,0);return 0};return[0,function(a){F(ak,0);return 0},al,ai,ah];case
+j=a7(a[2]),ah=j[4],ai=j[3],aj=j[2],ak=j[1],al=function(a){F(aj,0);return 0};return[0,function(a){F(ak,0);return 0},al,ai,ah];case
 9:var
-am=a[2],an=a[1],k=a9(a[3]),ao=k[4],ap=k[3],aq=k[2],ar=k[1],l=a9(aU(aS(an),am)),as=l[4],at=l[3],au=l[2],av=l[1],aw=function(a){F(as,0);F(ao,0);return 0},ax=function(a){F(ap,0);F(at,0);return 0},ay=function(a){F(au,0);F(aq,0);return 0};return[0,function(a){F(ar,0);F(av,0);return 0},ay,ax,aw];case
+am=a[2],an=a[1],k=a7(a[3]),ao=k[4],ap=k[3],aq=k[2],ar=k[1],l=a7(aS(aQ(an),am)),as=l[4],at=l[3],au=l[2],av=l[1],aw=function(a){F(as,0);F(ao,0);return 0},ax=function(a){F(ap,0);F(at,0);return 0},ay=function(a){F(au,0);F(aq,0);return 0};return[0,function(a){F(ar,0);F(av,0);return 0},ay,ax,aw];case
 10:var
-m=a9(a[1]),az=m[4],aA=m[3],aB=m[2],aC=m[1],aD=function(a){F(aB,0);return 0};return[0,function(a){F(aC,0);return 0},aD,aA,az];case
+m=a7(a[1]),az=m[4],aA=m[3],aB=m[2],aC=m[1],aD=function(a){F(aB,0);return 0};return[0,function(a){F(aC,0);return 0},aD,aA,az];case
 11:var
-n=a9(a[1]),aE=n[4],aF=n[3],aG=n[2],aH=n[1],aI=function(a){F(aG,0);return 0};return[0,function(a){F(aH,0);return 0},aI,aF,aE];case
+n=a7(a[1]),aE=n[4],aF=n[3],aG=n[2],aH=n[1],aI=function(a){F(aG,0);return 0};return[0,function(a){F(aH,0);return 0},aI,aF,aE];case
 12:var
-o=a9(a[1]),aJ=o[4],aK=o[3],aL=o[2],aM=o[1],aN=function(a){F(aL,0);return 0};return[0,function(a){F(aM,0);return 0},aN,aK,aJ];case
+o=a7(a[1]),aJ=o[4],aK=o[3],aL=o[2],aM=o[1],aN=function(a){F(aL,0);return 0};return[0,function(a){F(aM,0);return 0},aN,aK,aJ];case
 13:var
-p=a9(a[1]),aO=p[4],aP=p[3],aQ=p[2],aR=p[1],aT=function(a){F(aO,0);return 0},aV=function(a){F(aP,0);return 0},aW=function(a){F(aQ,0);return 0};return[0,function(a){F(aR,0);return 0},aW,aV,aT];default:var
-q=a9(a[1]),aX=q[4],aY=q[3],aZ=q[2],a0=q[1],a1=function(a){F(aX,0);return 0},a2=function(a){F(aY,0);return 0},a3=function(a){F(aZ,0);return 0};return[0,function(a){F(a0,0);return 0},a3,a2,a1]}}function
-aU(c,b){var
+p=a7(a[1]),aO=p[4],aP=p[3],aR=p[2],aT=p[1],aU=function(a){F(aO,0);return 0},aV=function(a){F(aP,0);return 0},aW=function(a){F(aR,0);return 0};return[0,function(a){F(aT,0);return 0},aW,aV,aU];default:var
+q=a7(a[1]),aX=q[4],aY=q[3],aZ=q[2],a0=q[1],a1=function(a){F(aX,0);return 0},a2=function(a){F(aY,0);return 0},a3=function(a){F(aZ,0);return 0};return[0,function(a){F(a0,0);return 0},a3,a2,a1]}}function
+aS(c,b){var
 a=0;if(typeof
 c==="number")if(typeof
 b==="number")return 0;else
@@ -1014,12 +1014,12 @@ switch(b[0]){case
 13:a=3;break;case
 14:a=4;break;case
 8:a=5;break;case
-9:a=6;break;default:throw[0,aM,q2]}else
+9:a=6;break;default:throw[0,aK,qW]}else
 switch(c[0]){case
 0:var
 d=0,s=c[1];if(typeof
 b!=="number")switch(b[0]){case
-0:return[0,aU(s,b[1])];case
+0:return[0,aS(s,b[1])];case
 8:a=5;d=1;break;case
 9:a=6;d=1;break;case
 10:d=1;break;case
@@ -1030,7 +1030,7 @@ b!=="number")switch(b[0]){case
 1:var
 e=0,t=c[1];if(typeof
 b!=="number")switch(b[0]){case
-1:return[1,aU(t,b[1])];case
+1:return[1,aS(t,b[1])];case
 8:a=5;e=1;break;case
 9:a=6;e=1;break;case
 10:e=1;break;case
@@ -1042,7 +1042,7 @@ b!=="number")switch(b[0]){case
 f=0,u=c[1];if(typeof
 b==="number")f=1;else
 switch(b[0]){case
-2:return[2,aU(u,b[1])];case
+2:return[2,aS(u,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1054,7 +1054,7 @@ switch(b[0]){case
 g=0,v=c[1];if(typeof
 b==="number")g=1;else
 switch(b[0]){case
-3:return[3,aU(v,b[1])];case
+3:return[3,aS(v,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1066,7 +1066,7 @@ switch(b[0]){case
 h=0,w=c[1];if(typeof
 b==="number")h=1;else
 switch(b[0]){case
-4:return[4,aU(w,b[1])];case
+4:return[4,aS(w,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1078,7 +1078,7 @@ switch(b[0]){case
 i=0,x=c[1];if(typeof
 b==="number")i=1;else
 switch(b[0]){case
-5:return[5,aU(x,b[1])];case
+5:return[5,aS(x,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1090,7 +1090,7 @@ switch(b[0]){case
 j=0,y=c[1];if(typeof
 b==="number")j=1;else
 switch(b[0]){case
-6:return[6,aU(y,b[1])];case
+6:return[6,aS(y,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1102,7 +1102,7 @@ switch(b[0]){case
 k=0,z=c[1];if(typeof
 b==="number")k=1;else
 switch(b[0]){case
-7:return[7,aU(z,b[1])];case
+7:return[7,aS(z,b[1])];case
 8:a=5;break;case
 9:a=6;break;case
 10:break;case
@@ -1115,40 +1115,40 @@ l=0,A=c[2],B=c[1];if(typeof
 b==="number")l=1;else
 switch(b[0]){case
 8:var
-C=b[1],D=aU(A,b[2]);return[8,aU(B,C),D];case
+C=b[1],D=aS(A,b[2]);return[8,aS(B,C),D];case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:a=4;break;default:l=1}if(l)throw[0,aM,q$];break;case
+14:a=4;break;default:l=1}if(l)throw[0,aK,q5];break;case
 9:var
 m=0,E=c[3],G=c[2],H=c[1];if(typeof
 b==="number")m=1;else
 switch(b[0]){case
 8:a=5;break;case
 9:var
-I=b[3],J=b[2],K=b[1],r=a9(aU(aS(G),K)),L=r[4];F(r[2],0);F(L,0);return[9,H,J,aU(E,I)];case
+I=b[3],J=b[2],K=b[1],r=a7(aS(aQ(G),K)),L=r[4];F(r[2],0);F(L,0);return[9,H,J,aS(E,I)];case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:a=4;break;default:m=1}if(m)throw[0,aM,ra];break;case
+14:a=4;break;default:m=1}if(m)throw[0,aK,q6];break;case
 10:var
 M=c[1];if(typeof
-b!=="number"&&10===b[0])return[10,aU(M,b[1])];throw[0,aM,rb];case
+b!=="number"&&10===b[0])return[10,aS(M,b[1])];throw[0,aK,q7];case
 11:var
 n=0,N=c[1];if(typeof
 b==="number")n=1;else
 switch(b[0]){case
 10:break;case
-11:return[11,aU(N,b[1])];default:n=1}if(n)throw[0,aM,rc];break;case
+11:return[11,aS(N,b[1])];default:n=1}if(n)throw[0,aK,q8];break;case
 12:var
 o=0,O=c[1];if(typeof
 b==="number")o=1;else
 switch(b[0]){case
 10:break;case
 11:a=1;break;case
-12:return[12,aU(O,b[1])];default:o=1}if(o)throw[0,aM,rd];break;case
+12:return[12,aS(O,b[1])];default:o=1}if(o)throw[0,aK,q9];break;case
 13:var
 p=0,P=c[1];if(typeof
 b==="number")p=1;else
@@ -1156,7 +1156,7 @@ switch(b[0]){case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
-13:return[13,aU(P,b[1])];default:p=1}if(p)throw[0,aM,re];break;default:var
+13:return[13,aS(P,b[1])];default:p=1}if(p)throw[0,aK,q_];break;default:var
 q=0,Q=c[1];if(typeof
 b==="number")q=1;else
 switch(b[0]){case
@@ -1164,72 +1164,72 @@ switch(b[0]){case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:return[14,aU(Q,b[1])];default:q=1}if(q)throw[0,aM,rf]}switch(a){case
-0:throw[0,aM,q5];case
-1:throw[0,aM,q6];case
-2:throw[0,aM,q7];case
-3:throw[0,aM,q8];case
-4:throw[0,aM,q9];case
-5:throw[0,aM,q3];case
-6:throw[0,aM,q4];default:throw[0,aM,q_]}}var
-aZ=[bk,rg,GS(0)];function
-fn(b,a){if(typeof
+14:return[14,aS(Q,b[1])];default:q=1}if(q)throw[0,aK,q$]}switch(a){case
+0:throw[0,aK,qZ];case
+1:throw[0,aK,q0];case
+2:throw[0,aK,q1];case
+3:throw[0,aK,q2];case
+4:throw[0,aK,q3];case
+5:throw[0,aK,qX];case
+6:throw[0,aK,qY];default:throw[0,aK,q4]}}var
+aW=[bi,ra,GM(0)];function
+fl(b,a){if(typeof
 b==="number")return[0,0,a];else{if(0===b[0])return[0,[0,b[1],b[2]],a];if(typeof
-a!=="number"&&2===a[0])return[0,[1,b[1]],a[1]];throw aZ}}function
-ek(e,b,d){var
-a=fn(e,d);if(typeof
+a!=="number"&&2===a[0])return[0,[1,b[1]],a[1]];throw aW}}function
+ej(e,b,d){var
+a=fl(e,d);if(typeof
 b==="number"){if(b){var
 c=a[2];if(typeof
-c!=="number"&&2===c[0])return[0,a[1],1,c[1]];throw aZ}return[0,a[1],0,a[2]]}return[0,a[1],[0,b[1]],a[2]]}function
-bm(b,c,a){if(typeof
+c!=="number"&&2===c[0])return[0,a[1],1,c[1]];throw aW}return[0,a[1],0,a[2]]}return[0,a[1],[0,b[1]],a[2]]}function
+bl(b,c,a){if(typeof
 b==="number")return[0,0,ar(c,a)];else
 switch(b[0]){case
 0:if(typeof
 a!=="number"&&0===a[0]){var
-f=bm(b[1],c,a[1]);return[0,[0,f[1]],f[2]]}break;case
+f=bl(b[1],c,a[1]);return[0,[0,f[1]],f[2]]}break;case
 1:if(typeof
 a!=="number"&&1===a[0]){var
-g=bm(b[1],c,a[1]);return[0,[1,g[1]],g[2]]}break;case
+g=bl(b[1],c,a[1]);return[0,[1,g[1]],g[2]]}break;case
 2:if(typeof
 a!=="number"&&2===a[0]){var
-h=bm(b[1],c,a[1]);return[0,[2,h[1]],h[2]]}break;case
+h=bl(b[1],c,a[1]);return[0,[2,h[1]],h[2]]}break;case
 3:if(typeof
 a!=="number"&&3===a[0]){var
-i=bm(b[1],c,a[1]);return[0,[3,i[1]],i[2]]}break;case
+i=bl(b[1],c,a[1]);return[0,[3,i[1]],i[2]]}break;case
 4:if(typeof
 a!=="number"&&4===a[0]){var
-j=bm(b[1],c,a[1]);return[0,[4,j[1]],j[2]]}break;case
+j=bl(b[1],c,a[1]);return[0,[4,j[1]],j[2]]}break;case
 5:if(typeof
 a!=="number"&&5===a[0]){var
-k=bm(b[1],c,a[1]);return[0,[5,k[1]],k[2]]}break;case
+k=bl(b[1],c,a[1]);return[0,[5,k[1]],k[2]]}break;case
 6:if(typeof
 a!=="number"&&6===a[0]){var
-l=bm(b[1],c,a[1]);return[0,[6,l[1]],l[2]]}break;case
+l=bl(b[1],c,a[1]);return[0,[6,l[1]],l[2]]}break;case
 7:if(typeof
 a!=="number"&&7===a[0]){var
-m=bm(b[1],c,a[1]);return[0,[7,m[1]],m[2]]}break;case
+m=bl(b[1],c,a[1]);return[0,[7,m[1]],m[2]]}break;case
 8:if(typeof
 a!=="number"&&8===a[0]){var
-n=a[1],v=a[2],w=b[2];if(fk([0,b[1]],[0,n]))throw aZ;var
-o=bm(w,c,v);return[0,[8,n,o[1]],o[2]]}break;case
+n=a[1],v=a[2],w=b[2];if(fi([0,b[1]],[0,n]))throw aW;var
+o=bl(w,c,v);return[0,[8,n,o[1]],o[2]]}break;case
 9:if(typeof
 a!=="number"&&9===a[0]){var
-d=a[2],e=a[1],x=a[3],y=b[3],z=b[2],A=b[1],B=[0,aH(e)];if(fk([0,aH(A)],B))throw aZ;var
-C=[0,aH(d)];if(fk([0,aH(z)],C))throw aZ;var
-p=a9(aU(aS(e),d)),D=p[4];F(p[2],0);F(D,0);var
-q=bm(aH(y),c,x),E=q[2];return[0,[9,e,d,aS(q[1])],E]}break;case
+d=a[2],e=a[1],x=a[3],y=b[3],z=b[2],A=b[1],B=[0,aF(e)];if(fi([0,aF(A)],B))throw aW;var
+C=[0,aF(d)];if(fi([0,aF(z)],C))throw aW;var
+p=a7(aS(aQ(e),d)),D=p[4];F(p[2],0);F(D,0);var
+q=bl(aF(y),c,x),E=q[2];return[0,[9,e,d,aQ(q[1])],E]}break;case
 10:if(typeof
 a!=="number"&&10===a[0]){var
-r=bm(b[1],c,a[1]);return[0,[10,r[1]],r[2]]}break;case
+r=bl(b[1],c,a[1]);return[0,[10,r[1]],r[2]]}break;case
 11:if(typeof
 a!=="number"&&11===a[0]){var
-s=bm(b[1],c,a[1]);return[0,[11,s[1]],s[2]]}break;case
+s=bl(b[1],c,a[1]);return[0,[11,s[1]],s[2]]}break;case
 13:if(typeof
 a!=="number"&&13===a[0]){var
-t=bm(b[1],c,a[1]);return[0,[13,t[1]],t[2]]}break;case
+t=bl(b[1],c,a[1]);return[0,[13,t[1]],t[2]]}break;case
 14:if(typeof
 a!=="number"&&14===a[0]){var
-u=bm(b[1],c,a[1]);return[0,[14,u[1]],u[2]]}break}throw aZ}function
+u=bl(b[1],c,a[1]);return[0,[14,u[1]],u[2]]}break}throw aW}function
 ar(b,a){if(typeof
 b==="number")return[0,0,a];else
 switch(b[0]){case
@@ -1240,37 +1240,37 @@ s=ar(b[1],a[1]);return[0,[0,s[1]],s[2]]}break;case
 a!=="number"&&0===a[0]){var
 t=ar(b[1],a[1]);return[0,[1,t[1]],t[2]]}break;case
 2:var
-aa=b[2],u=fn(b[1],a),e=u[2],ab=u[1];if(typeof
+aa=b[2],u=fl(b[1],a),e=u[2],ab=u[1];if(typeof
 e!=="number"&&1===e[0]){var
-v=ar(aa,e[1]);return[0,[2,ab,v[1]],v[2]]}throw aZ;case
+v=ar(aa,e[1]);return[0,[2,ab,v[1]],v[2]]}throw aW;case
 3:var
-ac=b[2],w=fn(b[1],a),f=w[2],ad=w[1];if(typeof
+ac=b[2],w=fl(b[1],a),f=w[2],ad=w[1];if(typeof
 f!=="number"&&1===f[0]){var
-x=ar(ac,f[1]);return[0,[3,ad,x[1]],x[2]]}throw aZ;case
+x=ar(ac,f[1]);return[0,[3,ad,x[1]],x[2]]}throw aW;case
 4:var
-ae=b[4],af=b[1],g=ek(b[2],b[3],a),h=g[3],ag=g[1];if(typeof
+ae=b[4],af=b[1],g=ej(b[2],b[3],a),h=g[3],ag=g[1];if(typeof
 h!=="number"&&2===h[0]){var
-ah=g[2],y=ar(ae,h[1]);return[0,[4,af,ag,ah,y[1]],y[2]]}throw aZ;case
+ah=g[2],y=ar(ae,h[1]);return[0,[4,af,ag,ah,y[1]],y[2]]}throw aW;case
 5:var
-ai=b[4],aj=b[1],i=ek(b[2],b[3],a),j=i[3],ak=i[1];if(typeof
+ai=b[4],aj=b[1],i=ej(b[2],b[3],a),j=i[3],ak=i[1];if(typeof
 j!=="number"&&3===j[0]){var
-al=i[2],z=ar(ai,j[1]);return[0,[5,aj,ak,al,z[1]],z[2]]}throw aZ;case
+al=i[2],z=ar(ai,j[1]);return[0,[5,aj,ak,al,z[1]],z[2]]}throw aW;case
 6:var
-am=b[4],an=b[1],k=ek(b[2],b[3],a),l=k[3],ao=k[1];if(typeof
+am=b[4],an=b[1],k=ej(b[2],b[3],a),l=k[3],ao=k[1];if(typeof
 l!=="number"&&4===l[0]){var
-ap=k[2],A=ar(am,l[1]);return[0,[6,an,ao,ap,A[1]],A[2]]}throw aZ;case
+ap=k[2],A=ar(am,l[1]);return[0,[6,an,ao,ap,A[1]],A[2]]}throw aW;case
 7:var
-aq=b[4],as=b[1],m=ek(b[2],b[3],a),n=m[3],at=m[1];if(typeof
+aq=b[4],as=b[1],m=ej(b[2],b[3],a),n=m[3],at=m[1];if(typeof
 n!=="number"&&5===n[0]){var
-au=m[2],B=ar(aq,n[1]);return[0,[7,as,at,au,B[1]],B[2]]}throw aZ;case
+au=m[2],B=ar(aq,n[1]);return[0,[7,as,at,au,B[1]],B[2]]}throw aW;case
 8:var
-av=b[4],aw=b[1],o=ek(b[2],b[3],a),p=o[3],ax=o[1];if(typeof
+av=b[4],aw=b[1],o=ej(b[2],b[3],a),p=o[3],ax=o[1];if(typeof
 p!=="number"&&6===p[0]){var
-ay=o[2],C=ar(av,p[1]);return[0,[8,aw,ax,ay,C[1]],C[2]]}throw aZ;case
+ay=o[2],C=ar(av,p[1]);return[0,[8,aw,ax,ay,C[1]],C[2]]}throw aW;case
 9:var
-az=b[2],D=fn(b[1],a),q=D[2],aA=D[1];if(typeof
+az=b[2],D=fl(b[1],a),q=D[2],aA=D[1];if(typeof
 q!=="number"&&7===q[0]){var
-E=ar(az,q[1]);return[0,[9,aA,E[1]],E[2]]}throw aZ;case
+E=ar(az,q[1]);return[0,[9,aA,E[1]],E[2]]}throw aW;case
 10:var
 F=ar(b[1],a);return[0,[10,F[1]],F[2]];case
 11:var
@@ -1279,12 +1279,12 @@ aB=b[1],G=ar(b[2],a);return[0,[11,aB,G[1]],G[2]];case
 aC=b[1],H=ar(b[2],a);return[0,[12,aC,H[1]],H[2]];case
 13:if(typeof
 a!=="number"&&8===a[0]){var
-I=a[1],aD=a[2],aE=b[3],aF=b[1];if(fk([0,b[2]],[0,I]))throw aZ;var
-J=ar(aE,aD);return[0,[13,aF,I,J[1]],J[2]]}break;case
+I=a[1],aD=a[2],aE=b[3],aG=b[1];if(fi([0,b[2]],[0,I]))throw aW;var
+J=ar(aE,aD);return[0,[13,aG,I,J[1]],J[2]]}break;case
 14:if(typeof
 a!=="number"&&9===a[0]){var
-K=a[1],aG=a[3],aI=b[3],aJ=b[2],aK=b[1],aL=[0,aH(K)];if(fk([0,aH(aJ)],aL))throw aZ;var
-L=ar(aI,aH(aG));return[0,[14,aK,K,L[1]],L[2]]}break;case
+K=a[1],aH=a[3],aI=b[3],aJ=b[2],aK=b[1],aL=[0,aF(K)];if(fi([0,aF(aJ)],aL))throw aW;var
+L=ar(aI,aF(aH));return[0,[14,aK,K,L[1]],L[2]]}break;case
 15:if(typeof
 a!=="number"&&10===a[0]){var
 M=ar(b[1],a[1]);return[0,[15,M[1]],M[2]]}break;case
@@ -1313,7 +1313,7 @@ c==="number")switch(c){case
 1:return bw(c,d,a);case
 2:if(typeof
 a!=="number"&&14===a[0]){var
-Z=ar(d,a[1]);return[0,[23,2,Z[1]],Z[2]]}throw aZ;default:return bw(c,d,a)}else
+Z=ar(d,a[1]);return[0,[23,2,Z[1]],Z[2]]}throw aW;default:return bw(c,d,a)}else
 switch(c[0]){case
 0:return bw(c,d,a);case
 1:return bw(c,d,a);case
@@ -1325,12 +1325,12 @@ switch(c[0]){case
 7:return bw(c,d,a);case
 8:return bw([8,c[1],c[2]],d,a);case
 9:var
-aU=c[1],_=bm(c[2],d,a),$=_[2];return[0,[23,[9,aU,_[1]],$[1]],$[2]];case
-10:return bw(c,d,a);default:return bw(c,d,a)}}throw aZ}function
+aU=c[1],_=bl(c[2],d,a),$=_[2];return[0,[23,[9,aU,_[1]],$[1]],$[2]];case
+10:return bw(c,d,a);default:return bw(c,d,a)}}throw aW}function
 bw(d,c,b){var
 a=ar(c,b);return[0,[23,d,a[1]],a[2]]}function
 bx(k,g,a){var
-b=aG(a),h=0<=g?k:0,d=g3(g);if(d<=b)return a;var
+b=aE(a),h=0<=g?k:0,d=gX(g);if(d<=b)return a;var
 l=2===h?48:32,c=cH(d,l);switch(h){case
 0:cd(a,0,c,0,b);break;case
 1:cd(a,0,c,d-b|0,b);break;default:var
@@ -1341,7 +1341,7 @@ f=0;if(1<b&&48===bC(a,0)){var
 j=0;if(ae!==bC(a,1)&&88!==bC(a,1)){f=1;j=1}if(!j){cC(c,1,bC(a,1));cd(a,2,c,(d-b|0)+2|0,b-2|0)}}else
 f=1;if(f)cd(a,0,c,d-b|0,b)}}return bv(c)}function
 dC(k,b){var
-c=g3(k),a=aG(b),d=bC(b,0),e=0;if(58<=d){if(71<=d){if(!(5<d+ps>>>0))e=1}else
+c=gX(k),a=aE(b),d=bC(b,0),e=0;if(58<=d){if(71<=d){if(!(5<d+pl>>>0))e=1}else
 if(65<=d)e=1}else{var
 f=0;if(32!==d)if(43<=d)switch(d-43|0){case
 5:if(a<(c+2|0)&&1<a){var
@@ -1355,10 +1355,10 @@ h=cH(c+2|0,48);cC(h,1,bC(b,1));cd(b,2,h,(c-a|0)+4|0,a-2|0);return bv(h)}}e=1;f=1
 f=1;if(!f&&a<(c+1|0)){var
 g=cH(c+1|0,48);cC(g,0,d);cd(b,1,g,(c-a|0)+2|0,a-1|0);return bv(g)}}if(e&&a<c){var
 i=cH(c,48);cd(b,0,i,c-a|0,a);return bv(i)}return b}function
-rh(n){var
-m=0,G=aG(n);for(;;){if(G<=m)var
+rb(n){var
+m=0,G=aE(n);for(;;){if(G<=m)var
 s=n;else{var
-r=fl(n,m)+pE|0,t=0;if(59<r>>>0){if(33<r-61>>>0)t=1}else
+r=fj(n,m)+px|0,t=0;if(59<r>>>0){if(33<r-61>>>0)t=1}else
 if(2===r)t=1;if(!t){var
 m=m+1|0;continue}var
 f=dv(n),a=[0,0],x=bu(f)-1|0,C=0;if(!(x<0)){var
@@ -1375,32 +1375,32 @@ q=4;break;case
 q=2;break}a[1]=a[1]+q|0;var
 F=l+1|0;if(x!==l){var
 l=F;continue}break}}if(a[1]===bu(f)){var
-v=bu(f),w=aX(v);du(f,0,w,0,v);var
+v=bu(f),w=aU(v);du(f,0,w,0,v);var
 z=w}else{var
-c=aX(a[1]);a[1]=0;var
+c=aU(a[1]);a[1]=0;var
 y=bu(f)-1|0,D=0;if(!(y<0)){var
 k=D;for(;;){var
 d=cD(f,k),e=0;if(35<=d)if(92===d)e=2;else
-if(fd<=d)e=1;else
+if(fb<=d)e=1;else
 e=3;else
 if(32<=d)if(34<=d)e=2;else
 e=3;else
 if(14<=d)e=1;else
 switch(d){case
-8:aJ(c,a[1],92);a[1]++;aJ(c,a[1],98);break;case
-9:aJ(c,a[1],92);a[1]++;aJ(c,a[1],b);break;case
-10:aJ(c,a[1],92);a[1]++;aJ(c,a[1],g);break;case
-13:aJ(c,a[1],92);a[1]++;aJ(c,a[1],h);break;default:e=1}switch(e){case
-1:aJ(c,a[1],92);a[1]++;aJ(c,a[1],48+(d/p|0)|0);a[1]++;aJ(c,a[1],48+((d/10|0)%10|0)|0);a[1]++;aJ(c,a[1],48+(d%10|0)|0);break;case
-2:aJ(c,a[1],92);a[1]++;aJ(c,a[1],d);break;case
-3:aJ(c,a[1],d);break}a[1]++;var
+8:aH(c,a[1],92);a[1]++;aH(c,a[1],98);break;case
+9:aH(c,a[1],92);a[1]++;aH(c,a[1],b);break;case
+10:aH(c,a[1],92);a[1]++;aH(c,a[1],g);break;case
+13:aH(c,a[1],92);a[1]++;aH(c,a[1],h);break;default:e=1}switch(e){case
+1:aH(c,a[1],92);a[1]++;aH(c,a[1],48+(d/p|0)|0);a[1]++;aH(c,a[1],48+((d/10|0)%10|0)|0);a[1]++;aH(c,a[1],48+(d%10|0)|0);break;case
+2:aH(c,a[1],92);a[1]++;aH(c,a[1],d);break;case
+3:aH(c,a[1],d);break}a[1]++;var
 E=k+1|0;if(y!==k){var
 k=E;continue}break}}var
 z=c}var
 s=bv(z)}var
-A=aG(s),B=cH(A+2|0,34);cc(s,0,B,1,A);return bv(B)}}function
-jJ(d,f){var
-g=g3(f),e=r8[1];switch(d[2]){case
+A=aE(s),B=cH(A+2|0,34);cc(s,0,B,1,A);return bv(B)}}function
+jB(d,f){var
+g=gX(f),e=r2[1];switch(d[2]){case
 0:var
 b=B;break;case
 1:var
@@ -1418,160 +1418,160 @@ b=l;break;case
 7:var
 b=72;break;default:var
 b=70}var
-c=jG(16);dB(c,37);switch(d[1]){case
+c=jy(16);dB(c,37);switch(d[1]){case
 0:break;case
-1:dB(c,43);break;default:dB(c,32)}if(8<=d[2])dB(c,35);dB(c,46);a8(c,y(ai+g));dB(c,b);return jI(c)}function
-fo(m,a){if(13<=m){var
-g=[0,0],h=aG(a)-1|0,n=0;if(!(h<0)){var
-c=n;for(;;){if(!(9<fl(a,c)+o_>>>0))g[1]++;var
+1:dB(c,43);break;default:dB(c,32)}if(8<=d[2])dB(c,35);dB(c,46);a6(c,w(ai+g));dB(c,b);return jA(c)}function
+fm(m,a){if(13<=m){var
+g=[0,0],h=aE(a)-1|0,n=0;if(!(h<0)){var
+c=n;for(;;){if(!(9<fj(a,c)+o3>>>0))g[1]++;var
 q=c+1|0;if(h!==c){var
 c=q;continue}break}}var
-i=g[1],j=aX(aG(a)+((i-1|0)/3|0)|0),k=[0,0],d=function(a){cC(j,k[1],a);k[1]++;return 0},e=[0,((i-1|0)%3|0)+1|0],l=aG(a)-1|0,o=0;if(!(l<0)){var
+i=g[1],j=aU(aE(a)+((i-1|0)/3|0)|0),k=[0,0],d=function(a){cC(j,k[1],a);k[1]++;return 0},e=[0,((i-1|0)%3|0)+1|0],l=aE(a)-1|0,o=0;if(!(l<0)){var
 b=o;for(;;){var
-f=fl(a,b);if(9<f+o_>>>0)d(f);else{if(0===e[1]){d(95);e[1]=3}e[1]+=-1;d(f)}var
+f=fj(a,b);if(9<f+o3>>>0)d(f);else{if(0===e[1]){d(95);e[1]=3}e[1]+=-1;d(f)}var
 p=b+1|0;if(l!==b){var
 b=p;continue}break}}return bv(j)}return a}function
-r9(b,c){switch(b){case
+r3(b,c){switch(b){case
 1:var
-a=rj;break;case
+a=rd;break;case
 2:var
-a=rk;break;case
+a=re;break;case
 4:var
-a=rm;break;case
+a=rg;break;case
 5:var
-a=rn;break;case
+a=rh;break;case
 6:var
-a=ro;break;case
-7:var
-a=rp;break;case
-8:var
-a=rq;break;case
-9:var
-a=rr;break;case
-10:var
-a=rs;break;case
-11:var
-a=rt;break;case
-0:case
-13:var
 a=ri;break;case
-3:case
-14:var
-a=rl;break;default:var
-a=ru}return fo(b,gZ(a,c))}function
-r_(b,c){switch(b){case
-1:var
-a=rJ;break;case
-2:var
-a=rK;break;case
-4:var
-a=rM;break;case
-5:var
-a=rN;break;case
-6:var
-a=rO;break;case
 7:var
-a=rP;break;case
+a=rj;break;case
 8:var
-a=rQ;break;case
+a=rk;break;case
 9:var
-a=rR;break;case
+a=rl;break;case
 10:var
-a=rS;break;case
+a=rm;break;case
 11:var
-a=rT;break;case
+a=rn;break;case
 0:case
 13:var
-a=rI;break;case
+a=rc;break;case
 3:case
 14:var
-a=rL;break;default:var
-a=rU}return fo(b,gZ(a,c))}function
-r$(b,c){switch(b){case
+a=rf;break;default:var
+a=ro}return fm(b,gT(a,c))}function
+r4(b,c){switch(b){case
 1:var
-a=rW;break;case
-2:var
-a=rX;break;case
-4:var
-a=rZ;break;case
-5:var
-a=r0;break;case
-6:var
-a=r1;break;case
-7:var
-a=r2;break;case
-8:var
-a=r3;break;case
-9:var
-a=r4;break;case
-10:var
-a=r5;break;case
-11:var
-a=r6;break;case
-0:case
-13:var
-a=rV;break;case
-3:case
-14:var
-a=rY;break;default:var
-a=r7}return fo(b,gZ(a,c))}function
-sa(b,c){switch(b){case
-1:var
-a=rw;break;case
-2:var
-a=rx;break;case
-4:var
-a=rz;break;case
-5:var
-a=rA;break;case
-6:var
-a=rB;break;case
-7:var
-a=rC;break;case
-8:var
 a=rD;break;case
-9:var
+2:var
 a=rE;break;case
-10:var
-a=rF;break;case
-11:var
+4:var
 a=rG;break;case
+5:var
+a=rH;break;case
+6:var
+a=rI;break;case
+7:var
+a=rJ;break;case
+8:var
+a=rK;break;case
+9:var
+a=rL;break;case
+10:var
+a=rM;break;case
+11:var
+a=rN;break;case
 0:case
 13:var
-a=rv;break;case
+a=rC;break;case
 3:case
 14:var
-a=ry;break;default:var
-a=rH}return fo(b,G1(a,c))}function
+a=rF;break;default:var
+a=rO}return fm(b,gT(a,c))}function
+r5(b,c){switch(b){case
+1:var
+a=rQ;break;case
+2:var
+a=rR;break;case
+4:var
+a=rT;break;case
+5:var
+a=rU;break;case
+6:var
+a=rV;break;case
+7:var
+a=rW;break;case
+8:var
+a=rX;break;case
+9:var
+a=rY;break;case
+10:var
+a=rZ;break;case
+11:var
+a=r0;break;case
+0:case
+13:var
+a=rP;break;case
+3:case
+14:var
+a=rS;break;default:var
+a=r1}return fm(b,gT(a,c))}function
+r6(b,c){switch(b){case
+1:var
+a=rq;break;case
+2:var
+a=rr;break;case
+4:var
+a=rt;break;case
+5:var
+a=ru;break;case
+6:var
+a=rv;break;case
+7:var
+a=rw;break;case
+8:var
+a=rx;break;case
+9:var
+a=ry;break;case
+10:var
+a=rz;break;case
+11:var
+a=rA;break;case
+0:case
+13:var
+a=rp;break;case
+3:case
+14:var
+a=rs;break;default:var
+a=rB}return fm(b,GV(a,c))}function
 ce(c,i,b){function
 j(d){switch(c[1]){case
 0:var
 a=45;break;case
 1:var
 a=43;break;default:var
-a=32}return GV(b,i,a)}function
+a=32}return GP(b,i,a)}function
 q(c){var
-a=GO(b);return 3===a?b<0.?sc:sd:4<=a?se:c}switch(c[2]){case
+a=GI(b);return 3===a?b<0.?r8:r9:4<=a?r_:c}switch(c[2]){case
 5:var
-e=p0(jJ(c,i),b),d=0,u=aG(e);for(;;){if(d===u)var
+e=pT(jB(c,i),b),d=0,u=aE(e);for(;;){if(d===u)var
 p=0;else{var
 k=bC(e,d)-46|0,l=0;if(23<k>>>0){if(55===k)l=1}else
 if(21<k-1>>>0)l=1;if(!l){var
 d=d+1|0;continue}var
 p=1}var
-v=p?e:eh(e,sb);return q(v)}case
+v=p?e:eg(e,r7);return q(v)}case
 6:return j(0);case
 7:var
 h=dv(j(0)),f=bu(h);if(0===f)var
 o=h;else{var
-m=aX(f),n=f-1|0,r=0;if(!(n<0)){var
+m=aU(f),n=f-1|0,r=0;if(!(n<0)){var
 a=r;for(;;){var
-g=cD(h,a),s=25<g+ps>>>0?g:g+pE|0;aJ(m,a,s);var
+g=cD(h,a),s=25<g+pl>>>0?g:g+px|0;aH(m,a,s);var
 t=a+1|0;if(n!==a){var
 a=t;continue}break}}var
 o=m}return bv(o);case
-8:return q(j(0));default:return p0(jJ(c,i),b)}}function
-fc(d,x,w,v){var
+8:return q(j(0));default:return pT(jB(c,i),b)}}function
+fa(d,x,w,v){var
 b=x,a=w,c=v;for(;;)if(typeof
 c==="number")return F(b,a);else
 switch(c[0]){case
@@ -1580,48 +1580,48 @@ y=c[1];return function(c){return an(b,[5,a,c],y)};case
 1:var
 z=c[1];return function(c){var
 e=0;if(40<=c)if(92===c)var
-d=qo;else
-if(fd<=c)e=1;else
+d=qi;else
+if(fb<=c)e=1;else
 e=2;else
 if(32<=c)if(39<=c)var
-d=qp;else
+d=qj;else
 e=2;else
 if(14<=c)e=1;else
 switch(c){case
 8:var
-d=qq;break;case
+d=qk;break;case
 9:var
-d=qr;break;case
+d=ql;break;case
 10:var
-d=qs;break;case
+d=qm;break;case
 13:var
-d=qt;break;default:e=1}switch(e){case
+d=qn;break;default:e=1}switch(e){case
 1:var
-f=aX(4);aJ(f,0,92);aJ(f,1,48+(c/p|0)|0);aJ(f,2,48+((c/10|0)%10|0)|0);aJ(f,3,48+(c%10|0)|0);var
+f=aU(4);aH(f,0,92);aH(f,1,48+(c/p|0)|0);aH(f,2,48+((c/10|0)%10|0)|0);aH(f,3,48+(c%10|0)|0);var
 d=bv(f);break;case
 2:var
-g=aX(1);aJ(g,0,c);var
+g=aU(1);aH(g,0,c);var
 d=bv(g);break}var
-h=aG(d),i=cH(h+2|0,39);cc(d,0,i,1,h);return an(b,[4,a,bv(i)],z)};case
+h=aE(d),i=cH(h+2|0,39);cc(d,0,i,1,h);return an(b,[4,a,bv(i)],z)};case
 2:var
-A=c[2],B=c[1];return g9(b,a,A,B,function(a){return a});case
-3:return g9(b,a,c[2],c[1],rh);case
-4:return fp(b,a,c[4],c[2],c[3],r9,c[1]);case
-5:return fp(b,a,c[4],c[2],c[3],r_,c[1]);case
-6:return fp(b,a,c[4],c[2],c[3],r$,c[1]);case
-7:return fp(b,a,c[4],c[2],c[3],sa,c[1]);case
+A=c[2],B=c[1];return g3(b,a,A,B,function(a){return a});case
+3:return g3(b,a,c[2],c[1],rb);case
+4:return fn(b,a,c[4],c[2],c[3],r3,c[1]);case
+5:return fn(b,a,c[4],c[2],c[3],r4,c[1]);case
+6:return fn(b,a,c[4],c[2],c[3],r5,c[1]);case
+7:return fn(b,a,c[4],c[2],c[3],r6,c[1]);case
 8:var
 g=c[4],h=c[3],i=c[2],f=c[1];if(typeof
 i==="number"){if(typeof
-h==="number")return h?function(d,c){return an(b,[4,a,ce(f,d,c)],g)}:function(c){return an(b,[4,a,ce(f,g7(f),c)],g)};var
+h==="number")return h?function(d,c){return an(b,[4,a,ce(f,d,c)],g)}:function(c){return an(b,[4,a,ce(f,g1(f),c)],g)};var
 T=h[1];return function(c){return an(b,[4,a,ce(f,T,c)],g)}}else{if(0===i[0]){var
 l=i[2],m=i[1];if(typeof
-h==="number")return h?function(d,c){return an(b,[4,a,bx(m,l,ce(f,d,c))],g)}:function(c){return an(b,[4,a,bx(m,l,ce(f,g7(f),c))],g)};var
+h==="number")return h?function(d,c){return an(b,[4,a,bx(m,l,ce(f,d,c))],g)}:function(c){return an(b,[4,a,bx(m,l,ce(f,g1(f),c))],g)};var
 U=h[1];return function(c){return an(b,[4,a,bx(m,l,ce(f,U,c))],g)}}var
 n=i[1];if(typeof
-h==="number")return h?function(e,d,c){return an(b,[4,a,bx(n,e,ce(f,d,c))],g)}:function(d,c){return an(b,[4,a,bx(n,d,ce(f,g7(f),c))],g)};var
+h==="number")return h?function(e,d,c){return an(b,[4,a,bx(n,e,ce(f,d,c))],g)}:function(d,c){return an(b,[4,a,bx(n,d,ce(f,g1(f),c))],g)};var
 V=h[1];return function(d,c){return an(b,[4,a,bx(n,d,ce(f,V,c))],g)}}case
-9:return g9(b,a,c[2],c[1],qj);case
+9:return g3(b,a,c[2],c[1],qd);case
 10:var
 a=[7,a],c=c[1];continue;case
 11:var
@@ -1629,14 +1629,14 @@ a=[2,a,c[1]],c=c[2];continue;case
 12:var
 a=[3,a,c[1]],c=c[2];continue;case
 13:var
-C=c[3],D=c[2],o=jG(16);g8(o,D);var
-u=jI(o);return function(c){return an(b,[4,a,u],C)};case
+C=c[3],D=c[2],o=jy(16);g2(o,D);var
+u=jA(o);return function(c){return an(b,[4,a,u],C)};case
 14:var
 E=c[3],G=c[2];return function(d){var
-e=d[1],c=ar(e,aH(aS(G)));if(typeof
-c[2]==="number")return an(b,a,aB(c[1],E));throw aZ};case
+e=d[1],c=ar(e,aF(aQ(G)));if(typeof
+c[2]==="number")return an(b,a,az(c[1],E));throw aW};case
 15:var
-H=c[1];return function(d,c){return an(b,[6,a,function(a){return aE(d,a,c)}],H)};case
+H=c[1];return function(d,c){return an(b,[6,a,function(a){return aC(d,a,c)}],H)};case
 16:var
 I=c[1];return function(c){return an(b,[6,a,c],I)};case
 17:var
@@ -1645,35 +1645,35 @@ a=[0,a,c[1]],c=c[2];continue;case
 k=c[1];if(0===k[0]){var
 J=c[2],K=k[1][1],L=0,b=function(b,c,d){return function(a){return an(c,[1,b,[0,a]],d)}}(a,b,J),a=L,c=K;continue}var
 M=c[2],N=k[1][1],O=0,b=function(b,c,d){return function(a){return an(c,[1,b,[1,a]],d)}}(a,b,M),a=O,c=N;continue;case
-19:throw[0,aM,sg];case
+19:throw[0,aK,sa];case
 20:var
-P=c[3],Q=[8,a,sh];return function(a){return an(b,Q,P)};case
+P=c[3],Q=[8,a,sb];return function(a){return an(b,Q,P)};case
 21:var
-R=c[2];return function(c){return an(b,[4,a,gZ(si,c)],R)};case
+R=c[2];return function(c){return an(b,[4,a,gT(sc,c)],R)};case
 22:var
 S=c[1];return function(c){return an(b,[5,a,c],S)};case
 23:var
 e=c[2],j=c[1];if(typeof
 j==="number")switch(j){case
-0:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e]);case
-1:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e]);case
-2:throw[0,aM,sj];default:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e])}else
+0:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e]);case
+1:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e]);case
+2:throw[0,aK,sd];default:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e])}else
 switch(j[0]){case
-0:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e]);case
-1:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e]);case
-2:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e]);case
-3:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e]);case
-4:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e]);case
-5:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e]);case
-6:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e]);case
-7:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e]);case
-8:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e]);case
+0:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e]);case
+1:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e]);case
+2:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e]);case
+3:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e]);case
+4:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e]);case
+5:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e]);case
+6:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e]);case
+7:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e]);case
+8:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e]);case
 9:var
-t=j[2];return d<50?iZ(d+1|0,b,a,t,e):a7(iZ,[0,b,a,t,e]);case
-10:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e]);default:return d<50?aq(d+1|0,b,a,e):a7(aq,[0,b,a,e])}default:var
-q=c[3],r=c[1],s=F(c[2],0);return d<50?iY(d+1|0,b,a,q,r,s):a7(iY,[0,b,a,q,r,s])}}function
-iZ(e,d,c,a,b){if(typeof
-a==="number")return e<50?aq(e+1|0,d,c,b):a7(aq,[0,d,c,b]);else
+t=j[2];return d<50?iS(d+1|0,b,a,t,e):a5(iS,[0,b,a,t,e]);case
+10:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e]);default:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e])}default:var
+q=c[3],r=c[1],s=F(c[2],0);return d<50?iR(d+1|0,b,a,q,r,s):a5(iR,[0,b,a,q,r,s])}}function
+iS(e,d,c,a,b){if(typeof
+a==="number")return e<50?aq(e+1|0,d,c,b):a5(aq,[0,d,c,b]);else
 switch(a[0]){case
 0:var
 f=a[1];return function(a){return bD(d,c,f,b)};case
@@ -1694,36 +1694,36 @@ m=a[1];return function(a){return bD(d,c,m,b)};case
 8:var
 n=a[2];return function(a){return bD(d,c,n,b)};case
 9:var
-o=a[3],p=a[2],q=aU(aS(a[1]),p);return function(a){return bD(d,c,bg(q,o),b)};case
+o=a[3],p=a[2],q=aS(aQ(a[1]),p);return function(a){return bD(d,c,be(q,o),b)};case
 10:var
 r=a[1];return function(e,a){return bD(d,c,r,b)};case
 11:var
 s=a[1];return function(a){return bD(d,c,s,b)};case
 12:var
 t=a[1];return function(a){return bD(d,c,t,b)};case
-13:throw[0,aM,sk];default:throw[0,aM,sl]}}function
+13:throw[0,aK,se];default:throw[0,aK,sf]}}function
 aq(d,b,e,a){var
-c=[8,e,sm];return d<50?fc(d+1|0,b,c,a):a7(fc,[0,b,c,a])}function
-iY(g,b,e,a,d,c){if(d){var
-h=d[1];return function(d){return sf(b,e,a,h,F(c,d))}}var
-f=[4,e,c];return g<50?fc(g+1|0,b,f,a):a7(fc,[0,b,f,a])}function
-an(a,b,c){return jq(fc(0,a,b,c))}function
-bD(a,b,c,d){return jq(iZ(0,a,b,c,d))}function
-sf(a,b,c,d,e){return jq(iY(0,a,b,c,d,e))}function
-g9(e,d,c,a,b){if(typeof
+c=[8,e,sg];return d<50?fa(d+1|0,b,c,a):a5(fa,[0,b,c,a])}function
+iR(g,b,e,a,d,c){if(d){var
+h=d[1];return function(d){return r$(b,e,a,h,F(c,d))}}var
+f=[4,e,c];return g<50?fa(g+1|0,b,f,a):a5(fa,[0,b,f,a])}function
+an(a,b,c){return jj(fa(0,a,b,c))}function
+bD(a,b,c,d){return jj(iS(0,a,b,c,d))}function
+r$(a,b,c,d,e){return jj(iR(0,a,b,c,d,e))}function
+g3(e,d,c,a,b){if(typeof
 a==="number")return function(a){return an(e,[4,d,F(b,a)],c)};else{if(0===a[0]){var
 f=a[2],g=a[1];return function(a){return an(e,[4,d,bx(g,f,F(b,a))],c)}}var
 h=a[1];return function(f,a){return an(e,[4,d,bx(h,f,F(b,a))],c)}}}function
-fp(f,e,d,g,c,b,a){if(typeof
+fn(f,e,d,g,c,b,a){if(typeof
 g==="number"){if(typeof
-c==="number")return c?function(g,c){return an(f,[4,e,dC(g,aE(b,a,c))],d)}:function(c){return an(f,[4,e,aE(b,a,c)],d)};var
-k=c[1];return function(c){return an(f,[4,e,dC(k,aE(b,a,c))],d)}}else{if(0===g[0]){var
+c==="number")return c?function(g,c){return an(f,[4,e,dC(g,aC(b,a,c))],d)}:function(c){return an(f,[4,e,aC(b,a,c)],d)};var
+k=c[1];return function(c){return an(f,[4,e,dC(k,aC(b,a,c))],d)}}else{if(0===g[0]){var
 h=g[2],i=g[1];if(typeof
-c==="number")return c?function(g,c){return an(f,[4,e,bx(i,h,dC(g,aE(b,a,c)))],d)}:function(c){return an(f,[4,e,bx(i,h,aE(b,a,c))],d)};var
-l=c[1];return function(c){return an(f,[4,e,bx(i,h,dC(l,aE(b,a,c)))],d)}}var
+c==="number")return c?function(g,c){return an(f,[4,e,bx(i,h,dC(g,aC(b,a,c)))],d)}:function(c){return an(f,[4,e,bx(i,h,aC(b,a,c))],d)};var
+l=c[1];return function(c){return an(f,[4,e,bx(i,h,dC(l,aC(b,a,c)))],d)}}var
 j=g[1];if(typeof
-c==="number")return c?function(h,g,c){return an(f,[4,e,bx(j,h,dC(g,aE(b,a,c)))],d)}:function(g,c){return an(f,[4,e,bx(j,g,aE(b,a,c))],d)};var
-m=c[1];return function(g,c){return an(f,[4,e,bx(j,g,dC(m,aE(b,a,c)))],d)}}}function
+c==="number")return c?function(h,g,c){return an(f,[4,e,bx(j,h,dC(g,aC(b,a,c)))],d)}:function(g,c){return an(f,[4,e,bx(j,g,aC(b,a,c))],d)};var
+m=c[1];return function(g,c){return an(f,[4,e,bx(j,g,dC(m,aC(b,a,c)))],d)}}}function
 cI(b,h){var
 a=h;for(;;)if(typeof
 a==="number")return 0;else
@@ -1732,188 +1732,158 @@ switch(a[0]){case
 d=a[2],i=a[1];if(typeof
 d==="number")switch(d){case
 0:var
-c=qD;break;case
+c=qx;break;case
 1:var
-c=qE;break;case
+c=qy;break;case
 2:var
-c=qF;break;case
+c=qz;break;case
 3:var
-c=qG;break;case
+c=qA;break;case
 4:var
-c=qH;break;case
+c=qB;break;case
 5:var
-c=qI;break;default:var
-c=qJ}else
+c=qC;break;default:var
+c=qD}else
 switch(d[0]){case
 0:var
 c=d[1];break;case
 1:var
 c=d[1];break;default:var
-c=eh(qK,jE(1,d[1]))}cI(b,i);return ej(b,c);case
+c=eg(qE,jw(1,d[1]))}cI(b,i);return ei(b,c);case
 1:var
 f=a[2],g=a[1];if(0===f[0]){var
-j=f[1];cI(b,g);ej(b,sn);var
+j=f[1];cI(b,g);ei(b,sh);var
 a=j;continue}var
-k=f[1];cI(b,g);ej(b,so);var
+k=f[1];cI(b,g);ei(b,si);var
 a=k;continue;case
 6:var
-n=a[2];cI(b,a[1]);return ej(b,F(n,0));case
+n=a[2];cI(b,a[1]);return ei(b,F(n,0));case
 7:var
 a=a[1];continue;case
 8:var
 o=a[2];cI(b,a[1]);return c2(o);case
 2:case
 4:var
-l=a[2];cI(b,a[1]);return ej(b,l);default:var
+l=a[2];cI(b,a[1]);return ei(b,l);default:var
 m=a[2];cI(b,a[1]);var
-e=b[2];if(b[3]<=e)jF(b,1);aJ(b[1],e,m);b[2]=e+1|0;return 0}}function
-jK(b){var
+e=b[2];if(b[3]<=e)jx(b,1);aH(b[1],e,m);b[2]=e+1|0;return 0}}function
+jC(b){var
 a=b[1];return an(function(d){var
-e=64,b=ei<64?ei:e,c=aX(b),a=[0,c,0,b,c];cI(a,d);return jC(a[1],0,a[2])},0,a)}var
-r=ax(0),n=ax(1);function
-aV(a){return js(a,r)}function
-jL(a){return P(a,r)?aL(a):a}function
+e=64,b=eh<64?eh:e,c=aU(b),a=[0,c,0,b,c];cI(a,d);return ju(a[1],0,a[2])},0,a)}var
+s=bk(0),o=bk(1);function
+aX(a){return p8(a,s)}function
+jD(a){return P(a,s)?aJ(a):a}function
 cf(b,a){return P(b,a)?a:b}function
-c3(b,a){return E(ax(b),a)}function
-c(b,a){return s(ax(b),a)}function
-w(a){return E(a,n)}function
-ay(d,a){var
-b=qf(d,a),c=S(d,s(b,a));return J(r,c)?[0,b,c]:P(r,a)?[0,S(b,n),E(c,a)]:[0,w(b),S(c,a)]}function
-jM(b,a){return ay(b,a)[1]}function
-jN(b,a){return ay(b,a)[2]}function
-g_(d,c){var
-b=d,a=c;for(;;){if(x(a,r))return jL(b);var
-e=S(b,s(qf(b,a),a)),b=a,a=e;continue}}var
-sq=sp.slice();function
+c3(b,a){return E(bk(b),a)}function
+c(b,a){return r(bk(b),a)}function
+x(a){return E(a,o)}function
+bm(d,a){var
+b=p$(d,a),c=S(d,r(b,a));return K(s,c)?[0,b,c]:P(s,a)?[0,S(b,o),E(c,a)]:[0,x(b),S(c,a)]}function
+jE(b,a){return bm(b,a)[1]}function
+jF(b,a){return bm(b,a)[2]}function
+g4(d,c){var
+b=d,a=c;for(;;){if(z(a,s))return jD(b);var
+e=S(b,r(p$(b,a),a)),b=a,a=e;continue}}var
+sk=sj.slice();function
 bY(b,a){return b>>>a|0|b<<(32-a|0)}function
-sr(M){var
+sl(M){var
 h=0,p=M;for(;;){if(p){var
 h=h+1|0,p=p[2];continue}var
 g=cH(((h+72|0)/64|0)*64|0,0),q=0,m=M;for(;;){if(m){var
 Q=m[2];cC(g,q,m[1]);var
-q=q+1|0,m=Q;continue}cC(g,h,ds);GN(g,bu(g)-8|0,GY(G6(ss,p3(h))));var
-f=st.slice(),N=(bu(g)/64|0)-1|0,av=0;if(!(N<0)){var
+q=q+1|0,m=Q;continue}cC(g,h,ds);GH(g,bu(g)-8|0,GS(G0(sm,pW(h))));var
+f=sn.slice(),N=(bu(g)/64|0)-1|0,av=0;if(!(N<0)){var
 o=av;a:for(;;){var
-aw=64*o|0,B=function(b){return function(a){return 16<=a?0:GW(GK(g,b+(4*a|0)|0))}}(aw),c=p6(64,B(0)),i=1;for(;;){c[1+i]=B(i);var
+aw=64*o|0,B=function(b){return function(a){return 16<=a?0:GQ(GE(g,b+(4*a|0)|0))}}(aw),c=pZ(64,B(0)),i=1;for(;;){c[1+i]=B(i);var
 T=i+1|0;if(63!==i){var
 i=T;continue}var
 b=16;for(;;){var
-D=b+i9|0,E=b+i9|0,am=a6(c,D)[1+D]>>>3|0,G=b+i9|0,an=bY(a6(c,E)[1+E],18)^am,H=b-2|0,ao=bY(a6(c,G)[1+G],7)^an,I=b-2|0,ap=a6(c,H)[1+H]>>>10|0,J=b-2|0,aq=bY(a6(c,I)[1+I],19)^ap,K=b-7|0,ar=bY(a6(c,J)[1+J],17)^aq,L=b-16|0,as=a6(c,K)[1+K],at=((a6(c,L)[1+L]+ao|0)+as|0)+ar|0;a6(c,b)[1+b]=at;var
+D=b+i2|0,E=b+i2|0,am=a4(c,D)[1+D]>>>3|0,G=b+i2|0,an=bY(a4(c,E)[1+E],18)^am,H=b-2|0,ao=bY(a4(c,G)[1+G],7)^an,I=b-2|0,ap=a4(c,H)[1+H]>>>10|0,J=b-2|0,aq=bY(a4(c,I)[1+I],19)^ap,K=b-7|0,ar=bY(a4(c,J)[1+J],17)^aq,L=b-16|0,as=a4(c,K)[1+K],at=((a4(c,L)[1+L]+ao|0)+as|0)+ar|0;a4(c,b)[1+b]=at;var
 au=b+1|0;if(63!==b){var
 b=au;continue}var
-x=f.length-1,a=0===x?[0]:GH(f,0,x),e=0;for(;;){var
-k=a6(a,0)[1],l=a6(a,4)[5],_=bY(l,25),$=bY(l,11)^_,aa=bY(l,6)^$,ab=bY(k,22),ac=bY(k,13)^ab,ad=bY(k,2)^ac,ae=a6(c,e)[1+e],af=a6(sq,e)[1+e],ag=(l^-1)&a6(a,6)[7],ah=l&a6(a,5)[6]^ag,C=(((a6(a,7)[8]+aa|0)+ah|0)+af|0)+ae|0,ai=a6(a,2)[3],aj=a6(a,1)[2]&ai,P=0,ak=ad+(k&a[2]^k&a[3]^aj)|0;if(!((a.length-1-7|0)<0)&&!((a.length-1-7|0)<1)){GE(a,0,a,1,7);P=1}if(!P)c2(qz);a[5]=a[5]+C|0;a[1]=C+ak|0;var
+x=f.length-1,a=0===x?[0]:GB(f,0,x),e=0;for(;;){var
+k=a4(a,0)[1],l=a4(a,4)[5],_=bY(l,25),$=bY(l,11)^_,aa=bY(l,6)^$,ab=bY(k,22),ac=bY(k,13)^ab,ad=bY(k,2)^ac,ae=a4(c,e)[1+e],af=a4(sk,e)[1+e],ag=(l^-1)&a4(a,6)[7],ah=l&a4(a,5)[6]^ag,C=(((a4(a,7)[8]+aa|0)+ah|0)+af|0)+ae|0,ai=a4(a,2)[3],aj=a4(a,1)[2]&ai,P=0,ak=ad+(k&a[2]^k&a[3]^aj)|0;if(!((a.length-1-7|0)<0)&&!((a.length-1-7|0)<1)){Gy(a,0,a,1,7);P=1}if(!P)c2(qt);a[5]=a[5]+C|0;a[1]=C+ak|0;var
 al=e+1|0;if(63!==e){var
 e=al;continue}var
 A=a.length-1-1|0,W=0;if(!(A<0)){var
 d=W;for(;;){var
-X=a[1+d];f[1+d]=a6(f,d)[1+d]+X|0;var
+X=a[1+d];f[1+d]=a4(f,d)[1+d]+X|0;var
 Y=d+1|0;if(A!==d){var
 d=Y;continue}break}}var
 ax=o+1|0;if(N!==o){var
 o=ax;continue a}break}break}break}break}}var
-O=jK(su),r=f.length-1;if(0===r)var
+O=jC(so),r=f.length-1;if(0===r)var
 t=[0];else{var
-y=p6(r,F(O,f[1])),z=r-1|0,U=1;if(!(z<1)){var
+y=pZ(r,F(O,f[1])),z=r-1|0,U=1;if(!(z<1)){var
 j=U;for(;;){y[1+j]=F(O,f[1+j]);var
 V=j+1|0;if(z!==j){var
 j=V;continue}break}}var
 t=y}var
 n=t.length-1-1|0,s=0;for(;;){if(0<=n){var
 Z=[0,t[1+n],s],n=n-1|0,s=Z;continue}var
-w=dv(g6(sv,s)),v=function(a,d){if(a===bu(w))return 0;var
-b=pT(w,a),c=a+1|0;return[0,b,function(a){return v(c,a)}]},R=0,S=function(a){return v(R,a)},u=function(f,e){if(0===f){var
+w=dv(g0(sp,s)),v=function(a,d){if(a===bu(w))return 0;var
+b=pM(w,a),c=a+1|0;return[0,b,function(a){return v(c,a)}]},R=0,S=function(a){return v(R,a)},u=function(f,e){if(0===f){var
 a=0,d=e;for(;;){var
 b=F(d,0);if(b){var
-a=[0,b[1],a],d=b[2];continue}return g5(a)}}var
+a=[0,b[1],a],d=b[2];continue}return gZ(a)}}var
 c=F(e,0);if(c){var
 g=c[1];return[0,g,u(f-1|0,c[2])]}return 0};return u(500,S)}}}}function
 dD(b,a){return b?a?0:1:a}function
 I(a){return a?0:1}function
 af(b,a){var
 c=a?[0,F(b,a[1])]:a;return c}function
-a0(a){return a[1]}function
-bb(a){return a[2]}function
-fq(b,a){return b?[0,fq(b[1],a)]:a}function
-fr(a,b){return a?fq(b,fr(a[1],b)):a}function
+aY(a){return a[1]}function
+a$(a){return a[2]}function
+fo(b,a){return b?[0,fo(b[1],a)]:a}function
+fp(a,b){return a?fo(b,fp(a[1],b)):a}function
 bn(b,a){return b?a:a?0:1}function
-jO(b,a){return b?[0,jO(b[1],a)]:a}function
-jP(a,b){return a?jO(b,jP(a[1],b)):a}function
-bc(d,c){var
+jG(b,a){return b?[0,jG(b[1],a)]:a}function
+jH(a,b){return a?jG(b,jH(a[1],b)):a}function
+ba(d,c){var
 b=d,a=c;for(;;){if(b){if(a){var
 b=b[1],a=a[1];continue}return a}return a?0:1}}function
-g$(d,c){var
+g5(d,c){var
 b=d,a=c;for(;;){if(b){if(a){var
 b=b[1],a=a[1];continue}return a}return 1}}function
-fs(b,a){return g$([0,b],a)}function
-ft(a){if(J(a,n))return n;var
-b=ay(a,ax(2)),d=b[1];return x(b[2],r)?w(c(2,ft(d))):w(c(2,c(2,d)))}function
-fu(a){return typeof
-a==="number"?a?1:[0,n]:[0,w(c(2,a[1]))]}function
-fv(a){return typeof
-a==="number"?a:[0,c(2,a[1])]}function
-fw(f,b){if(J(f,n))return 1;var
-k=ay(f,ax(2)),a=k[1];if(x(k[2],r)){if(J(b,n)){if(J(a,n))return 0;var
-d=ay(a,ax(2)),e=d[1];return x(d[2],r)?[0,c(2,ft(e))]:[0,c(2,c(2,e))]}var
-g=ay(b,ax(2)),h=g[1];return x(g[2],r)?fu(fw(a,h)):fv(fw(a,h))}if(J(b,n))return[0,ft(a)];var
-i=ay(b,ax(2)),j=i[1];return x(i[2],r)?fv(dE(a,j)):fu(fw(a,j))}function
-dE(d,a){if(J(d,n))return J(a,n)?0:x(ay(a,ax(2))[2],r)?1:1;var
-i=ay(d,ax(2)),b=i[1];if(x(i[2],r)){if(J(a,n))return[0,ft(b)];var
-e=ay(a,ax(2)),f=e[1];return x(e[2],r)?fv(dE(b,f)):fu(fw(b,f))}if(J(a,n))return[0,c(2,b)];var
-g=ay(a,ax(2)),h=g[1];return x(g[2],r)?fu(dE(b,h)):fv(dE(b,h))}function
-fx(a,g,f){var
-b=g,d=f;for(;;){if(J(d,n))return F(a,b);var
-e=ay(d,ax(2)),c=e[1];if(x(e[2],r)){var
-b=fx(a,b,c),d=c;continue}return F(a,fx(a,fx(a,b,c),c))}}function
-jQ(h,g){var
-b=h,a=g;for(;;){if(J(b,n))return J(a,n)?1:x(ay(a,ax(2))[2],r)?0:0;var
-e=ay(b,ax(2)),f=e[1];if(x(e[2],r)){if(J(a,n))return 0;var
-c=ay(a,ax(2)),i=c[1];if(x(c[2],r)){var
-b=f,a=i;continue}return 0}if(J(a,n))return 0;var
-d=ay(a,ax(2)),j=d[1];if(x(d[2],r))return 0;var
+fq(b,a){return g5([0,b],a)}function
+fr(a,g,f){var
+b=g,d=f;for(;;){if(K(d,o))return F(a,b);var
+e=bm(d,bk(2)),c=e[1];if(z(e[2],s)){var
+b=fr(a,b,c),d=c;continue}return F(a,fr(a,fr(a,b,c),c))}}function
+jI(h,g){var
+b=h,a=g;for(;;){if(K(b,o))return K(a,o)?1:z(bm(a,bk(2))[2],s)?0:0;var
+e=bm(b,bk(2)),f=e[1];if(z(e[2],s)){if(K(a,o))return 0;var
+c=bm(a,bk(2)),i=c[1];if(z(c[2],s)){var
+b=f,a=i;continue}return 0}if(K(a,o))return 0;var
+d=bm(a,bk(2)),j=d[1];if(z(d[2],s))return 0;var
 b=f,a=j;continue}}function
-fy(g,f,e){var
-h=e[2],a=e[1];if(typeof
-h==="number"){var
-k=c(2,c(2,n)),l=dE(F(f,F(g,n)),k);return[0,c(2,a),l]}var
-i=w(c(2,c(2,a))),b=F(f,F(g,h[1])),d=js(i,b),j=0===d?0:0<=d?2:1,m=2<=j?0:1;if(m){var
-o=dE(b,i);return[0,w(c(2,a)),o]}return[0,c(2,a),[0,b]]}function
-el(b){if(J(b,n))return[0,n,0];var
-h=ay(b,ax(2)),a=h[1];if(x(h[2],r)){if(J(a,n))return[0,n,[0,n]];var
-d=ay(a,ax(2)),e=d[1];if(x(d[2],r)){var
-i=el(e),j=function(a){return c(2,a)};return fy(function(a){return c(2,a)},j,i)}var
-k=el(e),l=function(a){return c(2,a)};return fy(function(a){return w(c(2,a))},l,k)}if(J(a,n))return[0,n,[0,c(2,n)]];var
-f=ay(a,ax(2)),g=f[1];if(x(f[2],r)){var
-m=el(g),o=function(a){return w(c(2,a))};return fy(function(a){return c(2,a)},o,m)}var
-p=el(g);function
-q(a){return w(c(2,a))}return fy(function(a){return w(c(2,a))},q,p)}function
-jR(b,g,f){var
-c=g,a=f;for(;;){if(J(c,n))return a;var
-d=ay(c,ax(2)),e=d[1];if(x(d[2],r)){var
-c=e,a=aE(b,a,a);continue}return aE(b,a,jR(b,e,aE(b,a,a)))}}var
-ha=E;function
-jS(c,b){var
-a=js(c,b);return 0===a?0:0<=a?2:1}var
-sx=x;function
-hb(a){var
-b=aV(a);return 0===b?n:0<b?a:n}function
-aC(b,a){var
-c=aV(a);return 0===c?r:1===c?jM(b,a):c3(-1,jM(c3(-1,b),a))}function
-jT(b,a){var
-c=aV(a);return 0===c?b:1===c?jN(b,a):E(a,c3(1,jN(c3(-1,b),a)))}function
+jJ(b,g,f){var
+c=g,a=f;for(;;){if(K(c,o))return a;var
+d=bm(c,bk(2)),e=d[1];if(z(d[2],s)){var
+c=e,a=aC(b,a,a);continue}return aC(b,a,jJ(b,e,aC(b,a,a)))}}var
+g6=E;function
+jK(c,b){var
+a=p8(c,b);return 0===a?0:0<=a?2:1}var
+sr=z;function
+g7(a){var
+b=aX(a);return 0===b?o:0<b?a:o}function
+aA(b,a){var
+c=aX(a);return 0===c?s:1===c?jE(b,a):c3(-1,jE(c3(-1,b),a))}function
+jL(b,a){var
+c=aX(a);return 0===c?b:1===c?jF(b,a):E(a,c3(1,jF(c3(-1,b),a)))}function
 cg(e){function
-f(a){return 0<aV(jt(e,a))?1:0}if(0<aV(e)){var
+f(a){return 0<aX(jl(e,a))?1:0}if(0<aX(e)){var
 a=1;for(;;){if(f(a)){var
 a=2*a|0;continue}var
 b=0,c=a;for(;;){if(1<(c-b|0)){var
 d=(b+c|0)/2|0;if(f(d)){var
 b=d;continue}var
-c=d;continue}return ax(b)}}}return r}function
+c=d;continue}return bk(b)}}}return s}function
 bE(b,c){var
-a=qe(c);return 0<=a?qd(b,a):jt(b,-a|0)}function
-jU(b,c){var
-a=qe(c);return 0<=a?jt(b,a):qd(b,-a|0)}function
-hc(b,a){return jL(s(b,aC(a,g_(b,a))))}function
+a=p_(c);return 0<=a?p9(b,a):jl(b,-a|0)}function
+jM(b,c){var
+a=p_(c);return 0<=a?jl(b,a):p9(b,-a|0)}function
+g8(b,a){return jD(r(b,aA(a,g4(b,a))))}function
 bN(b,a){return a?a[1]:b}function
 ch(a){var
 b=a?a[2]:a;return b}function
@@ -1923,9 +1893,9 @@ b=b[1],a=a[2];continue}return c}return a?a[1]:c}}function
 T(d,c){var
 a=d,b=c;for(;;){if(a){var
 e=[0,a[1],b],a=a[2],b=e;continue}return b}}function
-aP(e,d,c){var
+aN(e,d,c){var
 a=d,b=c;for(;;){if(a){var
-f=aE(e,b,a[1]),a=a[2],b=f;continue}return b}}function
+f=aC(e,b,a[1]),a=a[2],b=f;continue}return b}}function
 $(e,d){var
 a=d;for(;;){if(a){var
 b=F(e,a[1]);if(!b){var
@@ -1941,30 +1911,30 @@ bZ(d,c){var
 a=c;for(;;){if(a){var
 b=a[1];if(F(d,b))return[0,b];var
 a=a[2];continue}return a}}function
-jV(b,a){if(b)if(a)var
-d=jV(b[1],a[2]),c=[0,a[1],d];else
+jN(b,a){if(b)if(a)var
+d=jN(b[1],a[2]),c=[0,a[1],d];else
 var
 c=a;else
 var
 c=b;return c}function
-dF(b,a){var
-c=a?[0,b,dF(b,a[1])]:a;return c}var
-jW=0,sy=1;function
-jX(a,b){var
-c=a?1:a;return g4((b<<1&i2)+c|0)}function
-hd(b,a){if(b){var
-c=b[1];if(J(a,n))return sy;var
-d=ay(a,ax(2)),e=d[1];return x(d[2],r)?jX(0,hd(c,e)):jX(1,hd(c,e))}return jW}function
-jY(a){if(a){var
-b=jY(a[2]),d=s(c(2,n),b),e=a[1]?n:r;return E(e,d)}return r}function
-jZ(c,b){var
+dE(b,a){var
+c=a?[0,b,dE(b,a[1])]:a;return c}var
+jO=0,ss=1;function
+jP(a,b){var
+c=a?1:a;return gY((b<<1&iV)+c|0)}function
+g9(b,a){if(b){var
+c=b[1];if(K(a,o))return ss;var
+d=bm(a,bk(2)),e=d[1];return z(d[2],s)?jP(0,g9(c,e)):jP(1,g9(c,e))}return jO}function
+jQ(a){if(a){var
+b=jQ(a[2]),d=r(c(2,o),b),e=a[1]?o:s;return E(e,d)}return s}function
+jR(c,b){var
 a=c-b|0;return 0<=a?0===a?0:2:1}function
-fz(b,a){return 2<=jZ(b,a)?0:1}function
+fs(b,a){return 2<=jR(b,a)?0:1}function
 k(a){if(a)var
 c=k(a[2]),b=[0,a[1],c];else
 var
 b=a;return b}function
-z(b,a){return T(T(b,0),a)}function
+y(b,a){return T(T(b,0),a)}function
 aj(c){var
 b=0,a=c;for(;;){if(a){var
 b=[0,b],a=a[2];continue}return b}}function
@@ -1985,253 +1955,253 @@ c=0,b=e,a=d,f=0;for(;;){if(b&&a){var
 c=[0,[0,b[1],a[1]],c],b=b[2],a=a[2];continue}return T(c,f)}}function
 ci(e,d){var
 c=0,b=e,a=d,f=0;for(;;){if(a){var
-c=[0,[0,b,a[1]],c],b=E(b,n),a=a[2];continue}return T(c,f)}}function
+c=[0,[0,b,a[1]],c],b=E(b,o),a=a[2];continue}return T(c,f)}}function
 c4(c,a){var
-b=0,d=T(a,0);return aP(function(b,a){if(b){var
-d=b[1],e=d[1];return x(e,F(c,a))?[0,[0,e,[0,a,d[2]]],b[2]]:[0,[0,F(c,a),[0,a,0]],b]}return[0,[0,F(c,a),[0,a,0]],0]},d,b)}function
+b=0,d=T(a,0);return aN(function(b,a){if(b){var
+d=b[1],e=d[1];return z(e,F(c,a))?[0,[0,e,[0,a,d[2]]],b[2]]:[0,[0,F(c,a),[0,a,0]],b]}return[0,[0,F(c,a),[0,a,0]],0]},d,b)}function
 b0(e,d){var
 b=0,a=d;for(;;){if(a){var
 c=F(e,a[1]);if(c){var
 b=[0,c[1],b],a=a[2];continue}return c}return[0,T(b,0)]}}function
-j0(f,l,k,j){var
+jS(f,l,k,j){var
 c=0,e=l,g=k,a=j,m=0;for(;;){if(a){var
-b=a[2],d=a[1];if(x(F(f,d),g)){var
+b=a[2],d=a[1];if(z(F(f,d),g)){var
 c=[0,[0,e,d],c],a=b;continue}if(b)var
-i=F(f,d),h=x(F(f,b[1]),i);else
+i=F(f,d),h=z(F(f,b[1]),i);else
 var
 h=b;if(h){var
-c=[0,[0,E(e,n),d],c],e=E(e,n),g=F(f,d),a=b;continue}var
+c=[0,[0,E(e,o),d],c],e=E(e,o),g=F(f,d),a=b;continue}var
 a=b;continue}return T(c,m)}}function
 ap(c,b,a){var
-d=T(a,0);return aP(function(b,a){return aE(c,a,b)},d,b)}function
+d=T(a,0);return aN(function(b,a){return aC(c,a,b)},d,b)}function
 ag(c){var
-b=r,a=c;for(;;){if(a){var
-b=E(b,n),a=a[1];continue}return b}}function
-a1(a){var
-b=aV(a);if(0===b)return 0;if(0<b){var
-c=0;return fx(function(a){return[0,a]},c,a)}return 0}function
-aT(e,d){var
+b=s,a=c;for(;;){if(a){var
+b=E(b,o),a=a[1];continue}return b}}function
+aZ(a){var
+b=aX(a);if(0===b)return 0;if(0<b){var
+c=0;return fr(function(a){return[0,a]},c,a)}return 0}function
+aR(e,d){var
 c=0,b=e,a=d,f=0;for(;;){if(a){var
 c=[0,b,c],b=[0,b],a=a[1];continue}return T(c,f)}}function
-dG(d){var
-c=0,b=r,a=a1(d),e=0;for(;;){if(a){var
-c=[0,b,c],b=E(b,n),a=a[1];continue}return T(c,e)}}function
-fA(j,i,h){var
+dF(d){var
+c=0,b=s,a=aZ(d),e=0;for(;;){if(a){var
+c=[0,b,c],b=E(b,o),a=a[1];continue}return T(c,e)}}function
+ft(j,i,h){var
 d=T(i,h),a=0,c=i,b=h;for(;;){if(c){var
 e=c[1];if(b){if(d){var
-f=d[2],g=b[1];if(aE(j,e,g)){var
+f=d[2],g=b[1];if(aC(j,e,g)){var
 d=f,a=[0,e,a],c=c[2];continue}var
 d=f,a=[0,g,a],b=b[2];continue}return d}return T(a,c)}return T(a,b)}}function
-j1(c,b,a){if(a){var
-d=a[2],e=a[1];return e?[0,0,j1(c,fA(c,e,b),d)]:[0,b,d]}return[0,b,0]}function
-j2(e,d,c){var
+jT(c,b,a){if(a){var
+d=a[2],e=a[1];return e?[0,0,jT(c,ft(c,e,b),d)]:[0,b,d]}return[0,b,0]}function
+jU(e,d,c){var
 b=d,a=c;for(;;){if(a){var
-f=a[2],b=fA(e,a[1],b),a=f;continue}return b}}function
-em(c,i){var
+f=a[2],b=ft(e,a[1],b),a=f;continue}return b}}function
+ek(c,i){var
 b=0,a=i;for(;;){if(a){var
 d=a[2],e=a[1];if(d){var
-f=d[1],g=d[2],h=aE(c,e,f)?[0,e,[0,f,0]]:[0,f,[0,e,0]],b=j1(c,h,b),a=g;continue}return j2(c,a,b)}return j2(c,a,b)}}function
-j3(c,b,a){if(b){var
-d=b[2],e=b[1];return e?[0,0,j3(c,d,fA(c,e[1],a))]:[0,[0,a],d]}return[0,[0,a],0]}function
-j4(b,e){var
+f=d[1],g=d[2],h=aC(c,e,f)?[0,e,[0,f,0]]:[0,f,[0,e,0]],b=jT(c,h,b),a=g;continue}return jU(c,a,b)}return jU(c,a,b)}}function
+jV(c,b,a){if(b){var
+d=b[2],e=b[1];return e?[0,0,jV(c,d,ft(c,e[1],a))]:[0,[0,a],d]}return[0,[0,a],0]}function
+jW(b,e){var
 a=e;for(;;){if(a){var
 c=a[2],d=a[1];if(d){var
-f=j4(b,c);return fA(b,d[1],f)}var
+f=jW(b,c);return ft(b,d[1],f)}var
 a=c;continue}return a}}function
-he(c,e){var
+g_(c,e){var
 b=0,a=e;for(;;){if(a){var
-d=a[2],b=j3(c,b,[0,a[1],0]),a=d;continue}return j4(c,b)}}function
-fB(a){var
+d=a[2],b=jV(c,b,[0,a[1],0]),a=d;continue}return jW(c,b)}}function
+fu(a){var
 b=a?1:a;return b}function
-dH(a){var
-b=g_(a[1],a[2]),c=aC(a[2],b),d=aV(c);return 0===d?a:0<d?[0,aC(a[1],b),c]:a}function
-ab(b,a){return dH([0,E(s(b[1],a[2]),s(a[1],b[2])),s(b[2],a[2])])}function
-M(b,a){return dH([0,s(b[1],a[1]),s(b[2],a[2])])}function
-aI(a){return[0,aL(a[1]),a[2]]}function
+dG(a){var
+b=g4(a[1],a[2]),c=aA(a[2],b),d=aX(c);return 0===d?a:0<d?[0,aA(a[1],b),c]:a}function
+ab(b,a){return dG([0,E(r(b[1],a[2]),r(a[1],b[2])),r(b[2],a[2])])}function
+M(b,a){return dG([0,r(b[1],a[1]),r(b[2],a[2])])}function
+aG(a){return[0,aJ(a[1]),a[2]]}function
 at(a){var
-b=a[1],c=aV(b);return 0===c?[0,r,n]:0<c?[0,a[2],b]:[0,r,n]}var
-Q=[0,r,n],L=[0,n,n];function
-au(a){return J(r,a[1])}function
-ac(a){return P(r,a[1])}function
-A(b,a){return J(s(b[1],a[2]),s(a[1],b[2]))}function
+b=a[1],c=aX(b);return 0===c?[0,s,o]:0<c?[0,a[2],b]:[0,s,o]}var
+Q=[0,s,o],L=[0,o,o];function
+au(a){return K(s,a[1])}function
+ac(a){return P(s,a[1])}function
+A(b,a){return K(r(b[1],a[2]),r(a[1],b[2]))}function
 b1(b,a){var
-c=x(b[1],a[1]);return c?x(b[2],a[2]):c}function
-az(a){return ap(ab,Q,a)}function
-j5(b,e){var
+c=z(b[1],a[1]);return c?z(b[2],a[2]):c}function
+ax(a){return ap(ab,Q,a)}function
+jX(b,e){var
 a=e;for(;;){if(a){var
-c=a[2],d=a[1];if(F(b,d))return[0,d,j5(b,c)];var
+c=a[2],d=a[1];if(F(b,d))return[0,d,jX(b,c)];var
 a=c;continue}return a}}function
-j6(f,a){if(a){var
-g=a[1],b=g[2],c=g[1],d=j6(f,a[2]);if(d){var
-h=d[1],i=h[2],e=h[1],j=d[2];return aE(f,c,e)?[0,[0,e,E(b,i)],j]:[0,[0,c,b],[0,[0,e,i],j]]}var
+jY(f,a){if(a){var
+g=a[1],b=g[2],c=g[1],d=jY(f,a[2]);if(d){var
+h=d[1],i=h[2],e=h[1],j=d[2];return aC(f,c,e)?[0,[0,e,E(b,i)],j]:[0,[0,c,b],[0,[0,e,i],j]]}var
 k=[0,[0,c,b],0]}else
 var
 k=a;return k}function
-j7(a){if(a){var
-b=a[1],c=j7(a[2]),d=b[2][1],e=b[1];return z(q(function(a){return[0,a[1],s(e,a[2])]},d),c)}return a}function
-j8(a){if(a){var
-b=a[1],c=j8(a[2]);return E(s(b[1],b[2][2]),c)}return r}function
-j9(d,c,b){if(b){var
-f=j9(d,c,b[2]),a=b[1],e=P(r,a[2])?F(c,a[1]):F(d,a[1]);return E(s(a[2],e),f)}return r}function
-sA(b,a){var
-c=a[1],d=b[1],e=x(d[1],c[1]),f=e?x(d[2],c[2]):e;return f?x(b[2],a[2]):f}function
+jZ(a){if(a){var
+b=a[1],c=jZ(a[2]),d=b[2][1],e=b[1];return y(q(function(a){return[0,a[1],r(e,a[2])]},d),c)}return a}function
+j0(a){if(a){var
+b=a[1],c=j0(a[2]);return E(r(b[1],b[2][2]),c)}return s}function
+j1(d,c,b){if(b){var
+f=j1(d,c,b[2]),a=b[1],e=P(s,a[2])?F(c,a[1]):F(d,a[1]);return E(r(a[2],e),f)}return s}function
+su(b,a){var
+c=a[1],d=b[1],e=z(d[1],c[1]),f=e?z(d[2],c[2]):e;return f?z(b[2],a[2]):f}function
 cj(a){return[0,0,a]}function
-fC(b,a){var
-c=ab(b[2],a[2]);return[0,z(b[1],a[1]),c]}function
+fv(b,a){var
+c=ab(b[2],a[2]);return[0,y(b[1],a[1]),c]}function
 c5(b,a){var
 c=M(b,a[2]),d=a[1];return[0,q(function(a){var
 c=M(b,a[2]);return[0,a[1],c]},d),c]}function
-cJ(b,a){return fC(b,c5(aI(L),a))}function
-j_(a){return ap(fC,cj(Q),a)}function
-fD(e,d,c){var
-a=d,b=c;for(;;){if(a){if(x(b,r))return a[1];var
-a=a[2],b=S(b,n);continue}return e}}function
-j$(a){var
-b=ci(r,a);return[0,q(function(a){return[0,[0,[0,a[1],r],r],a[2]]},b),Q]}function
-en(c,b,a){if(c[11])return j$(a[3]);var
-d=0,e=a[1],f=c[6]?aL(n):b[2];return[0,[0,[0,[0,[0,b[1],f],e],L],d],Q]}function
-eo(a){var
-b=a[3];return az(q(function(a){return a[2]},b))}function
-hf(b,a){switch(b[3]){case
-0:return eo(a);case
+cJ(b,a){return fv(b,c5(aG(L),a))}function
+j2(a){return ap(fv,cj(Q),a)}function
+fw(e,d,c){var
+a=d,b=c;for(;;){if(a){if(z(b,s))return a[1];var
+a=a[2],b=S(b,o);continue}return e}}function
+j3(a){var
+b=ci(s,a);return[0,q(function(a){return[0,[0,[0,a[1],s],s],a[2]]},b),Q]}function
+el(c,b,a){if(c[11])return j3(a[3]);var
+d=0,e=a[1],f=c[6]?aJ(o):b[2];return[0,[0,[0,[0,[0,b[1],f],e],L],d],Q]}function
+em(a){var
+b=a[3];return ax(q(function(a){return a[2]},b))}function
+g$(b,a){switch(b[3]){case
+0:return em(a);case
 1:return a[4];default:return L}}function
-ka(c,a){var
-b=a[3],d=j_(q(function(b){var
-d=en(c,a,b);return c5(b[2],d)},b));return c5(at(eo(a)),d)}function
-hg(b,a){var
-c=b[4];return al(function(b){return x(b[2],a)},c)}function
-hh(a,b){var
-c=hg(a,b);return az(q(function(b){return hf(a,b)},c))}var
-fE=cj(Q);function
-fF(e,a,d){var
-b=a[3],c=bZ(function(a){return x(a[1],d)},b);return af(function(b){return en(e,a,b)},c)}function
-kb(f,e){var
+j4(c,a){var
+b=a[3],d=j2(q(function(b){var
+d=el(c,a,b);return c5(b[2],d)},b));return c5(at(em(a)),d)}function
+ha(b,a){var
+c=b[4];return al(function(b){return z(b[2],a)},c)}function
+hb(a,b){var
+c=ha(a,b);return ax(q(function(b){return g$(a,b)},c))}var
+fx=cj(Q);function
+fy(e,a,d){var
+b=a[3],c=bZ(function(a){return z(a[1],d)},b);return af(function(b){return el(e,a,b)},c)}function
+j5(f,e){var
 a=f;for(;;){if(a){var
-c=a[2],b=a[1],g=b[1];if($(function(b){return function(a){return x(b,a)}}(g),e)){var
+c=a[2],b=a[1],g=b[1];if($(function(b){return function(a){return z(b,a)}}(g),e)){var
 a=c;continue}var
-d=[0,b,kb(c,[0,b[1],0])]}else
+d=[0,b,j5(c,[0,b[1],0])]}else
 var
 d=a;return d}}function
-kc(b,a){if(a){var
-c=a[1],d=b[4];return al(function(a){return x(a[1],c)},d)}return b[4]}function
-kd(d,c,b){var
-a=kc(c,b);return d[6]?kb(a,0):a}function
-ke(e,g,d){if(d){var
+j6(b,a){if(a){var
+c=a[1],d=b[4];return al(function(a){return z(a[1],c)},d)}return b[4]}function
+j7(d,c,b){var
+a=j6(c,b);return d[6]?j5(a,0):a}function
+j8(e,g,d){if(d){var
 a=d[1],i=g[4],c=bZ(function(b){var
-c=x(b[1],a[1]);if(c){var
-d=e[6];if(!d)return x(b[2],a[2]);var
+c=z(b[1],a[1]);if(c){var
+d=e[6];if(!d)return z(b[2],a[2]);var
 f=d}else
 var
 f=c;return f},i);if(c)var
-j=fF(e,c[1],a[3]),k=a[4],b=af(function(a){return c5(k,a)},j);else
+j=fy(e,c[1],a[3]),k=a[4],b=af(function(a){return c5(k,a)},j);else
 var
 b=c;if(b)var
-f=ke(e,g,d[2]),l=f?[0,fC(b[1],f[1])]:f,h=l;else
+f=j8(e,g,d[2]),l=f?[0,fv(b[1],f[1])]:f,h=l;else
 var
 h=b;return h}return[0,cj(Q)]}function
-kf(a,b,f){var
+j9(a,b,f){var
 c=a[11];if(c)var
 j=c[1][3],k=q(function(a){var
-b=j$(a[1]);return cJ(cj(a[2]),b)},j),i=kd(a,b,0),g=z(Y(function(b){var
+b=j3(a[1]);return cJ(cj(a[2]),b)},j),i=j7(a,b,0),g=y(Y(function(b){var
 c=b[3];return Y(function(c){var
-d=en(a,b,c),e=[0,cJ(cj(a[2]),d),0],f=cj(a[3]);return[0,cJ(en(a,b,c),f),e]},c)},i),k);else
+d=el(a,b,c),e=[0,cJ(cj(a[2]),d),0],f=cj(a[3]);return[0,cJ(el(a,b,c),f),e]},c)},i),k);else
 var
 g=c;var
-l=a[10],m=z(q(function(d){var
-c=ke(a,b,d[1]);if(c){var
-e=c[1];return cJ(cj(d[2]),e)}return fE},l),g),d=a[7];if(d)var
-n=d[1],e=kc(b,f),h=Y(function(b){return Y(function(c){var
-d=x(b[1],c[1]),e=d?I(x(b[2],c[2])):d;if(e){var
+l=a[10],m=y(q(function(d){var
+c=j8(a,b,d[1]);if(c){var
+e=c[1];return cJ(cj(d[2]),e)}return fx},l),g),d=a[7];if(d)var
+n=d[1],e=j6(b,f),h=Y(function(b){return Y(function(c){var
+d=z(b[1],c[1]),e=d?I(z(b[2],c[2])):d;if(e){var
 f=b[3];return q(function(e){var
-f=fF(a,c,e[1]);if(f){var
-g=en(a,b,e),d=a[8],h=f[1],i=c[2],j=b[2],k=d?fD(Q,fD(0,d[1],j),i):L;return cJ(fC(cj(M(n,k)),h),g)}return fE},f)}return e},e)},e);else
+f=fy(a,c,e[1]);if(f){var
+g=el(a,b,e),d=a[8],h=f[1],i=c[2],j=b[2],k=d?fw(Q,fw(0,d[1],j),i):L;return cJ(fv(cj(M(n,k)),h),g)}return fx},f)}return e},e)},e);else
 var
 h=d;var
-o=z(h,m),p=kd(a,b,f);return z(Y(function(d){var
+o=y(h,m),p=j7(a,b,f);return y(Y(function(d){var
 b=a[9];return q(function(e){var
-b=fF(a,d,e[1]);if(b){var
-c=fF(a,d,e[2]);return c?cJ(c[1],b[1]):fE}return fE},b)},p),o)}function
-kg(a){if(a[10])return 1;var
+b=fy(a,d,e[1]);if(b){var
+c=fy(a,d,e[2]);return c?cJ(c[1],b[1]):fx}return fx},b)},p),o)}function
+j_(a){if(a[10])return 1;var
 b=a[11],c=b?1:b;return c}function
-kh(a){return ap(function(b,a){return hc(b[2],a)},n,a)}function
-ki(b,a){return x(jT(b,a[2]),r)}function
-fG(b,a){var
-c=aC(b,a[2]);return s(a[1],c)}function
-kj(a){var
-b=q(bb,a[1]);return[0,a[2],b]}function
-dI(a){return kh(kj(a))}function
-kk(a){var
-b=P(r,dI(a));if(b){var
-c=kj(a),d=dI(a);return G(function(a){return ki(d,a)},c)}return b}function
-kl(a){var
-b=dI(a),c=fG(b,a[2]),d=a[1];return[0,q(function(a){var
-c=fG(b,a[2]);return[0,a[1],c]},d),c]}function
-km(a){var
+j$(a){return ap(function(b,a){return g8(b[2],a)},o,a)}function
+ka(b,a){return z(jL(b,a[2]),s)}function
+fz(b,a){var
+c=aA(b,a[2]);return r(a[1],c)}function
+kb(a){var
+b=q(a$,a[1]);return[0,a[2],b]}function
+dH(a){return j$(kb(a))}function
+kc(a){var
+b=P(s,dH(a));if(b){var
+c=kb(a),d=dH(a);return G(function(a){return ka(d,a)},c)}return b}function
+kd(a){var
+b=dH(a),c=fz(b,a[2]),d=a[1];return[0,q(function(a){var
+c=fz(b,a[2]);return[0,a[1],c]},d),c]}function
+ke(a){var
 b=a[11];if(b){var
-c=b[1];return z(c[1],c[2])}return[0,a[3],[0,a[2],0]]}function
-hi(a){return kh(km(a))}function
-kn(g,a,f){var
+c=b[1];return y(c[1],c[2])}return[0,a[3],[0,a[2],0]]}function
+hc(a){return j$(ke(a))}function
+kf(g,a,f){var
 c=g,b=f;for(;;){if(b){if(a){var
-d=a[1],e=b[2],h=d[2],i=b[1];if(x(d[1],c)){var
-j=kn(E(c,n),a[2],e);return af(function(a){return[0,[0,h,i],a]},j)}var
-c=E(c,n),b=e;continue}return sB}return a?0:sC}}function
-ko(a){var
+d=a[1],e=b[2],h=d[2],i=b[1];if(z(d[1],c)){var
+j=kf(E(c,o),a[2],e);return af(function(a){return[0,[0,h,i],a]},j)}var
+c=E(c,o),b=e;continue}return sv}return a?0:sw}}function
+kg(a){var
 b=a[4];if(b){var
 c=b[1];return A(c,a[3])?a[3]:c}return a[3]}function
-sD(a){var
+sx(a){var
 b=a[3];return q(function(b){var
-c=b[2],d=M(at(eo(a)),c);return[0,b[1],d]},b)}function
-kp(b,a){return ac(hh(b,a))}function
-kq(a){if(2<=a[3]){var
-c=ag(aj(a[2])),d=s(ag(aj(a[1])),c),b=x(ag(aj(a[4])),d);if(b){var
-e=a[2];return al(function(b){return kp(a,b)},e)}return b}var
-f=a[2];return al(function(b){return kp(a,b)},f)}function
-sE(a){var
+c=b[2],d=M(at(em(a)),c);return[0,b[1],d]},b)}function
+kh(b,a){return ac(hb(b,a))}function
+ki(a){if(2<=a[3]){var
+c=ag(aj(a[2])),d=r(ag(aj(a[1])),c),b=z(ag(aj(a[4])),d);if(b){var
+e=a[2];return al(function(b){return kh(a,b)},e)}return b}var
+f=a[2];return al(function(b){return kh(a,b)},f)}function
+sy(a){var
 e=a[3],b=G(function(a){return au(a[2])},e);if(b){var
-c=ac(eo(a));if(c)return au(a[4]);var
+c=ac(em(a));if(c)return au(a[4]);var
 d=c}else
 var
 d=b;return d}function
-kr(a){var
-b=a[3],c=az(q(function(a){return M(a[2],a[4])},b));return M(at(eo(a)),c)}function
-ks(b,a){if(b[1]){var
+kj(a){var
+b=a[3],c=ax(q(function(a){return M(a[2],a[4])},b));return M(at(em(a)),c)}function
+kk(b,a){if(b[1]){var
 c=a[1];return q(function(b){var
-c=a[4];return q(kr,al(function(a){return x(a[1],b)},c))},c)}var
-d=0,e=kq(a);return[0,q(function(b){var
-c=hg(a,b),d=az(q(function(b){var
-c=kr(b);return M(hf(a,b),c)},c));return M(at(hh(a,b)),d)},e),d]}function
-K(f,e){var
+c=a[4];return q(kj,al(function(a){return z(a[1],b)},c))},c)}var
+d=0,e=ki(a);return[0,q(function(b){var
+c=ha(a,b),d=ax(q(function(b){var
+c=kj(b);return M(g$(a,b),c)},c));return M(at(hb(a,b)),d)},e),d]}function
+J(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=fi(b[1],a[1]);if(c){var
+c=fg(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return a?0:1}}var
 c6=34;function
-ep(a){var
+en(a){var
 b=32===a?1:0,c=b||(9===a?1:0),d=c||(10===a?1:0),e=d||(13===a?1:0);return e}function
-hj(a){if(48===a)return[0,r];if(49===a)return[0,n];if(50===a)return[0,c(2,n)];if(51===a)return[0,w(c(2,n))];if(52===a)return[0,c(2,c(2,n))];if(53===a)return[0,w(c(2,c(2,n)))];if(54===a)return[0,c(2,w(c(2,n)))];if(55===a)return[0,w(c(2,w(c(2,n))))];if(56===a)return[0,c(2,c(2,c(2,n)))];var
-b=57===a?1:0,d=b?[0,w(c(2,c(2,c(2,n))))]:b;return d}function
-fH(b){var
-a=hj(b),c=a?1:a;return c}function
-kt(f,e){var
+hd(a){if(48===a)return[0,s];if(49===a)return[0,o];if(50===a)return[0,c(2,o)];if(51===a)return[0,x(c(2,o))];if(52===a)return[0,c(2,c(2,o))];if(53===a)return[0,x(c(2,c(2,o)))];if(54===a)return[0,c(2,x(c(2,o)))];if(55===a)return[0,x(c(2,x(c(2,o))))];if(56===a)return[0,c(2,c(2,c(2,o)))];var
+b=57===a?1:0,d=b?[0,x(c(2,c(2,c(2,o))))]:b;return d}function
+fA(b){var
+a=hd(b),c=a?1:a;return c}function
+kl(f,e){var
 b=f,a=e;for(;;){if(a){var
-d=hj(a[1]);if(d){var
-g=a[2],h=d[1],b=E(s(c(2,w(c(2,c(2,n)))),b),h),a=g;continue}return d}return[0,b]}}function
-ku(d,c){var
+d=hd(a[1]);if(d){var
+g=a[2],h=d[1],b=E(r(c(2,x(c(2,c(2,o)))),b),h),a=g;continue}return d}return[0,b]}}function
+km(d,c){var
 a=d,b=c;for(;;){if(b){if(a){var
 a=a[1],b=b[2];continue}return a}return 1}}function
-kv(a){var
-b=ku(sF,a);return b?a?a[2]?48===a[1]?0:kt(r,a):kt(r,a):a:b}function
-dJ(d,c){var
+kn(a){var
+b=km(sz,a);return b?a?a[2]?48===a[1]?0:kl(s,a):kl(s,a):a:b}function
+dI(d,c){var
 a=c;for(;;){if(a){var
-b=a[1];if(fi(d,b[1]))return[0,b[2]];var
+b=a[1];if(fg(d,b[1]))return[0,b[2]];var
 a=a[2];continue}return a}}function
-hk(k,j,i,h){var
-a=dJ(k,eq);if(a){var
-b=dJ(j,eq);if(b){var
-c=dJ(i,eq);if(c)var
-d=dJ(h,eq),l=d?[0,[0,[0,[0,a[1],b[1]],c[1]],d[1]]]:d,e=l;else
+he(k,j,i,h){var
+a=dI(k,eo);if(a){var
+b=dI(j,eo);if(b){var
+c=dI(i,eo);if(c)var
+d=dI(h,eo),l=d?[0,[0,[0,[0,a[1],b[1]],c[1]],d[1]]]:d,e=l;else
 var
 e=c;var
 f=e}else
@@ -2243,11 +2213,11 @@ g=a;return g}function
 b2(i,h,g,f,e,d,c,b){function
 a(a,b){var
 c=a?1<<b:a;return c}var
-j=a(i,7),k=a(h,6),l=a(g,5),m=a(f,4),n=a(e,3),o=a(d,2),p=a(c,1);return g4(((((((a(b,0)+p|0)+o|0)+n|0)+m|0)+l|0)+k|0)+j|0)}function
-dK(b){function
+j=a(i,7),k=a(h,6),l=a(g,5),m=a(f,4),n=a(e,3),o=a(d,2),p=a(c,1);return gY(((((((a(b,0)+p|0)+o|0)+n|0)+m|0)+l|0)+k|0)+j|0)}function
+dJ(b){function
 a(a){return 0!==(b&1<<a)?1:0}var
 c=a(7);return a(6)?0:c}function
-kw(a){function
+ko(a){function
 b(b){return 0!==(a&1<<b)?1:0}var
 f=b(7),g=b(6);if(b(5)){if(f)return 0;var
 c=I(a===34?1:0);return c?I(92===a?1:0):c}if(g){if(f)return 0;var
@@ -2255,13 +2225,13 @@ d=I(a===34?1:0);if(d)return I(92===a?1:0);var
 e=d}else
 var
 e=g;return e}var
-sH=[0,[0,c6,c6],sG];function
-sI(cJ,cI){var
+sB=[0,[0,c6,c6],sA];function
+sC(cJ,cI){var
 d=cJ,h=cI;for(;;){if(h){var
-w=h[2],j=h[1];if(kw(j)){var
+w=h[2],j=h[1];if(ko(j)){var
 d=[0,j,d],h=w;continue}if(w){var
 i=w[2],e=w[1];if(I(92===j?1:0)){var
-bx=dK(e);if(bx){var
+bx=dJ(e);if(bx){var
 s=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),by=s(7),bz=s(6),co=s(5),cp=s(4),cq=s(3),cr=s(2),cs=s(1);if(co)var
 ao=0;else{if(bz)if(by)var
 cm=cs||cr,cn=cm||cq,ah=cn||cp;else
@@ -2273,7 +2243,7 @@ ao=ah}}else
 var
 ao=bx;if(ao){var
 d=[0,e,[0,j,d]],h=i;continue}if(i){var
-x=i[2],M=i[1],bA=dK(e),bB=bA?dK(M):bA;if(bB){var
+x=i[2],M=i[1],bA=dJ(e),bB=bA?dJ(M):bA;if(bB){var
 k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),g=k(7),b=k(6),c=k(5),l=k(4),bC=k(3),bD=k(2),bE=k(1);if(k(0))if(bE)if(l)var
 a=0;else
 var
@@ -2317,7 +2287,7 @@ a=aj}}else
 var
 a=bB;if(a){var
 d=[0,M,[0,e,[0,j,d]]],h=x;continue}if(x){var
-bR=x[1],bF=dK(e),bG=bF?dK(M):bF,bH=bG?dK(bR):bG;if(bH){var
+bR=x[1],bF=dJ(e),bG=bF?dJ(M):bF,bH=bG?dJ(bR):bG;if(bH){var
 n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),t=n(7),o=n(6),p=n(5),q=n(4),G=n(3),ak=n(2),cH=n(1);if(n(0))if(ak||G)var
 f=0;else
 var
@@ -2356,7 +2326,7 @@ bT=i;return bT}if(m===e){if(i){var
 N=i[2];if(N){var
 O=N[2];if(O){var
 P=O[2];if(P){var
-r=P[2],ap=hk(i[1],N[1],O[1],P[1]);if(ap){var
+r=P[2],ap=he(i[1],N[1],O[1],P[1]);if(ap){var
 y=ap[1],aE=y[1][1],aF=aE[1],aG=aF[1],aH=aG[1],aI=aH[1],aw=0;if(aI){var
 aJ=aH[2];if(aJ)if(aG[2]){var
 aq=0;aw=1}else{var
@@ -2382,7 +2352,7 @@ K=J[2],aA=0;if(K){var
 L=K[2],aB=0;if(L){var
 al=L[2],aC=0;if(al){var
 bK=92===r[1]?1:0,bL=bK?m===H[1]?1:0:bK;if(bL){var
-am=hk(J[1],K[1],L[1],al[1]);if(am){var
+am=he(J[1],K[1],L[1],al[1]);if(am){var
 aO=am[1][1][1],aP=aO[1],aQ=aP[1],aR=aQ[1],aS=aR[1],b8=0;if(aS){var
 aT=aR[2];if(aT)if(aQ[2]){var
 ar=0;ay=1;az=1;aA=1;aB=1;aC=1;b8=1}else{var
@@ -2421,7 +2391,7 @@ Q=as[2];if(Q){var
 R=Q[2];if(R){var
 S=R[2];if(S){var
 U=S[2];if(U){var
-at=hk(Q[1],R[1],S[1],U[1]);if(at){var
+at=he(Q[1],R[1],S[1],U[1]);if(at){var
 bU=at[1],be=bU[2],bf=be[1],bg=bf[1],bh=bU[1],bi=bh[2],bj=bi[1],bk=bj[1],bl=bh[1][2],bm=y[2],bn=bm[1],bo=bn[1],bp=y[1],bq=bp[2],br=bq[1],bs=br[1],u=bs[2],v=bs[1],bt=bp[1][2],ag=bt[1][2],D=bt[2],cK=U[2],cc=I(u),cd=dD(v,u),ce=v?u:v,cf=dD(D,ce),bu=D?v:D,cg=bu?u:bu,ch=dD(ag,cg),bv=ag?D:ag,bw=bv?v:bv,ci=bw?u:bw,cj=[0,b2(1,0,bj[2],bi[2],bg[1],bg[2],bf[2],be[2]),0],ck=[0,b2(1,0,bn[2],bm[2],bl[1][2],bl[2],bk[1],bk[2]),cj],cl=[0,b2(1,0,cd,cc,br[2],bq[2],bo[1],bo[2]),ck],d=T([0,b2(1,1,1,1,0,ci,ch,cf),cl],d),h=cK;continue}var
 bV=at}else
 var
@@ -2459,72 +2429,72 @@ b4=N;var
 b5=b4}else
 var
 b5=i;return b5}var
-av=dJ(e,sH);if(av){var
+av=dI(e,sB);if(av){var
 d=[0,av[1],d],h=i;continue}var
 b6=av}else
 var
 b6=w;return b6}return[0,T(d,0)]}}function
-hl(d,c){var
-b=d,a=c;for(;;){if(b){if(a)switch(jZ(b[1],a[1])){case
+hf(d,c){var
+b=d,a=c;for(;;){if(b){if(a)switch(jR(b[1],a[1])){case
 0:var
 b=b[2],a=a[2];continue;case
 1:return 1;default:return 0}return a}return 1}}function
 ck(d){var
-a=he(hl,d);for(;;){if(a){var
+a=g_(hf,d);for(;;){if(a){var
 b=a[2];if(b){var
-c=I(K(a[1],b[1]));if(c){var
+c=I(J(a[1],b[1]));if(c){var
 a=b;continue}return c}return 1}return 1}}function
-kx(c,b,a){if(ep(c))return[0,[0,[6,b],a]];if(a){var
+kp(c,b,a){if(en(c))return[0,[0,[6,b],a]];if(a){var
 d=a[2],e=a[1];if(0===e[0]){var
-f=e[1];if(44===c)return[0,[0,sJ,[0,[0,[0,b,f]],d]]];var
+f=e[1];if(44===c)return[0,[0,sD,[0,[0,[0,b,f]],d]]];var
 g=93===c?1:0,n=g?[0,[0,[6,[3,T(f,[0,b,0])]],d]]:g;return n}var
 h=e[2],i=e[1];if(44===c)return[0,[0,[1,[0,[0,h,b],i],0],d]];var
-j=ff===c?1:0;if(j)var
-k=T(i,[0,[0,h,b],0]),l=ck(q(a0,k)),o=l?[0,[0,[6,[4,k]],d]]:l,m=o;else
+j=fd===c?1:0;if(j)var
+k=T(i,[0,[0,h,b],0]),l=ck(q(aY,k)),o=l?[0,[0,[6,[4,k]],d]]:l,m=o;else
 var
 m=j;return m}return a}function
-sW(Q,P,O){var
+sQ(Q,P,O){var
 e=Q,a=P,i=O;for(;;){if(i){var
 d=i[1];switch(e[0]){case
 0:var
-u=e[1];if(ep(d))var
+u=e[1];if(en(d))var
 c=[0,[0,[0,u],a]];else
 if(d===34)var
-c=[0,[0,sK,a]];else
-if(fH(d))var
+c=[0,[0,sE,a]];else
+if(fA(d))var
 c=[0,[0,[4,[0,d,0]],a]];else
 if(91===d)var
-c=[0,[0,sM,[0,sL,a]]];else
-if(jd===d)var
-c=[0,[0,sN,a]];else
+c=[0,[0,sG,[0,sF,a]]];else
+if(i8===d)var
+c=[0,[0,sH,a]];else
 if(g===d)var
-c=[0,[0,[5,k(sO),0],a]];else
+c=[0,[0,[5,k(sI),0],a]];else
 if(b===d)var
-c=[0,[0,[5,k(sQ),sP],a]];else
+c=[0,[0,[5,k(sK),sJ],a]];else
 if(B===d)var
-c=[0,[0,[5,k(sS),sR],a]];else{var
+c=[0,[0,[5,k(sM),sL],a]];else{var
 q=93===d?1:0,r=q?u:q,o=0;if(r)if(a)var
-s=a[1],c=0===s[0]?s[1]?0:[0,[0,sT,a[2]]]:0;else{var
+s=a[1],c=0===s[0]?s[1]?0:[0,[0,sN,a[2]]]:0;else{var
 t=a;o=1}else{var
 t=r;o=1}if(o)var
 c=t}break;case
 1:var
-v=e[2],w=e[1];if(ep(d))var
+v=e[2],w=e[1];if(en(d))var
 c=[0,[0,[1,w,v],a]];else
 if(d===34)var
 c=[0,[0,[3,[0,w],0,0],a]];else
 var
-x=ff===d?1:0,y=x?v:x,K=y?[0,[0,sU,a]]:y,c=K;break;case
+x=fd===d?1:0,y=x?v:x,K=y?[0,[0,sO,a]]:y,c=K;break;case
 2:var
-z=e[2],A=e[1];if(ep(d))var
+z=e[2],A=e[1];if(en(d))var
 c=[0,[0,[2,A,z],a]];else
 var
-C=58===d?1:0,L=C?[0,[0,sV,[0,[1,A,z],a]]]:C,c=L;break;case
+C=58===d?1:0,L=C?[0,[0,sP,[0,[1,A,z],a]]]:C,c=L;break;case
 3:var
 j=e[3],f=e[1];if(e[2])var
 c=[0,[0,[3,f,0,[0,d,j]],a]];else
 if(d===34){var
-l=sI(0,T(j,0)),p=0;if(l){var
+l=sC(0,T(j,0)),p=0;if(l){var
 D=l[1];if(f)var
 c=[0,[0,[2,f[1],D],a]];else{var
 E=[0,[0,[6,[2,D]],a]];p=1}}else{var
@@ -2533,10 +2503,10 @@ c=E}else
 var
 c=[0,[0,[3,f,92===d?1:0,[0,d,j]],a]];break;case
 4:var
-F=e[1];if(fH(d))var
+F=e[1];if(fA(d))var
 c=[0,[0,[4,[0,d,F]],a]];else
 var
-m=kv(T(F,0)),c=m?kx(d,[1,m[1]],a):m;break;case
+m=kn(T(F,0)),c=m?kp(d,[1,m[1]],a):m;break;case
 5:var
 h=e[1];if(h){var
 G=d===h[1]?1:0;if(G)var
@@ -2546,31 +2516,31 @@ n=G}else
 var
 n=h;var
 c=n;break;default:var
-c=kx(d,e[1],a)}if(c){var
+c=kp(d,e[1],a)}if(c){var
 J=c[1],e=J[1],a=J[2],i=i[2];continue}return c}switch(e[0]){case
 4:if(a)return 0;var
-N=kv(T(e[1],0));return af(function(a){return[1,a]},N);case
+N=kn(T(e[1],0));return af(function(a){return[1,a]},N);case
 6:return a?0:[0,e[1]];default:return 0}}}function
-fI(d){var
+fB(d){var
 e=d[1],f=e[1],g=f[2],c=e[2],b=d[2],h=g?c?b?55:54:b?53:52:c?b?51:50:b?49:48;return f[1]?g?c?b?B:a:b?p:99:c?b?98:97:b?57:56:h}function
-er(a){var
-b=a[1],c=b[1],d=[0,fI(a[2]),0],e=[0,fI(b[2]),d],f=[0,fI(c[2]),e];return[0,92,[0,m,[0,fI(c[1]),f]]]}function
-ky(a){if(a===34)return[0,92,[0,c6,0]];if(92===a)return sY;if(8===a)return sZ;if(12===a)return s0;if(10===a)return s1;if(13===a)return s2;if(9===a)return s3;if(kw(a)&&I(fd===a?1:0))return[0,a,0];function
+ep(a){var
+b=a[1],c=b[1],d=[0,fB(a[2]),0],e=[0,fB(b[2]),d],f=[0,fB(c[2]),e];return[0,92,[0,m,[0,fB(c[1]),f]]]}function
+kq(a){if(a===34)return[0,92,[0,c6,0]];if(92===a)return sS;if(8===a)return sT;if(12===a)return sU;if(10===a)return sV;if(13===a)return sW;if(9===a)return sX;if(ko(a)&&I(fb===a?1:0))return[0,a,0];function
 b(b){return 0!==(a&1<<b)?1:0}var
-c=b(7),d=b(6),e=b(5),f=b(4),g=b(3),h=b(2),i=b(1);return er([0,[0,[0,hm,hm],[0,[0,[0,c,d],e],f]],[0,[0,[0,g,h],i],b(0)]])}function
-s9(aO,aN){var
+c=b(7),d=b(6),e=b(5),f=b(4),g=b(3),h=b(2),i=b(1);return ep([0,[0,[0,hg,hg],[0,[0,[0,c,d],e],f]],[0,[0,[0,g,h],i],b(0)]])}function
+s3(aO,aN){var
 a=aO,c=aN;for(;;){if(c){var
 b=c[2],d=c[1],s=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),aI=s(7),B=s(6);if(s(5))var
 H=0;else
 var
 aH=B?aI:B,H=aH;if(H){if(b){var
-aP=b[2],aQ=b[1],l=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),Q=l(4),R=l(3),S=l(2),U=l(1),V=l(0),e=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aQ),L=e(5),M=e(4),N=e(3),O=e(2),P=e(1),a=T(er([0,[0,[0,hm,[0,[0,[0,0,Q],R],S]],[0,[0,[0,U,V],L],M]],[0,[0,[0,N,O],P],e(0)]]),a),c=aP;continue}return a}var
+aP=b[2],aQ=b[1],l=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),Q=l(4),R=l(3),S=l(2),U=l(1),V=l(0),e=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aQ),L=e(5),M=e(4),N=e(3),O=e(2),P=e(1),a=T(ep([0,[0,[0,hg,[0,[0,[0,0,Q],R],S]],[0,[0,[0,U,V],L],M]],[0,[0,[0,N,O],P],e(0)]]),a),c=aP;continue}return a}var
 o=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),aK=o(7),C=o(6),D=o(5);if(o(4))var
 J=0;else
 var
 aJ=D?C?aK:C:D,J=aJ;if(J){if(b){var
 t=b[2];if(t){var
-aR=t[2],aS=t[1],aT=b[1],n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),af=n(3),ag=n(2),ah=n(1),ai=n(0),g=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aT),$=g(5),aa=g(4),ab=g(3),ac=g(2),ad=g(1),ae=g(0),f=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aS),W=f(5),X=f(4),Y=f(3),Z=f(2),_=f(1),a=T(er([0,[0,[0,[0,[0,[0,af,ag],ah],ai],[0,[0,[0,$,aa],ab],ac]],[0,[0,[0,ad,ae],W],X]],[0,[0,[0,Y,Z],_],f(0)]]),a),c=aR;continue}return a}return a}var
+aR=t[2],aS=t[1],aT=b[1],n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),af=n(3),ag=n(2),ah=n(1),ai=n(0),g=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aT),$=g(5),aa=g(4),ab=g(3),ac=g(2),ad=g(1),ae=g(0),f=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aS),W=f(5),X=f(4),Y=f(3),Z=f(2),_=f(1),a=T(ep([0,[0,[0,[0,[0,[0,af,ag],ah],ai],[0,[0,[0,$,aa],ab],ac]],[0,[0,[0,ad,ae],W],X]],[0,[0,[0,Y,Z],_],f(0)]]),a),c=aR;continue}return a}return a}var
 m=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),aM=m(7),E=m(6),F=m(5),G=m(4);if(m(3))var
 K=0;else
 var
@@ -2578,79 +2548,79 @@ aL=G?F?E?aM:E:F:G,K=aL;if(K){if(b){var
 u=b[2];if(u){var
 v=u[2];if(v){var
 aU=v[2],aV=v[1],aW=u[1],aX=b[1],r=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),aF=r(2),aG=r(1),A=r(0),k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aX),q=k(5),aA=k(4),aB=k(3),aC=k(2),aD=k(1),aE=k(0),j=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aW),au=j(5),av=j(4),aw=j(3),ax=j(2),ay=j(1),az=j(0),i=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aV),ao=i(5),ap=i(4),aq=i(3),ar=i(2),as=i(1),at=i(0);if(aF)var
-w=1,p=s4;else
+w=1,p=sY;else
 var
-h=I(aA),ak=dD(q,h),al=h?I(q):h,am=dD(A,al),y=h?I(q):h,an=y?I(A):y,w=h,p=[0,[0,dD(aG,an),am],ak];var
-x=p[1],aj=er([0,[0,[0,s6,[0,[0,s5,aw],ax]],[0,[0,[0,ay,az],ao],ap]],[0,[0,[0,aq,ar],as],at]]),a=T(z(er([0,[0,[0,s8,[0,[0,s7,x[1]],x[2]]],[0,[0,[0,p[2],w],aB],aC]],[0,[0,[0,aD,aE],au],av]]),aj),a),c=aU;continue}return a}return a}return a}var
-a=T(ky(d),a),c=b;continue}return a}}function
-kz(b,a){return[0,c6,s9([0,c6,b],a)]}function
-hn(q){var
-f=s_,b=q,a=0;for(;;){if(f){var
-d=c(2,w(c(2,c(2,n)))),g=aV(d);if(0===g)var
-e=[0,r,b];else
+h=I(aA),ak=dD(q,h),al=h?I(q):h,am=dD(A,al),z=h?I(q):h,an=z?I(A):z,w=h,p=[0,[0,dD(aG,an),am],ak];var
+x=p[1],aj=ep([0,[0,[0,s0,[0,[0,sZ,aw],ax]],[0,[0,[0,ay,az],ao],ap]],[0,[0,[0,aq,ar],as],at]]),a=T(y(ep([0,[0,[0,s2,[0,[0,s1,x[1]],x[2]]],[0,[0,[0,p[2],w],aB],aC]],[0,[0,[0,aD,aE],au],av]]),aj),a),c=aU;continue}return a}return a}return a}var
+a=T(kq(d),a),c=b;continue}return a}}function
+kr(b,a){return[0,c6,s3([0,c6,b],a)]}function
+hh(q){var
+f=s4,b=q,a=0;for(;;){if(f){var
+d=c(2,x(c(2,c(2,o)))),g=aX(d);if(0===g)var
+e=[0,s,b];else
 if(1===g)var
-e=ay(b,d);else
+e=bm(b,d);else
 var
-h=ay(c3(-1,b),d),m=h[2],o=E(c3(1,d),m),e=[0,c3(-1,h[1]),o];var
-i=e[1],j=e[2],p=0<=aV(j)?j:r,k=E(c(2,c(2,c(2,c(2,w(c(2,n)))))),p),l=0<aV(k)?hd(sz,k):jW;if(x(i,r))return[0,l,a];var
+h=bm(c3(-1,b),d),m=h[2],n=E(c3(1,d),m),e=[0,c3(-1,h[1]),n];var
+i=e[1],j=e[2],p=0<=aX(j)?j:s,k=E(c(2,c(2,c(2,c(2,x(c(2,o)))))),p),l=0<aX(k)?g9(st,k):jO;if(z(i,s))return[0,l,a];var
 f=f[1],b=i,a=[0,l,a];continue}return a}}function
-s$(b,a){return hl(b[1],a[1])}function
-fJ(a,b){if(typeof
-b==="number")return T(k(ta),a);else
+s5(b,a){return hf(b[1],a[1])}function
+fC(a,b){if(typeof
+b==="number")return T(k(s6),a);else
 switch(b[0]){case
-0:return b[1]?T(k(tb),a):T(k(tc),a);case
-1:return T(hn(b[1]),a);case
-2:return kz(a,b[1]);case
+0:return b[1]?T(k(s7),a):T(k(s8),a);case
+1:return T(hh(b[1]),a);case
+2:return kr(a,b[1]);case
 3:var
 i=b[1];if(i){var
 f=a,j=91,c=i;for(;;){if(c){var
-n=c[2],f=fJ([0,j,f],c[1]),j=44,c=n;continue}return[0,93,f]}}return[0,93,[0,91,a]];default:var
+n=c[2],f=fC([0,j,f],c[1]),j=44,c=n;continue}return[0,93,f]}}return[0,93,[0,91,a]];default:var
 l=function(a){if(a)var
-b=a[1],c=b[1],e=l(a[2]),f=b[2],d=[0,[0,c,[2,fJ([0,58,kz(0,c)],f)]],e];else
+b=a[1],c=b[1],e=l(a[2]),f=b[2],d=[0,[0,c,[2,fC([0,58,kr(0,c)],f)]],e];else
 var
-d=a;return d},h=he(s$,l(b[1]));if(h){var
-e=a,m=jd,d=[0,h[1],h[2]];for(;;){if(d){var
+d=a;return d},h=g_(s5,l(b[1]));if(h){var
+e=a,m=i8,d=[0,h[1],h[2]];for(;;){if(d){var
 g=d[1][2];if(typeof
 g!=="number"&&2===g[0]){var
-o=d[2],e=T(T(g[1],0),[0,m,e]),m=44,d=o;continue}return[0,ff,e]}return[0,ff,e]}}return[0,ff,[0,jd,a]]}}function
-es(a){return T(fJ(0,a),0)}function
-et(d){var
+o=d[2],e=T(T(g[1],0),[0,m,e]),m=44,d=o;continue}return[0,fd,e]}return[0,fd,e]}}return[0,fd,[0,i8,a]]}}function
+eq(a){return T(fC(0,a),0)}function
+er(d){var
 b=0,a=d,e=0;for(;;){if(a){var
-c=a[2],b=[0,10,fJ(b,a[1])],a=c;continue}return T(b,e)}}function
+c=a[2],b=[0,10,fC(b,a[1])],a=c;continue}return T(b,e)}}function
 i(a,b){return 0===a[0]?F(b,a[1]):[1,a[1]]}function
 R(a){return[1,k(a)]}function
 O(c,b,a){return c?a:R(b)}function
-a_(b,a){return 0===a[0]?[0,a[1]]:[1,z(b,[0,32,a[1]])]}function
-bd(e,d){var
+a8(b,a){return 0===a[0]?[0,a[1]]:[1,y(b,[0,32,a[1]])]}function
+bb(e,d){var
 b=0,a=d;for(;;){if(a){var
 c=F(e,a[1]);if(0===c[0]){var
 b=[0,c[1],b],a=a[2];continue}return[1,c[1]]}return[0,T(b,0)]}}function
-aQ(b,a){if(typeof
-a==="number")return td;function
+aO(b,a){if(typeof
+a==="number")return s9;function
 c(a){return[0,[0,a]]}return i(F(b,a),c)}function
-bh(a){if(typeof
-a!=="number"&&4===a[0])return[0,a[1]];return R(te)}function
+bf(a){if(typeof
+a!=="number"&&4===a[0])return[0,a[1]];return R(s_)}function
 bp(a){if(typeof
-a!=="number"&&3===a[0])return[0,a[1]];return R(tf)}function
+a!=="number"&&3===a[0])return[0,a[1]];return R(s$)}function
 ah(d,c){var
 a=c;for(;;){if(a){var
-b=a[1];if(K(d,b[1]))return[0,b[2]];var
+b=a[1];if(J(d,b[1]))return[0,b[2]];var
 a=a[2];continue}return a}}function
 Z(c,b){var
 a=ah(c,b),d=a?1:a;return d}function
-bO(b,a){return $(function(b){return K(a,b)},b)}function
+bO(b,a){return $(function(b){return J(a,b)},b)}function
 U(b,d,a){function
 c(a){var
 c=[0,a],e=O(G(function(a){var
-c=bO(b,a[1]);return c?c:bO(d,a[1])},a),tg,c);return O(G(function(b){return Z(b,a)},b),th,e)}return i(bh(a),c)}function
+c=bO(b,a[1]);return c?c:bO(d,a[1])},a),ta,c);return O(G(function(b){return Z(b,a)},b),tb,e)}return i(bf(a),c)}function
 t(d,a,c){var
-b=ah(a,c);return b?a_(a,F(d,b[1])):R(ti)}function
+b=ah(a,c);return b?a8(a,F(d,b[1])):R(tc)}function
 V(b,a){function
-c(a){return bd(b,a)}return i(bp(a),c)}function
-kA(b,a){return x(ag(aj(a)),b)}function
-aA(c,b,a){function
+c(a){return bb(b,a)}return i(bp(a),c)}function
+ks(b,a){return z(ag(aj(a)),b)}function
+ay(c,b,a){function
 d(a){var
-d=bd(b,a);return O(kA(c,a),tj,d)}return i(bp(a),d)}function
+d=bb(b,a);return O(ks(c,a),td,d)}return i(bp(a),d)}function
 X(c){if(typeof
 c!=="number"&&2===c[0]){var
 h=c[1],a=h,j=[0,h];for(;;){if(a){var
@@ -2662,127 +2632,127 @@ var
 f=b;var
 g=f}else
 var
-g=a;return O(I(g),tl,j)}}return R(tk)}function
-aN(a){if(typeof
-a!=="number"&&1===a[0])return[0,a[1]];return R(tm)}function
-fK(b,a){function
-c(a){return O(P(a,b),tn,[0,a])}return i(aN(a),c)}function
-eu(a){if(typeof
-a!=="number"&&0===a[0])return[0,a[1]];return R(to)}function
-ev(d,c){var
+g=a;return O(I(g),tf,j)}}return R(te)}function
+aL(a){if(typeof
+a!=="number"&&1===a[0])return[0,a[1]];return R(tg)}function
+fD(b,a){function
+c(a){return O(P(a,b),th,[0,a])}return i(aL(a),c)}function
+es(a){if(typeof
+a!=="number"&&0===a[0])return[0,a[1]];return R(ti)}function
+et(d,c){var
 a=d;for(;;){if(a){var
-b=a[1];if(K(b[1],c))return[0,b[2]];var
-a=a[2];continue}return R(tp)}}function
-aR(b,a){function
-c(a){return ev(b,a)}return i(X(a),c)}function
-kB(a){return Y(function(a){return z(Y(function(a){return 44===a?tr:[0,a,0]},a),tq)},a)}function
-fL(a){function
+b=a[1];if(J(b[1],c))return[0,b[2]];var
+a=a[2];continue}return R(tj)}}function
+aP(b,a){function
+c(a){return et(b,a)}return i(X(a),c)}function
+kt(a){return Y(function(a){return y(Y(function(a){return 44===a?tl:[0,a,0]},a),tk)},a)}function
+fE(a){function
 b(a){var
-b=O(ck(a),ts,[0,a]),c=a?1:a;return O(c,tt,b)}return i(V(X,a),b)}function
-fM(b,a){function
+b=O(ck(a),tm,[0,a]),c=a?1:a;return O(c,tn,b)}return i(V(X,a),b)}function
+fF(b,a){function
 c(a){var
-b=O(ck(q(kB,a)),tu,[0,a]),c=a?1:a;return O(c,tv,b)}return i(V(function(a){return aA(b,X,a)},a),c)}function
-kC(c,b,a){function
+b=O(ck(q(kt,a)),to,[0,a]),c=a?1:a;return O(c,tp,b)}return i(V(function(a){return ay(b,X,a)},a),c)}function
+ku(c,b,a){function
 d(a){function
 f(a){var
-c=dJ(a,eq);if(c){if(!b)return 0!==(a&32)?1:0;var
+c=dI(a,eo);if(c){if(!b)return 0!==(a&32)?1:0;var
 d=b}else
 var
 d=c;return d}var
-d=ku(c,a),g=[0,a],e=d?kA(ag(c),a):d,h=e?G(f,a):e;return O(h,tw,g)}return i(X(a),d)}var
-tx=0;function
-fN(a){return kC(ty,tx,a)}function
-kD(b,a){return[0,E(s(b[1],a[2]),a[1]),s(b[2],a[2])]}function
-ho(b,a){if(a){var
-c=a[2],d=a[1];return d?[0,0,ho(kD(d[1],b),c)]:[0,[0,b],c]}return[0,[0,b],0]}function
-kE(d){var
+d=km(c,a),g=[0,a],e=d?ks(ag(c),a):d,h=e?G(f,a):e;return O(h,tq,g)}return i(X(a),d)}var
+tr=0;function
+fG(a){return ku(ts,tr,a)}function
+kv(b,a){return[0,E(r(b[1],a[2]),a[1]),r(b[2],a[2])]}function
+hi(b,a){if(a){var
+c=a[2],d=a[1];return d?[0,0,hi(kv(d[1],b),c)]:[0,[0,b],c]}return[0,[0,b],0]}function
+kw(d){var
 a=d;for(;;){if(a){var
 b=a[2],c=a[1];if(c){var
-e=c[1];return kD(kE(b),e)}var
-a=b;continue}return[0,r,n]}}function
-kF(l,k,j,i){var
+e=c[1];return kv(kw(b),e)}var
+a=b;continue}return[0,s,o]}}function
+kx(l,k,j,i){var
 e=l,a=k,d=j,b=i;for(;;){if(b){var
-g=b[2],f=hj(b[1]);if(f){var
+g=b[2],f=hd(b[1]);if(f){var
 h=f[1];if(d){var
-m=d[1],o=a[2],p=s(c(2,w(c(2,c(2,n)))),o),q=a[1],a=[0,E(s(c(2,w(c(2,c(2,n)))),q),h),p],d=m,b=g;continue}var
-r=[0,h,c(2,w(c(2,c(2,n))))],e=ho(a,e),a=r,d=tz,b=g;continue}return f}return[0,kE(ho(a,e))[1]]}}function
-hp(a){return a?a[2]?48===a[1]?0:kF(0,[0,r,n],tA,a):kF(0,[0,r,n],tB,a):a}function
-hq(e){var
-b=c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,c(2,c(2,c(2,c(2,w(c(2,n))))))))))))))))))))),a=e;for(;;){if(a){if(!J(b,r)){var
-b=S(b,n),a=a[2];continue}var
+m=d[1],n=a[2],p=r(c(2,x(c(2,c(2,o)))),n),q=a[1],a=[0,E(r(c(2,x(c(2,c(2,o)))),q),h),p],d=m,b=g;continue}var
+s=[0,h,c(2,x(c(2,c(2,o))))],e=hi(a,e),a=s,d=tt,b=g;continue}return f}return[0,kw(hi(a,e))[1]]}}function
+hj(a){return a?a[2]?48===a[1]?0:kx(0,[0,s,o],tu,a):kx(0,[0,s,o],tv,a):a}function
+hk(e){var
+b=c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,c(2,c(2,c(2,c(2,x(c(2,o))))))))))))))))))))),a=e;for(;;){if(a){if(!K(b,s)){var
+b=S(b,o),a=a[2];continue}var
 d=0}else
 var
-d=1;return d?hp(e):d}}function
-kG(g,f,e){var
+d=1;return d?hj(e):d}}function
+ky(g,f,e){var
 b=f,a=e;for(;;){if(a){var
-c=a[2],d=a[1];if(fi(d,g))return[0,T(b,0),[0,c]];var
+c=a[2],d=a[1];if(fg(d,g))return[0,T(b,0),[0,c]];var
 b=[0,d,b],a=c;continue}return[0,T(b,0),0]}}function
-kH(m){var
-e=kG(47,0,m),f=e[2],g=e[1];if(f){var
-b=hq(g);if(b){var
-h=b[1],c=hq(f[1]);if(c){var
-a=c[1],k=aV(a);if(0===k)return 0;if(0<k){var
-i=I(jQ(a,n)),j=i?x(g_(h,a),n):i,o=j?[0,[0,h,a]]:j;return o}return 0}var
+kz(m){var
+e=ky(47,0,m),f=e[2],g=e[1];if(f){var
+b=hk(g);if(b){var
+h=b[1],c=hk(f[1]);if(c){var
+a=c[1],k=aX(a);if(0===k)return 0;if(0<k){var
+i=I(jI(a,o)),j=i?z(g4(h,a),o):i,n=j?[0,[0,h,a]]:j;return n}return 0}var
 l=c}else
 var
 l=b;return l}var
-d=hq(g),p=d?[0,[0,d[1],n]]:d;return p}function
+d=hk(g),p=d?[0,[0,d[1],o]]:d;return p}function
 av(e){if(typeof
 e!=="number"&&2===e[0]){var
 a=e[1];if(a)if(45===a[1]){var
-c=kH(a[2]),f=0;if(c){var
-d=c[1];if(x(d[1],r))var
+c=kz(a[2]),f=0;if(c){var
+d=c[1];if(z(d[1],s))var
 b=0;else{var
-g=[0,[0,aL(d[1]),d[2]]];f=1}}else{var
+g=[0,[0,aJ(d[1]),d[2]]];f=1}}else{var
 g=c;f=1}if(f)var
 b=g}else
 var
-b=kH(a);else
+b=kz(a);else
 var
-b=a;return b?[0,b[1]]:R(tD)}return R(tC)}function
+b=a;return b?[0,b[1]]:R(tx)}return R(tw)}function
 am(a){function
-b(a){return O(J(r,a[1]),tE,[0,a])}return i(av(a),b)}var
-kI=k(tF);function
+b(a){return O(K(s,a[1]),ty,[0,a])}return i(av(a),b)}var
+kA=k(tz);function
 by(a){if(typeof
-a!=="number"&&2===a[0]){if(K(a[1],kI))return tH;var
-b=function(a){return[0,[0,a]]};return i(av(a),b)}return R(tG)}function
+a!=="number"&&2===a[0]){if(J(a[1],kA))return tB;var
+b=function(a){return[0,[0,a]]};return i(av(a),b)}return R(tA)}function
 cK(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=K(b[1],a[1]);if(c){var
+c=J(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return a?0:1}}var
-kJ=aL(c(2,n));function
-ew(c){return function(d){var
-b=r,a=d;for(;;){if(a){if(F(c,a[1]))return b;var
-b=E(b,n),a=a[2];continue}return kJ}}}function
-fO(a){var
+kB=aJ(c(2,o));function
+eu(c){return function(d){var
+b=s,a=d;for(;;){if(a){if(F(c,a[1]))return b;var
+b=E(b,o),a=a[2];continue}return kB}}}function
+fH(a){var
 b=a[5];if(b)return b[1];var
 c=a[7];return Y(function(a){var
 b=a[4];return Y(function(a){var
 b=a?[0,a[1],0]:a;return b},b)},c)}function
-fP(a){var
-b=fO(a);return $(function(a){return P(a[1],r)},b)}function
-bP(b,a){return x(ag(aj(a)),b)}function
-ex(c,a){var
-b=J(r,a);return b?P(a,c):b}function
-kK(a){return x(a[1],a[2])}function
-hr(a){var
-v=P(r,a[1]);if(v){var
-w=P(r,a[2]);if(w){var
-y=P(r,a[3]);if(y){var
-z=a[5];if(z)var
-l=bP(a[3],z[1]);else
+fI(a){var
+b=fH(a);return $(function(a){return P(a[1],s)},b)}function
+bP(b,a){return z(ag(aj(a)),b)}function
+ev(c,a){var
+b=K(s,a);return b?P(a,c):b}function
+kC(a){return z(a[1],a[2])}function
+hl(a){var
+v=P(s,a[1]);if(v){var
+w=P(s,a[2]);if(w){var
+x=P(s,a[3]);if(x){var
+y=a[5];if(y)var
+l=bP(a[3],y[1]);else
 var
 F=a[7],M=F?1:F,l=M;if(l){if(1===a[4])var
-I=a[7],m=kK(az(q(function(a){return a[5]},I)));else
+I=a[7],m=kC(ax(q(function(a){return a[5]},I)));else
 var
 m=1;if(m){var
 A=a[6];if(A){var
 e=A[1],B=a[4]?0:1;if(B){var
-C=ex(e[3],e[2]);if(C){var
-J=e[1],K=a[3],D=G(function(a){return ex(K,a)},J);if(D){var
+C=ev(e[3],e[2]);if(C){var
+J=e[1],K=a[3],D=G(function(a){return ev(K,a)},J);if(D){var
 d=e[1];for(;;){if(d){var
 k=d[2];if(k){var
 u=P(d[1],k[1]);if(u){var
@@ -2803,25 +2773,25 @@ o=f}else
 var
 o=1;if(o){var
 L=a[7],E=G(function(b){var
-k=ex(a[1],b[1]);if(k){var
-l=ex(a[2],b[2]);if(l){var
+k=ev(a[1],b[1]);if(k){var
+l=ev(a[2],b[2]);if(l){var
 m=bP(a[3],b[3]);if(m){var
 n=G(au,b[3]);if(n){var
-o=a[4]?kK(az(b[3])):ac(az(b[3]));if(o){var
+o=a[4]?kC(ax(b[3])):ac(ax(b[3]));if(o){var
 p=1===a[4]?au(b[5]):1;if(p){if(a[5])var
 d=1;else{var
 f=bP(a[3],b[4]);if(f)var
-s=W(b[3],b[4]),d=G(function(a){var
-b=a[1];return a[2]?1:x(b[1],r)},s);else
+r=W(b[3],b[4]),d=G(function(a){var
+b=a[1];return a[2]?1:z(b[1],s)},r);else
 var
 d=f}if(d){var
 g=a[6];if(g){var
 h=bP(g[1][3],b[6]);if(h){var
 v=b[6],w=a[3],i=G(function(a){return bP(w,a)},v);if(i){var
-y=b[6],j=G(function(a){return G(au,a)},y);if(j){var
-z=b[3],A=b[6],t=dG(a[3]),u=q(function(a){return Q},t),B=W(aP(function(b,a){var
-c=W(b,a);return q(function(a){return ab(a[1],a[2])},c)},A,u),z);return G(function(a){var
-b=dH(a[2]);return b1(a[1],b)},B)}var
+x=b[6],j=G(function(a){return G(au,a)},x);if(j){var
+y=b[3],A=b[6],t=dF(a[3]),u=q(function(a){return Q},t),B=W(aN(function(b,a){var
+c=W(b,a);return q(function(a){return ab(a[1],a[2])},c)},A,u),y);return G(function(a){var
+b=dG(a[2]);return b1(a[1],b)},B)}var
 e=j}else
 var
 e=i}else
@@ -2843,12 +2813,12 @@ c=k;return c},L);if(E){var
 c=a[7];for(;;){if(c){var
 g=c[2];if(g){var
 h=g[1],i=c[1],p=P(i[1],h[1]),H=0;if(p)var
-s=p;else{var
-t=x(i[1],h[1]);if(t){var
+r=p;else{var
+t=z(i[1],h[1]);if(t){var
 j=P(i[2],h[2]);H=1}else
 var
-s=t}if(!H)var
-j=s;if(j){var
+r=t}if(!H)var
+j=r;if(j){var
 c=g;continue}return j}return 1}return 1}}var
 b=E}else
 var
@@ -2858,172 +2828,172 @@ b=m}else
 var
 b=l}else
 var
-b=y}else
+b=x}else
 var
 b=w}else
 var
 b=v;return b}var
-ao=aL(n);function
+ao=aJ(o);function
 cl(h){var
-e=tI,b=h;b:for(;;){if(e&&b&&b[2]){var
+e=tC,b=h;b:for(;;){if(e&&b&&b[2]){var
 c=0,a=b;for(;;){if(a){var
 d=a[2];if(d){var
 g=d[2],c=[0,ab(a[1],d[1]),c],a=g;continue}var
 f=T(c,a)}else
 var
 f=T(c,a);var
-e=e[1],b=f;continue b}}return az(b)}}function
-hs(a,b){return c4(a,em(function(c,d){var
-b=F(a,d);return J(F(a,c),b)},b))}function
-kL(c,b){var
+e=e[1],b=f;continue b}}return ax(b)}}function
+hm(a,b){return c4(a,ek(function(c,d){var
+b=F(a,d);return K(F(a,c),b)},b))}function
+kD(c,b){var
 a=c[5];if(a)return a[1];var
 d=b[4];return q(function(a){return a?a[1]:Q},d)}function
-kM(a,b){if(a)var
-d=q(ch,b),e=kM(a[1],d),c=[0,cl(q(function(a){return bN(Q,a)},b)),e];else
+kE(a,b){if(a)var
+d=q(ch,b),e=kE(a[1],d),c=[0,cl(q(function(a){return bN(Q,a)},b)),e];else
 var
 c=a;return c}function
-kN(a){var
-b=s(a[1],a[2]);return x(ag(aj(a[7])),b)}function
-ht(a){return 2<=a[4]?kN(a):1}function
-kO(f,e,a){var
-b=a[6],d=W(q(ag,aT(0,aj(b))),b),c=q(bb,al(function(a){return bn(x(a[1],f[2]),x(e,r))},d)),g=az(q(function(g){var
-d=0,b=r,c=f[1],a=g;for(;;){if(c&&a){var
-e=a[2];if(x(c[1],b)){var
-d=[0,a[1],d],b=E(b,n),c=c[2],a=e;continue}var
-b=E(b,n),a=e;continue}return az(d)}},c)),h=[0,az(q(az,c)),g];return[0,a[2],h]}function
-fQ(a,c,b,i){if(i){var
-f=0,g=a[7],h=hs(a0,q(function(a){return kO(c,b,a)},g));return[0,[0,ao,q(function(a){var
-b=q(bb,a[2]),d=a[1],c=cl(q(bb,b));return[0,d,[0,cl(q(a0,b)),c]]},h)],f]}var
+kF(a){var
+b=r(a[1],a[2]);return z(ag(aj(a[7])),b)}function
+hn(a){return 2<=a[4]?kF(a):1}function
+kG(f,e,a){var
+b=a[6],d=W(q(ag,aR(0,aj(b))),b),c=q(a$,al(function(a){return bn(z(a[1],f[2]),z(e,s))},d)),g=ax(q(function(g){var
+d=0,b=s,c=f[1],a=g;for(;;){if(c&&a){var
+e=a[2];if(z(c[1],b)){var
+d=[0,a[1],d],b=E(b,o),c=c[2],a=e;continue}var
+b=E(b,o),a=e;continue}return ax(d)}},c)),h=[0,ax(q(ax,c)),g];return[0,a[2],h]}function
+fJ(a,c,b,i){if(i){var
+f=0,g=a[7],h=hm(aY,q(function(a){return kG(c,b,a)},g));return[0,[0,ao,q(function(a){var
+b=q(a$,a[2]),d=a[1],c=cl(q(a$,b));return[0,d,[0,cl(q(aY,b)),c]]},h)],f]}var
 d=a[7],e=c4(function(a){return a[1]},d);return q(function(a){var
-d=a[2],e=q(function(a){return kO(c,b,a)},d);return[0,a[1],e]},e)}function
-kP(a){var
+d=a[2],e=q(function(a){return kG(c,b,a)},d);return[0,a[1],e]},e)}function
+kH(a){var
 b=at(a[2][1]),c=M(a[2][2],b);return[0,a[1],c]}function
-fR(a){return ac(a[2][1])}function
-hu(b,a){return[0,[0,[0,ao,b],ao],q(function(a){return[0,a[1],a[3]]},a)]}function
-hv(a,d,c,b){if(a)var
+fK(a){return ac(a[2][1])}function
+ho(b,a){return[0,[0,[0,ao,b],ao],q(function(a){return[0,a[1],a[3]]},a)]}function
+hp(a,d,c,b){if(a)var
 f=q(function(a){var
-b=ch(a[2]);return[0,a[1],b]},b),g=hv(a[1],d,E(c,n),f),e=[0,[0,[0,[0,ao,d],c],q(function(a){var
+b=ch(a[2]);return[0,a[1],b]},b),g=hp(a[1],d,E(c,o),f),e=[0,[0,[0,[0,ao,d],c],q(function(a){var
 b=bN(Q,a[2]);return[0,a[1],b]},b)],g];else
 var
 e=a;return e}function
-kQ(a){return q(function(a){return[0,a[1],a[2]]},a)}function
-tJ(a,b,d){if(x(b[2][1],r)){var
+kI(a){return q(function(a){return[0,a[1],a[2]]},a)}function
+tD(a,b,d){if(z(b[2][1],s)){var
 c=bZ(function(a){return ac(a[2])},d),e=c?c[1]:a;return[0,0,e]}var
 f=at(b[2]);return[0,[0,M(a[2],f)],a]}function
-tK(a,b,d){var
-c=aI(b[2]);return[0,[0,ab(a[2],c)],a]}function
-kR(q,p,e){var
+tE(a,b,d){var
+c=aG(b[2]);return[0,[0,ab(a[2],c)],a]}function
+kJ(q,p,e){var
 f=e[2];if(f){var
 g=f[2];if(g){var
 i=g[1],h=f[1],b=h,a=h,c=[0,i,g[2]];for(;;){if(c){var
 d=c[1],m=c[2],n=A(a[2],d[2])?a:d,o=A(d[2],b[2])?b:d,b=o,a=n,c=m;continue}if(A(b[2],a[2]))return[0,[0,[0,q],e[1],h,i]];var
-j=oY(p,b,a,e[2]),k=[0,[0,j[1],e[1],j[2],a]];break}}else
+j=oR(p,b,a,e[2]),k=[0,[0,j[1],e[1],j[2],a]];break}}else
 var
 k=g;var
 l=k}else
 var
 l=f;return l}function
-tL(a){return kR(L,tJ,a)}function
-kS(a){return kR(Q,tK,a)}function
+tF(a){return kJ(L,tD,a)}function
+kK(a){return kJ(Q,tE,a)}function
 c7(b,a){return b?a?A(b[1],a[1]):1:a?0:1}function
-hw(c,a){var
-b=0;return aP(function(a,d){var
+hq(c,a){var
+b=0;return aN(function(a,d){var
 b=F(c,d);return a?b?c7(b[1][1],a[1][1])?a:b:a:b},a,b)}function
-fS(a){var
+fL(a){var
 c=a[2],b=c[1];return[0,a[1],[0,b[1],b[2],c[2],a[3][1],a[4][1]],[0,[0,a[3][2],a[4][2]]],0]}var
-kT=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,n))))))))))))))))))))))))))));function
-tM(a){return aC(s(a[1],kT),a[2])}function
-kU(a){var
-b=q(tM,a[2]);return[0,a[1],a[2],b]}function
-kV(h,g){var
+kL=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,o))))))))))))))))))))))))))));function
+tG(a){return aA(r(a[1],kL),a[2])}function
+kM(a){var
+b=q(tG,a[2]);return[0,a[1],a[2],b]}function
+kN(h,g){var
 b=h,a=g;for(;;){if(b){if(a){var
 c=a[2],d=a[1],e=b[2],f=b[1];if(A(f,d)){var
 b=e,a=c;continue}var
-i=kV(e,c);return ab(ab(f,aI(d)),i)}return Q}return Q}}function
-kW(b,a){if(b){if(a){var
-c=a[1],d=b[1],e=kW(b[2],a[2]),f=P(d,c)?r:E(S(d,c),n);return E(f,e)}return r}return r}function
-kX(e,d,c,a){var
-b=[0,kV(d[2],c[2]),e,d,c];return a?A(b[1],a[1][1])?a:[0,b]:[0,b]}function
-kY(a){var
-b=0;return aP(function(g,d){var
+i=kN(e,c);return ab(ab(f,aG(d)),i)}return Q}return Q}}function
+kO(b,a){if(b){if(a){var
+c=a[1],d=b[1],e=kO(b[2],a[2]),f=P(d,c)?s:E(S(d,c),o);return E(f,e)}return s}return s}function
+kP(e,d,c,a){var
+b=[0,kN(d[2],c[2]),e,d,c];return a?A(b[1],a[1][1])?a:[0,b]:[0,b]}function
+kQ(a){var
+b=0;return aN(function(g,d){var
 e=d[1],a=d[2],b=g;for(;;){if(a){var
-c=a[2],f=a[1],a=c,b=aP(function(c){return function(a,b){if(a){var
-d=a[1],f=s(d[1][1],kT),g=d[1][2];return J(s(kW(c[3],b[3]),g),f)?a:kX(e,c,b,a)}return kX(e,c,b,0)}}(f),c,b);continue}return b}},a,b)}function
-kZ(i,h,g){var
+c=a[2],f=a[1],a=c,b=aN(function(c){return function(a,b){if(a){var
+d=a[1],f=r(d[1][1],kL),g=d[1][2];return K(r(kO(c[3],b[3]),g),f)?a:kP(e,c,b,a)}return kP(e,c,b,0)}}(f),c,b);continue}return b}},a,b)}function
+kR(i,h,g){var
 c=i,b=h,a=g;for(;;){if(b)if(a){var
 e=a[2],f=b[2];if(A(b[1],a[1])){var
-c=E(c,n),b=f,a=e;continue}var
-d=[0,c,kZ(E(c,n),f,e)]}else
+c=E(c,o),b=f,a=e;continue}var
+d=[0,c,kR(E(c,o),f,e)]}else
 var
 d=a;else
 var
 d=b;return d}}function
-k0(a){var
-b=kZ(r,a[3][2],a[4][2]);return[0,[0,a[1]],[0,ao,a[2],ao,a[3][1],a[4][1]],0,b]}function
-tN(a){if(typeof
+kS(a){var
+b=kR(s,a[3][2],a[4][2]);return[0,[0,a[1]],[0,ao,a[2],ao,a[3][1],a[4][1]],0,b]}function
+tH(a){if(typeof
 a!=="number"&&0===a[0])return a[2]?0:1;return 0}function
-ey(a,b){var
+ew(a,b){var
 c=a?[0,b,0]:a;return c}function
-fT(a){if(a)var
+fM(a){if(a)var
 b=a[2],c=b?1:b;else
 var
 c=a;return c}function
-k1(a){var
+kT(a){var
 b=a?1:a;return b}function
-tP(j,aq,W,V){var
-ar=dG(j[1]),f=0,g=ar,k=aq;function
+tJ(j,aq,W,V){var
+ar=dF(j[1]),f=0,g=ar,k=aq;function
 as(a){return a[1]}var
 aj=0;for(;;){if(g){var
 w=g[2],m=g[1];if(k){var
-E=k[1];if(x(E[1],m)){var
+E=k[1];if(z(E[1],m)){var
 ai=k[2],f=[0,[0,m,q(as,E[2])],f],g=w,k=ai;continue}var
 f=[0,[0,m,0],f],g=w;continue}var
 f=[0,[0,m,0],f],g=w,k=0;continue}var
-F=T(f,aj);if($(tN,V))return 0;var
-p=F,e=V,at=dG(j[2]);c:for(;;){if(p){var
+F=T(f,aj);if($(tH,V))return 0;var
+p=F,e=V,at=dF(j[2]);c:for(;;){if(p){var
 L=p[1],ak=L[1];if(e){var
-o=e[1],Z=0;if(typeof
-o==="number"||!(0===o[0]))Z=1;else
+n=e[1],Z=0;if(typeof
+n==="number"||!(0===n[0]))Z=1;else
 var
-s=x(o[1],ak)?[0,o[2],e[2]]:[0,0,e];if(Z)var
-s=[0,0,e]}else
+r=z(n[1],ak)?[0,n[2],e[2]]:[0,0,e];if(Z)var
+r=[0,0,e]}else
 var
-s=[0,0,e];var
-h=at,l=L[2],d=s[1];for(;;){if(h){var
-y=h[2],A=h[1];if(l){if(x(l[1],A)){var
-h=y,l=l[2];continue}if(d){var
-G=x(d[1],A);if(G){var
-h=y,d=d[2];continue}var
+r=[0,0,e];var
+h=at,l=L[2],d=r[1];for(;;){if(h){var
+x=h[2],A=h[1];if(l){if(z(l[1],A)){var
+h=x,l=l[2];continue}if(d){var
+G=z(d[1],A);if(G){var
+h=x,d=d[2];continue}var
 H=G}else
 var
 H=d;var
 t=H}else{if(d){var
-J=x(d[1],A);if(J){var
-h=y,l=0,d=d[2];continue}var
+J=z(d[1],A);if(J){var
+h=x,l=0,d=d[2];continue}var
 K=J}else
 var
 K=d;var
 t=K}}else
 var
 t=d?0:1;if(t){var
-p=p[2],e=s[2];continue c}var
+p=p[2],e=r[2];continue c}var
 v=t;break}}else
 var
 v=[0,e];if(v){var
 B=j[6];if(B)var
-C=B[1],ap=[0,r,[0,n,0]],X=Y(function(a){var
-b=C[4],c=b?fQ(j,C,a,1):b,d=z(fQ(j,C,a,0),c);return Y(function(e){var
-b=e[2],f=e[1],c=q(a0,al(function(a){return I(fR(a))},b)),d=fT(b),g=[4,a,f],h=d?I(fT(al(fR,b))):d,i=ey(h,g);return z(ey(k1(c),[3,a,f,c]),i)},d)},ap);else
+C=B[1],ap=[0,s,[0,o,0]],X=Y(function(a){var
+b=C[4],c=b?fJ(j,C,a,1):b,d=y(fJ(j,C,a,0),c);return Y(function(e){var
+b=e[2],f=e[1],c=q(aY,al(function(a){return I(fK(a))},b)),d=fM(b),g=[4,a,f],h=d?I(fM(al(fK,b))):d,i=ew(h,g);return y(ew(kT(c),[3,a,f,c]),i)},d)},ap);else
 var
-X=B;if(ht(j))var
-am=1,M=ey(I(fT(al(function(a){return ac(a[4])},W))),am);else
+X=B;if(hn(j))var
+am=1,M=ew(I(fM(al(function(a){return ac(a[4])},W))),am);else
 var
-M=tO;var
-an=al(function(a){return I(ac(a[4]))},W),N=q(function(a){return a[1]},an),ao=z(ey(k1(N),[2,N]),M),au=z(z(Y(function(a){var
-b=[1,a[1]];return ey(I(fT(a[2])),b)},F),ao),X),u=v[1],i=au;for(;;){if(u){if(i){var
+M=tI;var
+an=al(function(a){return I(ac(a[4]))},W),N=q(function(a){return a[1]},an),ao=y(ew(kT(N),[2,N]),M),au=y(y(Y(function(a){var
+b=[1,a[1]];return ew(I(fM(a[2])),b)},F),ao),X),u=v[1],i=au;for(;;){if(u){if(i){var
 a=i[1],c=u[1],D=function(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=x(b[1],a[1]);if(c){var
+c=z(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
@@ -3044,13 +3014,13 @@ switch(c[0]){case
 ab=0;if(typeof
 a==="number"||!(0===a[0]))ab=1;else
 var
-O=x(c[1],a[1]),b=O?D(c[2],a[2]):O;if(ab)var
+O=z(c[1],a[1]),b=O?D(c[2],a[2]):O;if(ab)var
 b=0;break;case
 1:var
 ad=0;if(typeof
 a==="number"||!(1===a[0]))ad=1;else
 var
-b=x(c[1],a[1]);if(ad)var
+b=z(c[1],a[1]);if(ad)var
 b=0;break;case
 2:var
 ae=0;if(typeof
@@ -3061,8 +3031,8 @@ b=0;break;case
 3:var
 af=0;if(typeof
 a==="number"||!(3===a[0]))af=1;else{var
-P=x(c[1],a[1]),ag=0;if(P){var
-Q=x(c[2],a[2]);if(Q){var
+P=z(c[1],a[1]),ag=0;if(P){var
+Q=z(c[2],a[2]);if(Q){var
 b=D(c[3],a[3]);ag=1}else
 var
 R=Q}else
@@ -3073,19 +3043,19 @@ b=0;break;default:var
 ah=0;if(typeof
 a==="number"||!(4===a[0]))ah=1;else
 var
-S=x(c[1],a[1]),b=S?x(c[2],a[2]):S;if(ah)var
+S=z(c[1],a[1]),b=S?z(c[2],a[2]):S;if(ah)var
 b=0}if(b){var
 u=u[2],i=i[2];continue}var
 U=b}else
 var
 U=i;return U}return i?0:1}}return v}}}function
-fU(b,a){var
+fN(b,a){var
 c=A(b,a);return c?A(a,b):c}function
-k2(b,a){return M(b,at(a))}var
-ez=c(2,c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,c(2,w(c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,w(c(2,n)))))))))))))))))))))))));function
-k3(K,j,a){if(a){var
-e=a[1],k=fU(e[1],L);if(k){if(j)var
-f=e[2],m=f?fU(j[1],f[1]):f,g=m;else
+kU(b,a){return M(b,at(a))}var
+ex=c(2,c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,c(2,x(c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,x(c(2,o)))))))))))))))))))))))));function
+kV(J,j,a){if(a){var
+e=a[1],k=fN(e[1],L);if(k){if(j)var
+f=e[2],m=f?fN(j[1],f[1]):f,g=m;else
 var
 n=e[2]?0:1,g=n;if(g){var
 b=a;for(;;){if(b){var
@@ -3096,14 +3066,14 @@ c=i}else
 var
 c=1}else
 var
-c=1;if(c)return G(function(a){if(K){var
-B=K[1],j=a[2];if(j){var
-d=k2(B,a[1]),C=ac(a[1]);if(C){var
+c=1;if(c)return G(function(a){if(J){var
+B=J[1],j=a[2];if(j){var
+d=kU(B,a[1]),C=ac(a[1]);if(C){var
 D=I(A(B,a[1]));if(D){var
-g=j[1],q=aC(s(g[1],ez),g[2]),t=x(s(q,g[2]),s(g[1],ez));if(t){var
-c=d[2],i=d[1],b=S(s(c,q),s(i,ez)),m=s(S(s(i,i),s(c,c)),s(ez,ez)),N=J(b,r),n=N||J(s(b,b),m),l=0;if(n){var
-o=P(r,E(b,c));if(o)var
-h=P(m,s(E(b,c),E(b,c)));else{var
+g=j[1],q=aA(r(g[1],ex),g[2]),t=z(r(q,g[2]),r(g[1],ex));if(t){var
+c=d[2],i=d[1],b=S(r(c,q),r(i,ex)),m=r(S(r(i,i),r(c,c)),r(ex,ex)),N=K(b,s),n=N||K(r(b,b),m),l=0;if(n){var
+o=P(s,E(b,c));if(o)var
+h=P(m,r(E(b,c),E(b,c)));else{var
 p=o;l=1}}else{var
 p=n;l=1}if(l)var
 h=p}else
@@ -3111,11 +3081,11 @@ var
 h=t;if(h){var
 u=d,e=a[3];for(;;){if(e){var
 v=e[1],f=v[1],w=I(A(f,u));if(w){var
-O=ab(f,aI(d)),Q=aI(L),R=k2(ab(M(d,f),Q),O),y=fU(v[2],R);if(y){var
+O=ab(f,aG(d)),Q=aG(L),R=kU(ab(M(d,f),Q),O),x=fN(v[2],R);if(x){var
 u=f,e=e[2];continue}var
-z=y}else
+y=x}else
 var
-z=w;return z}return 1}}var
+y=w;return y}return 1}}var
 k=h}else
 var
 k=D}else
@@ -3124,7 +3094,7 @@ k=C;var
 F=k}else
 var
 F=j;return F}if(a[2])return 0;var
-G=fU(a[1],L);if(G){if(a[3])return 0;var
+G=fN(a[1],L);if(G){if(a[3])return 0;var
 H=1}else
 var
 H=G;return H},a);var
@@ -3136,39 +3106,39 @@ h=k;var
 l=h}else
 var
 l=a;return l}function
-k4(c,a){var
-b=S(cg(a[1]),c);if(P(r,b)){var
-d=E(a[2],b);return[0,jU(a[1],b),d]}return a}function
-k5(d,g){var
-l=c(2,c(2,c(2,c(2,c(2,c(2,n)))))),e=E(s(c(2,n),d),l),f=bE(g[2],d),k=[0,cf(r,aC(bE(E(f,g[1]),e),f)),aL(e)],b=a1(d),a=k;for(;;){if(b){var
-h=a[2],i=s(c(2,n),h),j=k4(e,[0,s(a[1],a[1]),i]),b=b[1],a=j;continue}return a}}function
-k6(c,b,a){if(J(r,a[2]))return P(c,bE(s(a[1],b),a[2]));var
-d=s(a[1],b);return P(bE(c,aL(a[2])),d)}var
-tQ=[0,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,n)))))))))))))),0],tR=[0,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,n))))))))))),tQ],tS=[0,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,n))))))))),tR],tT=[0,c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,n)))))))),tS],tU=[0,c(2,c(2,c(2,c(2,c(2,c(2,n)))))),tT];function
-eA(b,a){var
-c=b[1],e=b[2];if(P(c,e))return 0;if(P(a[1],r))return 0;if(x(c,e))return[0,jS(r,a[1])];var
-i=a[1],j=a[2];if(J(s(E(cg(c),n),j),i))return tX;if(J(s(S(c,e),a[2]),s(a[1],e)))return tY;if(J(s(a[1],c),s(S(c,e),a[2])))return tZ;var
-d=tU;for(;;){if(d){var
-f=d[1],g=k5(f,a);if(k6(b[1],b[2],g))return tV;var
-h=k5(f,[0,aL(a[1]),a[2]]);if(k6(b[2],b[1],h))return tW;var
+kW(c,a){var
+b=S(cg(a[1]),c);if(P(s,b)){var
+d=E(a[2],b);return[0,jM(a[1],b),d]}return a}function
+kX(d,g){var
+l=c(2,c(2,c(2,c(2,c(2,c(2,o)))))),e=E(r(c(2,o),d),l),f=bE(g[2],d),k=[0,cf(s,aA(bE(E(f,g[1]),e),f)),aJ(e)],b=aZ(d),a=k;for(;;){if(b){var
+h=a[2],i=r(c(2,o),h),j=kW(e,[0,r(a[1],a[1]),i]),b=b[1],a=j;continue}return a}}function
+kY(c,b,a){if(K(s,a[2]))return P(c,bE(r(a[1],b),a[2]));var
+d=r(a[1],b);return P(bE(c,aJ(a[2])),d)}var
+tK=[0,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,o)))))))))))))),0],tL=[0,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,o))))))))))),tK],tM=[0,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,o))))))))),tL],tN=[0,c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,o)))))))),tM],tO=[0,c(2,c(2,c(2,c(2,c(2,c(2,o)))))),tN];function
+ey(b,a){var
+c=b[1],e=b[2];if(P(c,e))return 0;if(P(a[1],s))return 0;if(z(c,e))return[0,jK(s,a[1])];var
+i=a[1],j=a[2];if(K(r(E(cg(c),o),j),i))return tR;if(K(r(S(c,e),a[2]),r(a[1],e)))return tS;if(K(r(a[1],c),r(S(c,e),a[2])))return tT;var
+d=tO;for(;;){if(d){var
+f=d[1],g=kX(f,a);if(kY(b[1],b[2],g))return tP;var
+h=kX(f,[0,aJ(a[1]),a[2]]);if(kY(b[2],b[1],h))return tQ;var
 d=d[2];continue}return d}}function
-hx(a,b){if(a){var
-c=eA(a[1],b);return af(function(a){return 2<=a?0:1},c)}return t0}var
-hy=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,c(2,c(2,w(c(2,c(2,w(c(2,c(2,c(2,w(c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,n)))))))))))))))))))))))))))))))))))))))))))))))))));function
-k7(a){if(a){var
+hr(a,b){if(a){var
+c=ey(a[1],b);return af(function(a){return 2<=a?0:1},c)}return tU}var
+hs=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,c(2,c(2,x(c(2,c(2,x(c(2,c(2,c(2,x(c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,o)))))))))))))))))))))))))))))))))))))))))))))))))));function
+kZ(a){if(a){var
 b=a[2],c=a[1];if(46===c)return[0,0,b];var
-d=k7(b);return[0,[0,c,d[1]],d[2]]}return t5}function
-k8(D){var
-j=k7(D),b=j[1];if(b){var
+d=kZ(b);return[0,[0,c,d[1]],d[2]]}return tZ}function
+k0(D){var
+j=kZ(D),b=j[1];if(b){var
 k=j[2],m=0;if(48===b[1]){var
-l=b[2],F=l?1:l;if(F)m=1}if(!m&&!I(bc(aj(k),t6))){var
-g=r,d=z(b,k);for(;;){if(d){var
-A=d[1],y=c(2,c(2,c(2,c(2,w(c(2,n)))))),a=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(A),o=a(7),p=a(6),q=a(5),t=a(4),u=a(3),v=a(2),x=a(1),e=S(jY([0,a(0),[0,x,[0,v,[0,u,[0,t,[0,q,[0,p,[0,o,0]]]]]]]]),y),h=J(r,e),i=h?J(e,w(c(2,c(2,c(2,n))))):h,f=i?[0,e]:i;if(f){var
-B=d[2],C=f[1],g=E(s(c(2,w(c(2,c(2,n)))),g),C),d=B;continue}return f}return[0,g]}}return 0}return b}var
-k9=k(t7),k_=k(t8);function
-fV(h,g){var
+l=b[2],F=l?1:l;if(F)m=1}if(!m&&!I(ba(aj(k),t0))){var
+g=s,d=y(b,k);for(;;){if(d){var
+A=d[1],z=c(2,c(2,c(2,c(2,x(c(2,o)))))),a=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(A),n=a(7),p=a(6),q=a(5),t=a(4),u=a(3),v=a(2),w=a(1),e=S(jQ([0,a(0),[0,w,[0,v,[0,u,[0,t,[0,q,[0,p,[0,n,0]]]]]]]]),z),h=K(s,e),i=h?K(e,x(c(2,c(2,c(2,o))))):h,f=i?[0,e]:i;if(f){var
+B=d[2],C=f[1],g=E(r(c(2,x(c(2,c(2,o)))),g),C),d=B;continue}return f}return[0,g]}}return 0}return b}var
+k1=k(t1),k2=k(t2);function
+fO(h,g){var
 b=h,a=g;for(;;){if(b){if(a){var
-d=fi(b[1],a[1]);if(d){var
+d=fg(b[1],a[1]);if(d){var
 b=b[2],a=a[2];continue}var
 e=d}else
 var
@@ -3177,104 +3147,104 @@ c=e}else
 var
 c=a?0:1;var
 f=c?1:c;return f}}function
-hz(b,a){return A(b,a)?a:b}function
-eB(b,a){return ab(b,aI(a))}function
-hA(b,a){return az(q(a0,al(function(a){return F(b,a[2])},a)))}function
-hB(a){function
-b(b){return I(A(a,b))}return function(a){return hA(b,a)}}function
+ht(b,a){return A(b,a)?a:b}function
+ez(b,a){return ab(b,aG(a))}function
+hu(b,a){return ax(q(aY,al(function(a){return F(b,a[2])},a)))}function
+hv(a){function
+b(b){return I(A(a,b))}return function(a){return hu(b,a)}}function
 cm(b,a){var
-c=b?al(function(a){return ac(a[1])},a):a;return q(bb,c)}function
-bQ(a){return a?aP(hz,a[2],a[1]):Q}function
+c=b?al(function(a){return ac(a[1])},a):a;return q(a$,c)}function
+bQ(a){return a?aN(ht,a[2],a[1]):Q}function
 c8(a){return q(function(a){var
-b=aI(a[2]);return[0,a[1],b]},a)}function
-fW(i,h,g){var
+b=aG(a[2]);return[0,a[1],b]},a)}function
+fP(i,h,g){var
 b=i,c=h,a=g;for(;;){if(a){var
 d=a[1],e=d[2],f=d[1];if(A(b,f))return e;var
-j=a[2],b=eB(b,f),c=e,a=j;continue}return c}}function
-k$(c,a,e,i,b){var
+j=a[2],b=ez(b,f),c=e,a=j;continue}return c}}function
+k3(c,a,e,i,b){var
 f=A(a,e);if(f)var
-g=A(F(hB(a),b),c),d=g?A(c,hA(function(b){return A(b,a)},b)):g;else
+g=A(F(hv(a),b),c),d=g?A(c,hu(function(b){return A(b,a)},b)):g;else
 var
 d=f;if(d)var
-j=az(q(function(b){var
-c=hz(Q,eB(a,b[2]));return M(b[1],c)},b)),h=[0,ab(ab(i,M(c,eB(e,a))),j)];else
+j=ax(q(function(b){var
+c=ht(Q,ez(a,b[2]));return M(b[1],c)},b)),h=[0,ab(ab(i,M(c,ez(e,a))),j)];else
 var
 h=d;return h}function
-la(b,a,c){var
+k4(b,a,c){var
 d=at(b);function
 e(a,c,b){var
-d=M(eB(L,a),b);return ab(M(a,c),d)}var
-f=A(e(hA(function(b){return I(A(b,a))},c),b,d),L),g=f?A(L,e(F(hB(a),c),d,b)):f,h=g?[0,ab(a,az(q(function(c){var
-e=eB(c[2],a),f=au(e)?b:d,g=M(e,f);return M(c[1],g)},c)))]:g;return h}function
-ua(b,a){return A(b[2],a[2])}function
-lb(b,a){if(b)if(a)var
-d=a[1],c=[0,[0,aI(b[1]),d]];else
+d=M(ez(L,a),b);return ab(M(a,c),d)}var
+f=A(e(hu(function(b){return I(A(b,a))},c),b,d),L),g=f?A(L,e(F(hv(a),c),d,b)):f,h=g?[0,ab(a,ax(q(function(c){var
+e=ez(c[2],a),f=au(e)?b:d,g=M(e,f);return M(c[1],g)},c)))]:g;return h}function
+t6(b,a){return A(b[2],a[2])}function
+k5(b,a){if(b)if(a)var
+d=a[1],c=[0,[0,aG(b[1]),d]];else
 var
 c=a;else
 var
 c=b;return c}function
-lc(b,a){var
+k6(b,a){var
 c=b[7],d=W(a,c4(function(a){return a[1]},c));return q(function(a){var
-c=a[2][2],d=q(function(a){return kL(b,a)},c),e=W(a[1][2],d);return[0,a[1][1],e]},d)}function
-fX(a){return W(a[1][2],a[2])}function
-ld(b,d,i){var
-a=fX(i),j=i[1][3],e=em(ua,a),g=T(e,0);if(b){if(d){var
-f=d[1],h=at(ab(L,f)),k=la(f,fW(h,Q,g),a),l=c8(a);return lb(la(f,aI(fW(h,Q,e)),l),k)}var
-m=bQ(cm(b,a));return[0,[0,aI(bQ(cm(b,c8(a)))),m]]}if(d){var
-c=d[1],n=bQ(cm(b,a)),o=k$(c,fW(c,Q,e),n,j,a),p=c8(a),q=aI(j),r=bQ(cm(b,c8(a)));return lb(k$(c,aI(fW(c,Q,g)),r,q,p),o)}var
-s=bQ(cm(b,a));return[0,[0,aI(bQ(cm(b,c8(a)))),s]]}function
-le(a){if(a[5])return 1;var
+c=a[2][2],d=q(function(a){return kD(b,a)},c),e=W(a[1][2],d);return[0,a[1][1],e]},d)}function
+fQ(a){return W(a[1][2],a[2])}function
+k7(b,d,i){var
+a=fQ(i),j=i[1][3],e=ek(t6,a),g=T(e,0);if(b){if(d){var
+f=d[1],h=at(ab(L,f)),k=k4(f,fP(h,Q,g),a),l=c8(a);return k5(k4(f,aG(fP(h,Q,e)),l),k)}var
+m=bQ(cm(b,a));return[0,[0,aG(bQ(cm(b,c8(a)))),m]]}if(d){var
+c=d[1],n=bQ(cm(b,a)),o=k3(c,fP(c,Q,e),n,j,a),p=c8(a),q=aG(j),r=bQ(cm(b,c8(a)));return k5(k3(c,aG(fP(c,Q,g)),r,q,p),o)}var
+s=bQ(cm(b,a));return[0,[0,aG(bQ(cm(b,c8(a)))),s]]}function
+k8(a){if(a[5])return 1;var
 b=a[7];return G(function(a){var
 b=a[4];return G(function(a){var
 b=a?1:a;return b},b)},b)}function
-fY(e,d){var
+fR(e,d){var
 b=e,a=d;for(;;){if(a){var
 c=a[1];if(c){var
 b=[0,c[1],b],a=a[2];continue}return c}return[0,T(b,0)]}}function
-hC(a){var
-b=cl(q(function(a){return M(a[1],a[2])},a));return M(at(cl(q(a0,a))),b)}function
-lf(c,b,a){var
-d=fY(0,q(function(a){return ld(c,b,a[2])},a));return af(function(b){var
-c=q(bb,b),d=hC(W(q(a0,a),c)),e=q(a0,b);return[0,hC(W(q(a0,a),e)),d]},d)}function
-lg(b,a){return b?a:c8(a)}function
-lh(c,d,b,a){var
-e=lf(c,d,a);return af(function(d){var
+hw(a){var
+b=cl(q(function(a){return M(a[1],a[2])},a));return M(at(cl(q(aY,a))),b)}function
+k9(c,b,a){var
+d=fR(0,q(function(a){return k7(c,b,a[2])},a));return af(function(b){var
+c=q(a$,b),d=hw(W(q(aY,a),c)),e=q(aY,b);return[0,hw(W(q(aY,a),e)),d]},d)}function
+k_(b,a){return b?a:c8(a)}function
+k$(c,d,b,a){var
+e=k9(c,d,a);return af(function(d){var
 e=G(function(d){var
-a=fX(d[2]),b=aI(bQ(cm(c,c8(a))));return A(bQ(cm(c,a)),b)},a),f=bQ(q(function(c){var
-a=lg(b,fX(c[2]));return F(hB(bQ(q(bb,a))),a)},a)),g=hC(q(function(d){var
-a=bQ(cm(c,lg(b,fX(d[2])))),e=b?a:aI(a);return[0,d[1],e]},a)),h=b?d[2]:d[1];return[0,h,g,f,e]},e)}function
-dL(b,a){if(x(a[1],r)){var
-c=x(b[1],r),d=c?[0,L]:c;return d}return[0,M(b,at(a))]}function
-li(b,a){return c7(a,b)?b:a}function
-ub(h,f){if(f){var
+a=fQ(d[2]),b=aG(bQ(cm(c,c8(a))));return A(bQ(cm(c,a)),b)},a),f=bQ(q(function(c){var
+a=k_(b,fQ(c[2]));return F(hv(bQ(q(a$,a))),a)},a)),g=hw(q(function(d){var
+a=bQ(cm(c,k_(b,fQ(d[2])))),e=b?a:aG(a);return[0,d[1],e]},a)),h=b?d[2]:d[1];return[0,h,g,f,e]},e)}function
+dK(b,a){if(z(a[1],s)){var
+c=z(b[1],s),d=c?[0,L]:c;return d}return[0,M(b,at(a))]}function
+la(b,a){return c7(a,b)?b:a}function
+t7(h,f){if(f){var
 i=f[1],e=h,d=i[2][1],b=i[2][2],a=f[2];for(;;){if(a){var
-c=a[1],g=c[2][2],j=a[2],k=A(b,g)?b:g,l=hz(d,c[2][1]),m=dL(d,c[2][2]),e=li(li(e,dL(c[2][1],b)),m),d=l,b=k,a=j;continue}return e}}return h}function
-uc(a){return aP(ub,a,[0,L])}function
-fZ(c,b){var
-a=ht(c);return a?al(function(a){return ac(a[4])},b):a}function
-hD(b,a){return $(function(b){return x(a,b)},b)}function
-lj(c,e,d,b){if(e){var
-a=bZ(function(a){return x(a[1],d)},c);if(a){var
-f=a[1][2],g=al(function(a){return x(a[1][1],b)},f);return q(function(a){return[0,L,a]},g)}return a}var
-h=Y(bb,c),i=al(function(a){var
-c=x(a[1][1],b);return c?ac(a[1][4]):c},h);return q(function(a){return[0,a[1][4],a]},i)}function
-lk(b,a){return b?[0,a[2],a[1]]:a}function
-ll(j,i,e,d,c,h,b){if(h)var
-a=fY(0,q(function(a){var
-b=a[2];return fY(0,q(function(a){var
-b=ld(e,d,a);return af(function(b){var
-d=lk(c,b);return[0,a[1][1],d]},b)},b))},b));else
+c=a[1],g=c[2][2],j=a[2],k=A(b,g)?b:g,l=ht(d,c[2][1]),m=dK(d,c[2][2]),e=la(la(e,dK(c[2][1],b)),m),d=l,b=k,a=j;continue}return e}}return h}function
+t8(a){return aN(t7,a,[0,L])}function
+fS(c,b){var
+a=hn(c);return a?al(function(a){return ac(a[4])},b):a}function
+hx(b,a){return $(function(b){return z(a,b)},b)}function
+lb(c,e,d,b){if(e){var
+a=bZ(function(a){return z(a[1],d)},c);if(a){var
+f=a[1][2],g=al(function(a){return z(a[1][1],b)},f);return q(function(a){return[0,L,a]},g)}return a}var
+h=Y(a$,c),i=al(function(a){var
+c=z(a[1][1],b);return c?ac(a[1][4]):c},h);return q(function(a){return[0,a[1][4],a]},i)}function
+lc(b,a){return b?[0,a[2],a[1]]:a}function
+ld(j,i,e,d,c,h,b){if(h)var
+a=fR(0,q(function(a){var
+b=a[2];return fR(0,q(function(a){var
+b=k7(e,d,a);return af(function(b){var
+d=lc(c,b);return[0,a[1][1],d]},b)},b))},b));else
 var
-f=fZ(j,i),g=fY(0,q(function(a){var
-f=lf(e,d,lj(b,0,ao,a[1]));return af(function(b){var
-d=lk(c,b);return[0,a[1],d]},f)},f)),a=af(function(a){return[0,a,0]},g);return af(uc,a)}function
-lm(z,y,j,i,h,e,w,v,d){if(d){var
+f=fS(j,i),g=fR(0,q(function(a){var
+f=k9(e,d,lb(b,0,ao,a[1]));return af(function(b){var
+d=lc(c,b);return[0,a[1],d]},f)},f)),a=af(function(a){return[0,a,0]},g);return af(t8,a)}function
+le(y,x,j,i,h,e,w,v,d){if(d){var
 a=d[1],k=function(a){if(e)return 1;var
-b=hD(v,a);if(b){var
-c=fZ(z,y);return $(function(b){return x(b[1],a)},c)}return b},c=function(b){return lj(w,e,a[2],b)},l=I(x(a[4],a[5]));if(l){var
+b=hx(v,a);if(b){var
+c=fS(y,x);return $(function(b){return z(b[1],a)},c)}return b},c=function(b){return lb(w,e,a[2],b)},l=I(z(a[4],a[5]));if(l){var
 m=k(a[4]);if(m){var
 n=k(a[5]);if(n){var
-o=e?1:x(a[2],ao);if(o){var
+o=e?1:z(a[2],ao);if(o){var
 p=c(a[4]),q=p?1:p;if(q)var
 r=c(a[5]),A=r?1:r,b=A;else
 var
@@ -3287,8 +3257,8 @@ var
 b=m}else
 var
 b=l;if(b){var
-f=lh(j,i,h,c(a[4]));if(f)var
-B=c(a[5]),g=lh(j,i,I(h),B),C=g?[0,[0,f[1],g[1]]]:g,s=C;else
+f=k$(j,i,h,c(a[4]));if(f)var
+B=c(a[5]),g=k$(j,i,I(h),B),C=g?[0,[0,f[1],g[1]]]:g,s=C;else
 var
 s=f;var
 t=s}else
@@ -3297,28 +3267,28 @@ t=b;var
 u=t}else
 var
 u=d;return u}function
-hE(a){return x(a[1],r)}function
-dM(b,a){if(b){if(a){var
+hy(a){return z(a[1],s)}function
+dL(b,a){if(b){if(a){var
 c=a[1],d=b[1],e=A(d,c);if(e)return A(c,d);var
 f=e}else
 var
 f=a;return f}return a?0:1}function
-ln(b,a,d){var
-e=hE(a),f=e?hE(d):e;if(f)var
+lf(b,a,d){var
+e=hy(a),f=e?hy(d):e;if(f)var
 g=f;else{if(b){var
 h=M(b[1],d),c=A(a,h);return c?A(h,a):c}var
 g=b}return g}function
-lo(c,b,a){if(b)return a?0:1;var
-d=c[2];return G(function(a){return ex(d,a)},a)}function
-lp(c,a){if(c)return A(L,a);var
+lg(c,b,a){if(b)return a?0:1;var
+d=c[2];return G(function(a){return ev(d,a)},a)}function
+lh(c,a){if(c)return A(L,a);var
 b=au(a);return b?A(a,L):b}function
-lq(b,a){if(b)return b[1]?a:ud;if(a){if(a[1])return 0;var
-c=ue}else
+li(b,a){if(b)return b[1]?a:t9;if(a){if(a[1])return 0;var
+c=t_}else
 var
 c=a;return c}function
-lr(m,a,b,e,h){if(h){var
+lj(m,a,b,e,h){if(h){var
 i=h[1],c=i[2],d=i[1];if(b[5]){if(b[4]){if(a){var
-j=ln(a,d[1],c[1]);if(j)var
+j=lf(a,d[1],c[1]);if(j)var
 n=c[2],o=d[2],p=a?I(A(o,M(a[1],n))):a,f=p;else
 var
 f=j}else
@@ -3326,16 +3296,16 @@ var
 f=a;var
 k=[0,f]}else
 var
-k=[0,dM(dL(d[1],c[1]),e)];var
+k=[0,dL(dK(d[1],c[1]),e)];var
 l=k}else
 var
-l=[0,dM(dL(d[1],c[1]),e)];var
+l=[0,dL(dK(d[1],c[1]),e)];var
 g=l}else
 if(b[5])var
-q=b[4]?uf:ug,g=q;else
+q=b[4]?t$:ua,g=q;else
 var
-g=uh;return lq(F(m,e),g)}function
-ls(o,b,a,n,f){if(f){var
+g=ub;return li(F(m,e),g)}function
+lk(o,b,a,n,f){if(f){var
 g=f[1],c=g[2],d=g[1],h=d[4],p=h?c[4]:h,q=I(p);if(a[1])var
 i=q;else{var
 e=a[4];if(e)var
@@ -3343,51 +3313,51 @@ l=e[1],t=A(l,d[3]),u=t||A(l,c[3]),m=u;else
 var
 m=e;var
 i=m}var
-r=ln(b,d[1],c[1])?[0,i]:af(I,F(o,dL(d[1],c[1])));if(a[5]){if(a[4])var
+r=lf(b,d[1],c[1])?[0,i]:af(I,F(o,dK(d[1],c[1])));if(a[5]){if(a[4])var
 s=b?c7(n,[0,b[1]]):b,j=[0,s];else
 var
-j=ui;var
+j=uc;var
 k=j}else
 var
-k=uj;return lq(r,k)}return uk}function
-lt(c,w,k,b,g,o,a){if(o){var
-p=o[1],q=lc(c,w),d=a[2],e=a[3],h=a[4],r=lo(c,d,a[7]);if(d)var
+k=ud;return li(r,k)}return ue}function
+ll(c,w,k,b,g,o,a){if(o){var
+p=o[1],q=k6(c,w),d=a[2],e=a[3],h=a[4],r=lg(c,d,a[7]);if(d)var
 l=d;else
 var
-y=fZ(c,k),l=G(function(b){return hD(a[7],b[1])},y);var
-s=le(c);if(s)if(r){var
-t=h?lp(a[1],h[1]):a[5];if(t)var
+y=fS(c,k),l=G(function(b){return hx(a[7],b[1])},y);var
+s=k8(c);if(s)if(r){var
+t=h?lh(a[1],h[1]):a[5];if(t)var
 u=F(b,p[1]),x=u?bn(u[1],e):1,i=x;else
 var
 i=t}else
 var
 i=r;else
 var
-i=s;if(I(i))return ul;var
+i=s;if(I(i))return uf;var
 v=F(b,p[1]);if(v)if(l){var
-m=ll(c,k,a[1],h,e,d,q);if(m){var
-j=m[1],f=lm(c,k,a[1],h,e,d,q,a[7],a[6]);return a[6]?f?e?lr(b,g,a,j,f):ls(b,g,a,j,f):um:e?lr(b,g,a,j,f):ls(b,g,a,j,f)}var
+m=ld(c,k,a[1],h,e,d,q);if(m){var
+j=m[1],f=le(c,k,a[1],h,e,d,q,a[7],a[6]);return a[6]?f?e?lj(b,g,a,j,f):lk(b,g,a,j,f):ug:e?lj(b,g,a,j,f):lk(b,g,a,j,f)}var
 n=m}else
 var
 n=l;else
 var
-n=v;return n}return un}function
-bH(b,a){return x(s(b[1],a[2]),s(a[1],b[2]))}function
-cL(c,b,a){return b?a?aE(c,b[1],a[1]):a:a?0:1}function
-lu(g,f,e){var
+n=v;return n}return uh}function
+bH(b,a){return z(r(b[1],a[2]),r(a[1],b[2]))}function
+cL(c,b,a){return b?a?aC(c,b[1],a[1]):a:a?0:1}function
+lm(g,f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=aE(g,b[1],a[1]);if(c){var
+c=aC(g,b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return a?0:1}}function
-ut(e,d){var
+un(e,d){var
 l=cL(bH,e[1],d[1]);if(l){var
-a=d[2],b=e[2],h=x(b[1],a[1]),n=0;if(h){var
-i=x(b[2],a[2]);if(i){var
-j=x(b[3],a[3]);if(j){var
-k=x(b[4],a[4]);if(k){var
-f=x(b[5],a[5]);n=1}else
+a=d[2],b=e[2],h=z(b[1],a[1]),n=0;if(h){var
+i=z(b[2],a[2]);if(i){var
+j=z(b[3],a[3]);if(j){var
+k=z(b[4],a[4]);if(k){var
+f=z(b[5],a[5]);n=1}else
 var
 c=k}else
 var
@@ -3398,13 +3368,13 @@ var
 c=h;if(!n)var
 f=c;if(f){var
 o=d[3],p=e[3],m=cL(function(b,a){var
-c=bH(b[1],a[1]);return c?bH(b[2],a[2]):c},p,o);if(m)return lu(sx,e[4],d[4]);var
+c=bH(b[1],a[1]);return c?bH(b[2],a[2]):c},p,o);if(m)return lm(sr,e[4],d[4]);var
 g=m}else
 var
 g=f}else
 var
 g=l;return g}function
-lv(b,a){if(typeof
+ln(b,a){if(typeof
 b==="number")switch(b){case
 0:if(typeof
 a==="number"&&!a)return 1;return 0;case
@@ -3423,75 +3393,75 @@ a==="number"&&6===a)return 1;return 0;default:if(typeof
 a==="number"&&7<=a)return 1;return 0}else{if(0===b[0]){if(typeof
 a!=="number"&&0===a[0])return bn(b[1],a[1]);return 0}if(typeof
 a!=="number"&&1===a[0])return bn(b[1],a[1]);return 0}}function
-eC(c,a){switch(c){case
+eA(c,a){switch(c){case
 0:return a?0:1;case
 1:return 1===a?1:0;case
 2:return 2===a?1:0;default:var
 b=3<=a?1:0,d=b?1:b;return d}}function
-lw(e,a,c,b){var
-d=a1(e[3]);if(typeof
+lo(e,a,c,b){var
+d=aZ(e[3]);if(typeof
 b==="number")switch(b){case
-0:return q(function(a){return hu(a[1],a[2])},a);case
+0:return q(function(a){return ho(a[1],a[2])},a);case
 4:return Y(function(a){var
-b=kQ(a[2]);return hv(d,a[1],r,b)},a);case
-5:return hv(d,ao,r,kQ(c));case
-6:return q(function(a){return hu(a[1],a[2])},a);case
+b=kI(a[2]);return hp(d,a[1],s,b)},a);case
+5:return hp(d,ao,s,kI(c));case
+6:return q(function(a){return ho(a[1],a[2])},a);case
 1:case
-7:return[0,hu(ao,c),0]}return 0}function
-f0(b,d,c){var
+7:return[0,ho(ao,c),0]}return 0}function
+fT(b,d,c){var
 a=b[6];if(a){var
-e=a[1];return hw(kS,Y(function(a){var
-d=fQ(b,e,a,c);return q(function(b){var
-c=b[1];return[0,[0,[0,a,c],ao],q(kP,al(fR,b[2]))]},d)},d))}return a}function
-hF(a){var
+e=a[1];return hq(kK,Y(function(a){var
+d=fJ(b,e,a,c);return q(function(b){var
+c=b[1];return[0,[0,[0,a,c],ao],q(kH,al(fK,b[2]))]},d)},d))}return a}function
+hz(a){var
 g=a[7],h=c4(function(a){return a[1]},g),d=q(function(b){var
 c=b[2],d=q(function(b){var
-d=az(b[3]),f=b[3],g=at(d),e=q(function(a){return M(g,a)},f);switch(a[4]){case
+d=ax(b[3]),f=b[3],g=at(d),e=q(function(a){return M(g,a)},f);switch(a[4]){case
 0:var
 c=d;break;case
 1:var
 c=b[5];break;default:var
 c=L}var
-h=W(e,kL(a,b)),i=az(q(function(a){return M(a[1],a[2])},h));return[0,b[2],e,i,c]},c);return[0,b[1],d]},h),i=Y(bb,d),j=hs(function(a){return a[1]},i),b=q(function(e){var
-b=e[2],h=e[1],i=a1(a[3]),c=cl(q(function(a){return a[4]},b)),d=at(c),f=M(d,cl(q(function(a){return M(a[4],a[3])},b))),g=kM(i,q(function(a){var
-b=a[2],c=a[4];return q(function(a){return M(c,a)},b)},b));return[0,h,q(function(a){return M(d,a)},g),f,c]},j),e=ht(a),f=e?al(function(a){return ac(a[4])},b):e,c=a[6],k=c?uu:c,l=z(uv,k);return[0,a,d,b,q(function(b){if(typeof
+h=W(e,kD(a,b)),i=ax(q(function(a){return M(a[1],a[2])},h));return[0,b[2],e,i,c]},c);return[0,b[1],d]},h),i=Y(a$,d),j=hm(function(a){return a[1]},i),b=q(function(e){var
+b=e[2],h=e[1],i=aZ(a[3]),c=cl(q(function(a){return a[4]},b)),d=at(c),f=M(d,cl(q(function(a){return M(a[4],a[3])},b))),g=kE(i,q(function(a){var
+b=a[2],c=a[4];return q(function(a){return M(c,a)},b)},b));return[0,h,q(function(a){return M(d,a)},g),f,c]},j),e=hn(a),f=e?al(function(a){return ac(a[4])},b):e,c=a[6],k=c?uo:c,l=y(up,k);return[0,a,d,b,q(function(b){if(typeof
 b==="number")switch(b){case
 2:var
-c=af(k0,kY(q(function(a){var
-b=q(kU,a[2]);return[0,a[1],b]},d)));break;case
+c=af(kS,kQ(q(function(a){var
+b=q(kM,a[2]);return[0,a[1],b]},d)));break;case
 3:var
-c=af(k0,kY([0,[0,ao,q(kU,f)],0]));break;case
+c=af(kS,kQ([0,[0,ao,q(kM,f)],0]));break;case
 6:case
 7:var
-c=af(fS,hw(kS,lw(a,d,f,b)));break;default:var
-c=fP(a)?0:af(fS,hw(tL,lw(a,d,f,b)))}else
+c=af(fL,hq(kK,lo(a,d,f,b)));break;default:var
+c=fI(a)?0:af(fL,hq(tF,lo(a,d,f,b)))}else
 if(0===b[0])var
-c=af(fS,f0(a,[0,r,0],b[1]));else{var
-e=b[1],h=f0(a,[0,r,0],e),g=0;if(h){var
-i=f0(a,[0,n,0],e);if(i)var
-c=af(fS,f0(a,[0,r,[0,n,0]],e));else{var
+c=af(fL,fT(a,[0,s,0],b[1]));else{var
+e=b[1],h=fT(a,[0,s,0],e),g=0;if(h){var
+i=fT(a,[0,o,0],e);if(i)var
+c=af(fL,fT(a,[0,s,[0,o,0]],e));else{var
 j=i;g=1}}else{var
 j=h;g=1}if(g)var
 c=j}return[0,b,c]},l)]}function
 bF(c,b){var
-d=c[4],a=bZ(function(a){return lv(a[1],b)},d);return a?a[1][2]:a}function
-uw(b,a){var
-c=x(b[1][1],a[1][1]);if(c){var
-d=x(b[1][2],a[1][2]);if(d)return bH(b[2],a[2]);var
+d=c[4],a=bZ(function(a){return ln(a[1],b)},d);return a?a[1][2]:a}function
+uq(b,a){var
+c=z(b[1][1],a[1][1]);if(c){var
+d=z(b[1][2],a[1][2]);if(d)return bH(b[2],a[2]);var
 e=d}else
 var
 e=c;return e}function
-lx(b,a){return A(b,a)?a:b}function
-ux(b,a){return A(b,a)?b:a}function
-ly(a){var
-b=a?[0,aP(lx,a[2],a[1])]:a;return b}function
-hG(a){var
-b=a?[0,aP(ux,a[2],a[1])]:a;return b}function
-lz(a,f){if(a){var
-i=q(ch,f),j=lz(a[1],i),k=0,l=q(function(a){return bN(k,a)},f),c=Y(function(a){var
-b=a?[0,a[1],0]:a;return b},l),d=ly(c);if(d){var
-e=hG(c);if(e)var
-h=aI(e[1]),b=ab(d[1],h);else
+lp(b,a){return A(b,a)?a:b}function
+ur(b,a){return A(b,a)?b:a}function
+lq(a){var
+b=a?[0,aN(lp,a[2],a[1])]:a;return b}function
+hA(a){var
+b=a?[0,aN(ur,a[2],a[1])]:a;return b}function
+lr(a,f){if(a){var
+i=q(ch,f),j=lr(a[1],i),k=0,l=q(function(a){return bN(k,a)},f),c=Y(function(a){var
+b=a?[0,a[1],0]:a;return b},l),d=lq(c);if(d){var
+e=hA(c);if(e)var
+h=aG(e[1]),b=ab(d[1],h);else
 var
 b=Q}else
 var
@@ -3499,35 +3469,35 @@ b=Q;var
 g=[0,b,j]}else
 var
 g=a;return g}function
-lA(a){if(a[5])return Q;var
-b=a[7],c=c4(function(a){return a[1]},b);return aP(lx,Y(function(b){var
-c=b[2],d=q(function(a){return a[4]},c);return lz(a1(a[3]),d)},c),Q)}function
-lB(a){if(a){var
-b=a[1],c=at(ab(b,L));return M(ab(b,aI(L)),c)}return L}function
-lC(a,b){return a?c7(a[1][1],b):a}function
-hH(a,b){return a?cL(bH,a[1][1],b):a}function
-lD(b,a){switch(a[0]){case
+ls(a){if(a[5])return Q;var
+b=a[7],c=c4(function(a){return a[1]},b);return aN(lp,Y(function(b){var
+c=b[2],d=q(function(a){return a[4]},c);return lr(aZ(a[3]),d)},c),Q)}function
+lt(a){if(a){var
+b=a[1],c=at(ab(b,L));return M(ab(b,aG(L)),c)}return L}function
+lu(a,b){return a?c7(a[1][1],b):a}function
+hB(a,b){return a?cL(bH,a[1][1],b):a}function
+lv(b,a){switch(a[0]){case
 13:var
 y=a[1],j=a[2],F=y[2]?0:1,H=bF(b,F),J=b[3],K=b[2],M=b[1];if(A(L,j)){var
-C=[0,j];return lt(M,K,J,function(a){return[0,c7(a,[0,j])]},C,H,y)}return uo;case
+C=[0,j];return ll(M,K,J,function(a){return[0,c7(a,[0,j])]},C,H,y)}return ui;case
 14:var
 c=a[1],k=a[6],z=a[5],e=a[4],l=a[3],B=a[2],N=c?0:1,O=bF(b,N),m=b[3],d=b[1],P=b[2];if(O){var
-r=lc(d,P),s=lo(d,c,k);if(c)var
+r=k6(d,P),s=lg(d,c,k);if(c)var
 f=c;else
 var
-E=fZ(d,m),f=G(function(a){return hD(k,a[1])},E);var
-t=le(d),D=t?s?lp(0,l):s:t;if(I(D))return ur;if(f){var
-g=ll(d,m,0,[0,l],B,c,r);if(g){var
-u=dM(e,g[1]);if(u){var
-h=lm(d,m,0,[0,l],B,c,r,k,z);if(z){var
+E=fS(d,m),f=G(function(a){return hx(k,a[1])},E);var
+t=k8(d),D=t?s?lh(0,l):s:t;if(I(D))return ul;if(f){var
+g=ld(d,m,0,[0,l],B,c,r);if(g){var
+u=dL(e,g[1]);if(u){var
+h=le(d,m,0,[0,l],B,c,r,k,z);if(z){var
 n=0;if(h){var
-o=h[1],p=I(dM(e,[0,L]));if(p)var
-i=dM(dL(o[1][1],o[2][1]),e);else{var
+o=h[1],p=I(dL(e,[0,L]));if(p)var
+i=dL(dK(o[1][1],o[2][1]),e);else{var
 q=p;n=1}}else{var
 q=h;n=1}if(n)var
 i=q}else
 var
-i=dM(e,[0,L]);var
+i=dL(e,[0,L]);var
 v=i}else
 var
 v=u;var
@@ -3536,26 +3506,26 @@ var
 w=g;var
 x=w}else
 var
-x=f;return x}return us;default:return uC}}function
-uD(b,a){switch(a[0]){case
+x=f;return x}return um;default:return uw}}function
+ux(b,a){switch(a[0]){case
 0:var
-O=b[1][3],P=s(ag(aj(b[1][7])),O);return x(a[1],P);case
+O=b[1][3],P=r(ag(aj(b[1][7])),O);return z(a[1],P);case
 1:var
-Q=bF(b,a[1]);return cL(ut,a[2],Q);case
+Q=bF(b,a[1]);return cL(un,a[2],Q);case
 2:var
 k=b[1],u=k[6],R=a[3],S=a[2],T=a[1];if(u){var
 h=k[6];if(h)var
-D=fQ(k,h[1],T,S),v=Y(function(a){var
-b=al(fR,a[2]);return q(function(b){var
-c=kP(b)[2];return[0,[0,a[1],b[1]],c]},b)},D);else
+D=fJ(k,h[1],T,S),v=Y(function(a){var
+b=al(fK,a[2]);return q(function(b){var
+c=kH(b)[2];return[0,[0,a[1],b[1]],c]},b)},D);else
 var
-v=h;return lu(uw,R,v)}return u;case
+v=h;return lm(uq,R,v)}return u;case
 3:var
-l=ly(fO(b[1]));return l?bH(a[1],l[1]):l;case
+l=lq(fH(b[1]));return l?bH(a[1],l[1]):l;case
 4:var
-m=hG(fO(b[1]));return m?bH(a[1],m[1]):m;case
+m=hA(fH(b[1]));return m?bH(a[1],m[1]):m;case
 5:var
-E=b[2],U=hG(Y(function(b){var
+E=b[2],U=hA(Y(function(b){var
 a=b[2];if(a){var
 c=a[2];if(c){var
 e=b[2];return q(function(a){return a[3]},e)}var
@@ -3563,89 +3533,89 @@ d=c}else
 var
 d=a;return d},E));return cL(bH,a[1],U);case
 6:var
-V=lA(b[1]);return bH(a[1],V);case
+V=ls(b[1]);return bH(a[1],V);case
 7:var
-X=ac(lA(b[1]));return bn(a[1],X);case
-8:return tP(b[1],b[2],b[3],a[1]);case
+X=ac(ls(b[1]));return bn(a[1],X);case
+8:return tJ(b[1],b[2],b[3],a[1]);case
 9:var
-Z=a[2];return hH(bF(b,a[1]),Z);case
+Z=a[2];return hB(bF(b,a[1]),Z);case
 10:var
-_=a[2],aa=a[1]?4:5;return hH(bF(b,aa),_);case
+_=a[2],aa=a[1]?4:5;return hB(bF(b,aa),_);case
 11:var
 c=a[3],d=a[2];if(a[1]){var
 t=0;if(typeof
 d==="number")if(2===d)var
-i=bF(b,4),f=i?cL(bH,[0,lB(i[1][1])],c):i;else
+i=bF(b,4),f=i?cL(bH,[0,lt(i[1][1])],c):i;else
 if(3===d)var
-j=bF(b,5),f=j?cL(bH,[0,lB(j[1][1])],c):j;else
+j=bF(b,5),f=j?cL(bH,[0,lt(j[1][1])],c):j;else
 t=1;else
 t=1;if(t)var
-f=0;return f?lC(bF(b,d),c):f}var
-z=lv(d,1);if(z){var
-F=b[3],w=q(function(a){return a[4]},F),H=cl(w),y=kN(b[1]);if(y)var
+f=0;return f?lu(bF(b,d),c):f}var
+y=ln(d,1);if(y){var
+F=b[3],w=q(function(a){return a[4]},F),H=cl(w),x=kF(b[1]);if(x)var
 I=b[2],n=G(function(a){var
 b=a[2],c=cl(q(function(a){return a[4]},b)),d=W(a[2],w);return G(function(a){var
 b=M(c,a[2]);return bH(M(a[1][4],H),b)},d)},I);else
 var
-n=y;if(n){var
-A=hH(bF(b,0),c);if(A)return lC(bF(b,1),c);var
+n=x;if(n){var
+A=hB(bF(b,0),c);if(A)return lu(bF(b,1),c);var
 o=A}else
 var
 o=n}else
 var
-o=z;return o;case
+o=y;return o;case
 12:var
-ab=a[1]?0:1,p=bF(b,ab);return p?k3(p[1][1],a[2],a[3]):p;case
+ab=a[1]?0:1,p=bF(b,ab);return p?kV(p[1][1],a[2],a[3]):p;case
 15:var
-B=a[2],ae=a[3],af=a[1]?B?6:7:B?0:1,C=bF(b,af),ah=C?c7(C[1][1],[0,ae])?0:1:2;return eC(a[4],ah);case
+B=a[2],ae=a[3],af=a[1]?B?6:7:B?0:1,C=bF(b,af),ah=C?c7(C[1][1],[0,ae])?0:1:2;return eA(a[4],ah);case
 16:var
-e=a[1],J=1;if($(function(a){return eC(J,a)},e))var
-g=uy;else{var
-K=3;if($(function(a){return eC(K,a)},e))var
-g=uz;else{var
-L=2;if($(function(a){return eC(L,a)},e))var
-g=uA;else
+e=a[1],J=1;if($(function(a){return eA(J,a)},e))var
+g=us;else{var
+K=3;if($(function(a){return eA(K,a)},e))var
+g=ut;else{var
+L=2;if($(function(a){return eA(L,a)},e))var
+g=uu;else
 var
-N=e?uB:e,g=N}}return cL(eC,a[2],g);default:var
-r=lD(b,a),ad=r?r[1]:r;return ad}}function
-hI(b,a){return uD(b,a)?0:lD(b,a)?1:2}var
-dN=k(uE),f1=k(uF),hJ=k(uG),dO=k(uH),bG=k(uI),ad=k(uJ),c9=k(uK),f2=k(uL),f3=k(uM),bR=k(uN),lE=k(uO),bI=k(uP),hK=k(uQ),c_=k(uR),hL=k(uS),hM=k(uT),f4=k(uU),f5=k(uV),bq=k(uW),br=k(uX);function
-lF(d){var
-a=ah(f1,d);if(a){var
+N=e?uv:e,g=N}}return cL(eA,a[2],g);default:var
+s=lv(b,a),ad=s?s[1]:s;return ad}}function
+hC(b,a){return ux(b,a)?0:lv(b,a)?1:2}var
+dM=k(uy),fU=k(uz),hD=k(uA),dN=k(uB),bG=k(uC),ad=k(uD),c9=k(uE),fV=k(uF),fW=k(uG),bR=k(uH),lw=k(uI),bI=k(uJ),hE=k(uK),c_=k(uL),hF=k(uM),hG=k(uN),fX=k(uO),fY=k(uP),bq=k(uQ),br=k(uR);function
+lx(d){var
+a=ah(fU,d);if(a){var
 b=a[1];if(typeof
 b!=="number"&&4===b[0])return Z(c9,b[1]);var
 c=0}else
 var
 c=a;return c}function
-uY(a){function
+uS(a){function
 b(a){function
 b(c){function
 b(b){function
 d(d){function
 g(a){var
-e=a?[0,a[1],0]:a,f=O(ck([0,c,z(b,z(d,e))]),uZ,[0,[0,c,b,d,a]]),g=b?1:b;return O(g,u0,f)}var
+e=a?[0,a[1],0]:a,f=O(ck([0,c,y(b,y(d,e))]),uT,[0,[0,c,b,d,a]]),g=b?1:b;return O(g,uU,f)}var
 e=ah(c9,a);if(e)var
 h=function(a){return[0,[0,a]]},f=i(X(e[1]),h);else
 var
-f=u1;return i(f,g)}return i(t(function(a){return V(X,a)},ad,a),d)}return i(t(function(a){return V(X,a)},bG,a),b)}return i(t(X,dO,a),b)}return i(U([0,dO,[0,bG,[0,ad,0]]],[0,c9,0],a),b)}function
-hN(a){function
+f=uV;return i(f,g)}return i(t(function(a){return V(X,a)},ad,a),d)}return i(t(function(a){return V(X,a)},bG,a),b)}return i(t(X,dN,a),b)}return i(U([0,dN,[0,bG,[0,ad,0]]],[0,c9,0],a),b)}function
+hH(a){function
 b(b){function
 d(d){function
 c(a){var
 e=[0,[0,b,d,a]];if(b)var
 f=a[4]?0:1,c=f;else
 var
-c=1;return O(c,u2,e)}return i(t(uY,f1,a),c)}if(b)var
-e=[0,[0,k(u3),2],0],c=[0,[0,k(u4),1],e];else
+c=1;return O(c,uW,e)}return i(t(uS,fU,a),c)}if(b)var
+e=[0,[0,k(uX),2],0],c=[0,[0,k(uY),1],e];else
 var
-c=[0,[0,k(u5),0],0];return i(t(function(a){return aR(c,a)},hJ,a),d)}var
-c=[0,[0,k(u6),1],0],d=[0,[0,k(u7),0],c];return i(t(function(a){return aR(d,a)},dN,a),b)}function
-lG(e,a){var
-c=e[3],b=a[3],h=K(c[1],b[1]);if(h){var
+c=[0,[0,k(uZ),0],0];return i(t(function(a){return aP(c,a)},hD,a),d)}var
+c=[0,[0,k(u0),1],0],d=[0,[0,k(u1),0],c];return i(t(function(a){return aP(d,a)},dM,a),b)}function
+ly(e,a){var
+c=e[3],b=a[3],h=J(c[1],b[1]);if(h){var
 i=cK(c[2],b[2]);if(i){var
 j=cK(c[3],b[3]);if(j){var
 k=c[4];if(k)var
-f=b[4],p=f?K(k[1],f[1]):f,l=p;else
+f=b[4],p=f?J(k[1],f[1]):f,l=p;else
 var
 v=b[4]?0:1,l=v;var
 d=l}else
@@ -3664,9 +3634,9 @@ m=a[1],r=m?1:m,n=r;else
 var
 s=a[1]?0:1,n=s;return[0,[0,n,g],d]}function
 aa(a){return ag(aj(a))}function
-lH(a){function
+lz(a){function
 b(c){var
-b=lF(c),d=b?[0,hM,0]:b;function
+b=lx(c),d=b?[0,hG,0]:b;function
 e(a){function
 b(e){function
 c(c){function
@@ -3679,89 +3649,89 @@ f(f){function
 n(g){function
 h(a){return[0,[0,b,e,k,l,m,f,g]]}var
 c=ah(c_,a);if(c)var
-j=function(a){return bd(fN,q(bb,a))},d=i(U(0,[0,bq,[0,br,0]],c[1]),j);else
+j=function(a){return bb(fG,q(a$,a))},d=i(U(0,[0,bq,[0,br,0]],c[1]),j);else
 var
-d=u8;return i(d,h)}var
-g=ah(hL,a);if(g){var
+d=u2;return i(d,h)}var
+g=ah(hF,a);if(g){var
 c=g[1],j=0;if(typeof
 c==="number"||!(0===c[0]))j=1;else
 if(c[1])var
-o=b[1]?0:f?0:1,d=O(o,u$,u_);else
+o=b[1]?0:f?0:1,d=O(o,u5,u4);else
 var
-d=R(va);if(j)var
-d=R(u9);var
+d=R(u6);if(j)var
+d=R(u3);var
 h=d}else
 var
-h=vb;return i(h,n)}var
-c=ah(hM,a);if(c)var
-g=function(a){return[0,[0,a]]},d=i(a_(hM,fL(c[1])),g);else
+h=u7;return i(h,n)}var
+c=ah(hG,a);if(c)var
+g=function(a){return[0,[0,a]]},d=i(a8(hG,fE(c[1])),g);else
 var
-d=vc;return i(d,f)}var
+d=u8;return i(d,f)}var
 d=aa(e);function
-f(a){return aA(d,av,a)}return i(t(function(a){return aQ(f,a)},bI,a),c)}var
-d=aa(b[3][3]);return i(t(function(a){return fM(d,a)},lE,a),c)}var
-d=aa(b[3][2]);return i(t(function(a){return fM(d,a)},bR,a),c)}return i(t(fL,f3,a),c)}return i(hN(a),b)}var
-b=ah(hK,a),d=b?a_(hK,kC(vd,1,b[1])):ve;return i(d,c)}var
-c=[0,[0,k(vf),0],0];return i(t(function(a){return aR(c,a)},f2,a),b)}return i(U(z([0,f2,[0,dN,[0,f1,[0,hJ,[0,f3,[0,bR,[0,lE,[0,bI,0]]]]]]]],d),[0,hK,[0,c_,[0,hL,0]]],a),e)}return i(bh(a),b)}function
-lI(a){if(typeof
-a!=="number"&&4===a[0])return Z(hL,a[1]);return 0}var
-vn=k(vm);function
-vo(j){var
-b=0,a=he(hl,j);for(;;){if(a){var
+f(a){return ay(d,av,a)}return i(t(function(a){return aO(f,a)},bI,a),c)}var
+d=aa(b[3][3]);return i(t(function(a){return fF(d,a)},lw,a),c)}var
+d=aa(b[3][2]);return i(t(function(a){return fF(d,a)},bR,a),c)}return i(t(fE,fW,a),c)}return i(hH(a),b)}var
+b=ah(hE,a),d=b?a8(hE,ku(u9,1,b[1])):u_;return i(d,c)}var
+c=[0,[0,k(u$),0],0];return i(t(function(a){return aP(c,a)},fV,a),b)}return i(U(y([0,fV,[0,dM,[0,fU,[0,hD,[0,fW,[0,bR,[0,lw,[0,bI,0]]]]]]]],d),[0,hE,[0,c_,[0,hF,0]]],a),e)}return i(bf(a),b)}function
+lA(a){if(typeof
+a!=="number"&&4===a[0])return Z(hF,a[1]);return 0}var
+vh=k(vg);function
+vi(j){var
+b=0,a=g_(hf,j);for(;;){if(a){var
 d=a[2],f=a[1];if(d){var
-i=K(f,d[1])?b:[0,f,b],b=i,a=d;continue}var
+i=J(f,d[1])?b:[0,f,b],b=i,a=d;continue}var
 c=T(a,b)}else
 var
 c=T(a,b);if(c){var
 e=c[2];if(e){var
 k=[0,c[1],[0,e[1],e[2]]],F=0,g=q(function(G){var
 e=F,d=G;for(;;){if(d){var
-g=d[2],a=d[1],k=ep(a),l=k||(11===a?1:0),m=l||(12===a?1:0);if(m){var
+g=d[2],a=d[1],k=en(a),l=k||(11===a?1:0),m=l||(12===a?1:0);if(m){var
 d=g;continue}var
-h=fz(33,a),i=h?fz(a,pG):h;if(i){var
+h=fs(33,a),i=h?fs(a,pz):h;if(i){var
 c=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),x=c(7),y=c(6),z=c(5),A=c(4),B=c(3),C=c(2),D=c(1),E=c(0);if(z||!(y&&!x))var
 f=a;else{var
-j=0;if(fz(65,a)&&fz(a,90))var
+j=0;if(fs(65,a)&&fs(a,90))var
 n=0,o=1,p=1,b=function(a,b){var
-c=a?1<<b:a;return c},q=b(n,7),r=b(o,6),s=b(p,5),t=b(A,4),u=b(B,3),v=b(C,2),w=b(D,1),f=g4(((((((b(E,0)+w|0)+v|0)+u|0)+t|0)+s|0)+r|0)+q|0);else
+c=a?1<<b:a;return c},q=b(n,7),r=b(o,6),s=b(p,5),t=b(A,4),u=b(B,3),v=b(C,2),w=b(D,1),f=gY(((((((b(E,0)+w|0)+v|0)+u|0)+t|0)+s|0)+r|0)+q|0);else
 j=1;if(j)var
 f=a}var
 e=[0,f,e],d=g;continue}return i}return[0,T(e,0)]}},k),h=G(function(a){if(a){var
-b=a[1],f=$(function(a){return I($(function(b){return a===b?1:0},vn))},b),c=f||I($(fH,b));if(c)var
+b=a[1],f=$(function(a){return I($(function(b){return a===b?1:0},vh))},b),c=f||I($(fA,b));if(c)var
 d=c;else
 var
-e=hp(b),g=e?1:e,d=g;return d}return a},g);return h?ck(Y(function(a){var
+e=hj(b),g=e?1:e,d=g;return d}return a},g);return h?ck(Y(function(a){var
 b=a?[0,a[1],0]:a;return b},g)):h}return 1}return 1}}function
-hO(a,b){if(a)var
-d=q(ch,b),e=hO(a[2],d),f=0,c=[0,q(function(a){return bN(f,a)},b),e];else
+hI(a,b){if(a)var
+d=q(ch,b),e=hI(a[2],d),f=0,c=[0,q(function(a){return bN(f,a)},b),e];else
 var
 c=a;return c}function
-hP(a){var
-c=a[1][3],b=a[6],d=b?[0,b[1],0]:b,e=z(hO(c[3],a[4]),d),f=z(hO(c[2],a[3]),e);return G(vo,[0,a[2],f])}var
-bJ=k(vp),bs=k(vq),bz=k(vr),bA=k(vs),lJ=k(vt),lK=k(vu),bS=k(vv),lL=k(vw),lM=k(vx),bt=k(vy),lN=k(vz),lO=k(vA),f6=k(vB),lP=k(vC),a2=k(vD),lQ=k(vE),lR=k(vF),lS=k(vG),dP=k(vH),lT=k(vI),be=k(vJ),lU=k(vK);function
-hQ(a){return x(a[1],r)}function
-lV(a,b){if(a)var
-d=q(ch,b),e=lV(a[1],d),c=[0,q(function(a){return bN(Q,a)},b),e];else
+hJ(a){var
+c=a[1][3],b=a[6],d=b?[0,b[1],0]:b,e=y(hI(c[3],a[4]),d),f=y(hI(c[2],a[3]),e);return G(vi,[0,a[2],f])}var
+bJ=k(vj),bs=k(vk),bz=k(vl),bA=k(vm),lB=k(vn),lC=k(vo),bS=k(vp),lD=k(vq),lE=k(vr),bt=k(vs),lF=k(vt),lG=k(vu),fZ=k(vv),lH=k(vw),a0=k(vx),lI=k(vy),lJ=k(vz),lK=k(vA),dO=k(vB),lL=k(vC),bc=k(vD),lM=k(vE);function
+hK(a){return z(a[1],s)}function
+lN(a,b){if(a)var
+d=q(ch,b),e=lN(a[1],d),c=[0,q(function(a){return bN(Q,a)},b),e];else
 var
 c=a;return c}function
-lW(e,d){var
+lO(e,d){var
 b=e,a=d;for(;;){if(b){if(a){var
 f=W(b[1],a[1]),c=G(function(a){return b1(a[1],a[2])},f);if(c){var
 b=b[2],a=a[2];continue}return c}return 1}return 1}}function
-vL(a){function
+vF(a){function
 b(a){function
 b(a){var
-c=lW(a,lV(aj(a),a)),f=[0,a];if(c)var
-e=ci(r,a),b=G(function(a){var
-b=ci(r,a[2]);return G(function(b){var
-c=x(a[1],b[1]);return bn(hQ(b[2]),c)},b)},e),g=b?G(function(b){var
+c=lO(a,lN(aj(a),a)),f=[0,a];if(c)var
+e=ci(s,a),b=G(function(a){var
+b=ci(s,a[2]);return G(function(b){var
+c=z(a[1],b[1]);return bn(hK(b[2]),c)},b)},e),g=b?G(function(b){var
 c=W(b,a);return G(function(a){var
 c=W(b,a[2]);return G(function(b){var
 c=ab(b[1],b[2]);return A(a[1],c)},c)},c)},a):b,d=g;else
 var
-d=c;return O(d,vM,f)}var
-c=aa(a);return i(bd(function(a){return aA(c,am,a)},a),b)}return i(bp(a),b)}function
-vT(a){function
+d=c;return O(d,vG,f)}var
+c=aa(a);return i(bb(function(a){return ay(c,am,a)},a),b)}return i(bp(a),b)}function
+vN(a){function
 b(a){function
 b(c){var
 b=aa(c);function
@@ -3769,212 +3739,212 @@ d(c){function
 d(d){function
 e(e){function
 f(a){var
-b=[0,[0,[0,c,d,a],e]],f=W(c,d);return O(G(function(a){return A(a[1],a[2])},f),vU,b)}function
+b=[0,[0,[0,c,d,a],e]],f=W(c,d);return O(G(function(a){return A(a[1],a[2])},f),vO,b)}function
 g(c){function
 a(a){function
 c(b){function
-c(a){return[0,[0,b,a]]}return i(t(av,f6,a),c)}return i(t(function(a){return aA(b,av,a)},lS,a),c)}return i(U([0,lS,[0,f6,0]],0,c),a)}return i(t(function(a){return V(g,a)},bt,a),f)}function
-f(a){return aA(b,av,a)}function
-g(a){return V(f,a)}return i(t(function(a){return V(g,a)},lR,a),e)}return i(t(function(a){return aA(b,av,a)},lQ,a),d)}return i(t(function(a){return aA(b,av,a)},a2,a),d)}return i(t(fL,lP,a),b)}return i(U([0,lP,[0,a2,[0,lQ,[0,lR,[0,bt,0]]]]],0,a),b)}function
-lX(d,a,c,b){if(a)var
-f=ch(b),g=ch(c),h=lX(E(d,n),a[2],g,f),i=bN(Q,c),j=bN(0,b),e=[0,[0,d,a[1],j,i],h];else
+c(a){return[0,[0,b,a]]}return i(t(av,fZ,a),c)}return i(t(function(a){return ay(b,av,a)},lK,a),c)}return i(U([0,lK,[0,fZ,0]],0,c),a)}return i(t(function(a){return V(g,a)},bt,a),f)}function
+f(a){return ay(b,av,a)}function
+g(a){return V(f,a)}return i(t(function(a){return V(g,a)},lJ,a),e)}return i(t(function(a){return ay(b,av,a)},lI,a),d)}return i(t(function(a){return ay(b,av,a)},a0,a),d)}return i(t(fE,lH,a),b)}return i(U([0,lH,[0,a0,[0,lI,[0,lJ,[0,bt,0]]]]],0,a),b)}function
+lP(d,a,c,b){if(a)var
+f=ch(b),g=ch(c),h=lP(E(d,o),a[2],g,f),i=bN(Q,c),j=bN(0,b),e=[0,[0,d,a[1],j,i],h];else
 var
 e=a;return e}function
-lY(f,b,e){if(b){var
-k=ch(e),l=lY(f,b[2],k),m=bN(0,e),a=b[1],c=f[5];if(c)var
+lQ(f,b,e){if(b){var
+k=ch(e),l=lQ(f,b[2],k),m=bN(0,e),a=b[1],c=f[5];if(c)var
 d=c[1];else
 var
 j=a[4],d=q(function(a){return a?a[1]:Q},j);var
-h=a[5],i=lX(r,a[3],d,m),g=[0,[0,a[1],a[2],i,h],l]}else
+h=a[5],i=lP(s,a[3],d,m),g=[0,[0,a[1],a[2],i,h],l]}else
 var
 g=b;return g}function
-lZ(e,d){var
+lR(e,d){var
 a=d;for(;;){if(a){var
 b=a[2];if(b){var
-c=aE(e,a[1],b[1]);if(c){var
+c=aC(e,a[1],b[1]);if(c){var
 a=b;continue}return c}return 1}return 1}}function
-v_(a){function
+v4(a){function
 b(a){if(a){var
 b=a[2];if(b){var
-c=b[1];if(b[2])return R(v$);var
+c=b[1];if(b[2])return R(v5);var
 d=function(b){function
-a(a){return O(I(hQ(a)),wa,[0,[0,b,a]])}return i(am(c),a)};return i(aN(a[1]),d)}return R(wb)}return R(wc)}return i(bp(a),b)}function
-wd(a){function
+a(a){return O(I(hK(a)),v6,[0,[0,b,a]])}return i(am(c),a)};return i(aL(a[1]),d)}return R(v7)}return R(v8)}return i(bp(a),b)}function
+v9(a){function
 b(a){var
-b=[0,a];return O(lZ(function(b,a){return P(b[1],a[1])},a),we,b)}return i(V(v_,a),b)}function
-wf(b,a){var
+b=[0,a];return O(lR(function(b,a){return P(b[1],a[1])},a),v_,b)}return i(V(v4,a),b)}function
+v$(b,a){var
 d=P(b[1],a[1]);if(d)var
 c=d;else{var
-e=x(b[1],a[1]);if(e){var
+e=z(b[1],a[1]);if(e){var
 f=P(b[2],a[2]);if(f)var
 c=f;else{var
-g=x(b[2],a[2]);if(g)return P(b[3],a[3]);var
+g=z(b[2],a[2]);if(g)return P(b[3],a[3]);var
 c=g}}else
 var
 c=e}return c}function
-l0(c,b,d){var
+lS(c,b,d){var
 a=b?b[1][11]:b;function
 e(b){function
 d(c){function
-e(a){return O(lZ(wf,c),wg,[0,c])}if(a)var
-f=aa(a[1][1]),d=t(function(a){return aA(f,av,a)},lT,b);else
+e(a){return O(lR(v$,c),wa,[0,c])}if(a)var
+f=aa(a[1][1]),d=t(function(a){return ay(f,av,a)},lL,b);else
 var
-d=wh;return i(d,e)}function
+d=wb;return i(d,e)}function
 e(f){function
 a(a){function
 b(b){function
 c(c){function
 d(d){function
-e(a){return[0,[0,b,c,d,a]]}return i(t(wd,lU,a),e)}return i(t(aN,a2,a),d)}return i(t(aN,be,a),c)}var
-d=c?t(aN,ad,a):[0,aL(n)];return i(d,b)}var
-b=0,d=[0,be,[0,a2,[0,lU,0]]],e=c?[0,ad,0]:c;return i(U(z(e,d),b,f),a)}return i(t(function(a){return V(e,a)},dP,b),d)}var
-f=0,g=a?[0,lT,0]:a;return i(U([0,dP,g],f,d),e)}function
-eD(a){return a?aj(a[1]):a}function
-l1(a){return ap(jP,wi,a)}function
-hR(a){return l1(q(aj,a))}function
-hS(a){return l1(q(eD,a))}function
-bf(a){return hR(a[1])}function
-c$(a){return hS(a[1])}function
-bi(b){var
-a=b[2];return 0===a[0]?hR(a[1]):a[1]}function
+e(a){return[0,[0,b,c,d,a]]}return i(t(v9,lM,a),e)}return i(t(aL,a0,a),d)}return i(t(aL,bc,a),c)}var
+d=c?t(aL,ad,a):[0,aJ(o)];return i(d,b)}var
+b=0,d=[0,bc,[0,a0,[0,lM,0]]],e=c?[0,ad,0]:c;return i(U(y(e,d),b,f),a)}return i(t(function(a){return V(e,a)},dO,b),d)}var
+f=0,g=a?[0,lL,0]:a;return i(U([0,dO,g],f,d),e)}function
+eB(a){return a?aj(a[1]):a}function
+lT(a){return ap(jH,wc,a)}function
+hL(a){return lT(q(aj,a))}function
+hM(a){return lT(q(eB,a))}function
+bd(a){return hL(a[1])}function
+c$(a){return hM(a[1])}function
+bg(b){var
+a=b[2];return 0===a[0]?hL(a[1]):a[1]}function
 bK(b){var
-a=b[2];return 0===a[0]?hS(a[1]):a[1]}function
-da(b,a){return bc(aj(a),b)}function
-eE(e,a){var
+a=b[2];return 0===a[0]?hM(a[1]):a[1]}function
+da(b,a){return ba(aj(a),b)}function
+eC(e,a){var
 b=da(e,a);if(b){var
-c=G(au,a);if(c)return b1(az(a),L);var
+c=G(au,a);if(c)return b1(ax(a),L);var
 d=c}else
 var
 d=b;return d}function
-l2(a){return $(ac,a)}function
+lU(a){return $(ac,a)}function
 cM(b,a){if(a){var
-c=cM(b,a[2]),d=W(a[1],c);return q(function(a){return[0,a[1],a[2]]},d)}return dF(0,b)}function
-wj(a){var
-e=eD(a),b=G(function(a){return eE(e,a)},a);if(b){var
-c=I(da(0,a));if(c)return G(l2,cM(eD(a),a));var
+c=cM(b,a[2]),d=W(a[1],c);return q(function(a){return[0,a[1],a[2]]},d)}return dE(0,b)}function
+wd(a){var
+e=eB(a),b=G(function(a){return eC(e,a)},a);if(b){var
+c=I(da(0,a));if(c)return G(lU,cM(eB(a),a));var
 d=c}else
 var
 d=b;return d}function
-l3(a){var
-b=I(da(0,a));return b?G(wj,a):b}function
-f7(d,c,a){var
+lV(a){var
+b=I(da(0,a));return b?G(wd,a):b}function
+f0(d,c,a){var
 b=da(d,a);return b?G(function(a){return da(c,a)},a):b}function
-hT(a){if(a){var
+hN(a){if(a){var
 b=a[2],c=a[1];return Y(function(a){var
-c=hT(b);return q(function(b){return Y(function(a){return q(function(b){return M(a,b)},b)},a)},c)},c)}return[0,[0,L,0],0]}function
-l4(a){if(a)var
-b=a[1],d=l4(b),e=q(function(a){return[0,Q,a]},d),c=[0,[0,L,dF(Q,b)],e];else
+c=hN(b);return q(function(b){return Y(function(a){return q(function(b){return M(a,b)},b)},a)},c)},c)}return[0,[0,L,0],0]}function
+lW(a){if(a)var
+b=a[1],d=lW(b),e=q(function(a){return[0,Q,a]},d),c=[0,[0,L,dE(Q,b)],e];else
 var
 c=a;return c}function
-eF(a){return hT(a[1])}function
-eG(b){var
-a=b[2];return 0===a[0]?hT(a[1]):l4(a[1])}function
-f8(a){return ap(function(b,a){return hc(b[2],a)},n,a)}function
-hU(b,a){var
-c=aC(b,a[2]);return s(a[1],c)}function
-db(a){return f8(bo(a))}function
+eD(a){return hN(a[1])}function
+eE(b){var
+a=b[2];return 0===a[0]?hN(a[1]):lW(a[1])}function
+f1(a){return ap(function(b,a){return g8(b[2],a)},o,a)}function
+hO(b,a){var
+c=aA(b,a[2]);return r(a[1],c)}function
+db(a){return f1(bo(a))}function
 dc(a){var
 b=db(a);function
-c(a){return hU(b,a)}return q(function(a){return q(c,a)},a)}function
-f9(a){return ap(function(b,a){return s(db(b),a)},n,a)}function
+c(a){return hO(b,a)}return q(function(a){return q(c,a)},a)}function
+f2(a){return ap(function(b,a){return r(db(b),a)},o,a)}function
 bT(d,c,e){if(d){var
 b=c,a=e;for(;;){if(b&&a){var
 b=b[1],a=a[2];continue}var
-g=bT(d[1],c,a),f=[0,jV(c,e),g];break}}else
+g=bT(d[1],c,a),f=[0,jN(c,e),g];break}}else
 var
 f=d;return f}function
-l5(c,b,a){if(b){var
+lX(c,b,a){if(b){var
 d=b[1];if(a){var
-f=a[1],e=l5(c,b[2],a[2]),g=aV(d);if(0===g)return e;if(0<g){var
-i=W(f,e);return q(function(a){return E(s(d,a[1]),a[2])},i)}var
-h=W(f,e);return q(function(a){return E(s(d,a[1]),a[2])},h)}return dF(r,c)}return dF(r,c)}function
-hV(b,a,d){if(a){var
-c=a[2],e=a[1],f=fr(hS(c),b),g=bT(eD(e),f,d),h=q(function(a){return hV(b,c,a)},g),i=dc(e);return Y(function(a){return l5(fr(hR(c),b),a,h)},i)}return d}function
-l6(a){var
-f=a[4],b=fr(bf(a),f),g=f8(bo(bo(a[5]))),h=a[5],c=q(function(b){var
-c=bo(b),d=q(function(a){return hU(g,a)},c);return hV(a[4],a[1],d)},h),d=a[2];if(0===d[0])var
-i=bo(c),e=hV(b,d[1],i);else
+f=a[1],e=lX(c,b[2],a[2]),g=aX(d);if(0===g)return e;if(0<g){var
+i=W(f,e);return q(function(a){return E(r(d,a[1]),a[2])},i)}var
+h=W(f,e);return q(function(a){return E(r(d,a[1]),a[2])},h)}return dE(s,c)}return dE(s,c)}function
+hP(b,a,d){if(a){var
+c=a[2],e=a[1],f=fp(hM(c),b),g=bT(eB(e),f,d),h=q(function(a){return hP(b,c,a)},g),i=dc(e);return Y(function(a){return lX(fp(hL(c),b),a,h)},i)}return d}function
+lY(a){var
+f=a[4],b=fp(bd(a),f),g=f1(bo(bo(a[5]))),h=a[5],c=q(function(b){var
+c=bo(b),d=q(function(a){return hO(g,a)},c);return hP(a[4],a[1],d)},h),d=a[2];if(0===d[0])var
+i=bo(c),e=hP(b,d[1],i);else
 var
 e=bo(c);var
-j=bT(bi(a),b,e),k=a[4],l=bf(a);return q(function(a){return bT(l,k,a)},j)}function
-l7(a){var
-b=ap(ha,r,a),c=aV(b);return 0===c?q(function(a){return Q},a):0<c?q(function(a){return dH([0,a,b])},a):q(function(a){return Q},a)}function
+j=bT(bg(a),b,e),k=a[4],l=bd(a);return q(function(a){return bT(l,k,a)},j)}function
+lZ(a){var
+b=ap(g6,s,a),c=aX(b);return 0===c?q(function(a){return Q},a):0<c?q(function(a){return dG([0,a,b])},a):q(function(a){return Q},a)}function
 dd(b,a){return A(b,a)?a:b}function
-f_(b,a){return A(b,a)?b:a}function
-dQ(a){return a?ap(dd,a[1],a[2]):Q}function
-cN(a){return a?ap(f_,a[1],a[2]):Q}function
-f$(a){var
-b=cN(a),c=dQ(a);return ac(b)?[0,M(c,at(b))]:ac(c)?0:[0,L]}function
-eH(c,b,a){var
-d=b?a?[0,aE(c,b[1],a[1])]:a:b;return d}function
-l8(a){var
-b=q(f$,cM(eD(a),a)),c=[0,L];return ap(function(a,b){return eH(dd,a,b)},c,b)}function
-l9(a){var
-b=q(l8,a),c=[0,L];return ap(function(a,b){return eH(M,a,b)},c,b)}function
+f3(b,a){return A(b,a)?b:a}function
+dP(a){return a?ap(dd,a[1],a[2]):Q}function
+cN(a){return a?ap(f3,a[1],a[2]):Q}function
+f4(a){var
+b=cN(a),c=dP(a);return ac(b)?[0,M(c,at(b))]:ac(c)?0:[0,L]}function
+eF(c,b,a){var
+d=b?a?[0,aC(c,b[1],a[1])]:a:b;return d}function
+l0(a){var
+b=q(f4,cM(eB(a),a)),c=[0,L];return ap(function(a,b){return eF(dd,a,b)},c,b)}function
+l1(a){var
+b=q(l0,a),c=[0,L];return ap(function(a,b){return eF(M,a,b)},c,b)}function
 de(d,c,b){var
 a=d[7];return 0===a[0]?a[1]:as(b,as(c,a[1],0),0)}function
-hW(d,c,b){var
+hQ(d,c,b){var
 a=d[6];return a?as(b,as(c,a[1],0),Q):L}function
-cn(a){return W(aT(0,aj(a)),a)}function
-hX(a,b){if(J(b,n))return a;var
-e=ay(b,ax(2)),f=e[1];if(x(e[2],r)){var
-c=hX(a,f);return s(c,c)}var
-d=hX(a,f);return s(a,s(d,d))}function
+cn(a){return W(aR(0,aj(a)),a)}function
+hR(a,b){if(K(b,o))return a;var
+e=bm(b,bk(2)),f=e[1];if(z(e[2],s)){var
+c=hR(a,f);return r(c,c)}var
+d=hR(a,f);return r(a,r(d,d))}function
 co(c,a){var
-b=aV(a);return 0===b?n:0<b?hX(c,a):n}function
-cp(b,a){return aL(aC(aL(b),a))}function
-l_(f,e,d){var
+b=aX(a);return 0===b?o:0<b?hR(c,a):o}function
+cp(b,a){return aJ(aA(aJ(b),a))}function
+l2(f,e,d){var
 c=f,b=e,a=d;for(;;){if(c){var
-c=c[1],g=s(a,b),b=S(b,n),a=g;continue}return a}}var
-wl=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,n)))))))),hY=co(c(2,n),wl),wm=c(2,c(2,c(2,c(2,c(2,c(2,n)))))),l$=co(c(2,n),wm),wn=c(2,c(2,c(2,c(2,c(2,c(2,n)))))),bU=co(c(2,n),wn);function
-hZ(b){if(J(b,r))return r;var
-g=c(2,n),h=E(aC(cg(b),g),n),i=co(c(2,n),h),j=c(2,n),d=a1(E(cg(b),j)),a=i;for(;;){if(d){var
-f=c(2,n),e=aC(E(a,aC(b,a)),f);if(P(e,a)){var
+c=c[1],g=r(a,b),b=S(b,o),a=g;continue}return a}}var
+wf=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,o)))))))),hS=co(c(2,o),wf),wg=c(2,c(2,c(2,c(2,c(2,c(2,o)))))),l3=co(c(2,o),wg),wh=c(2,c(2,c(2,c(2,c(2,c(2,o)))))),bU=co(c(2,o),wh);function
+f5(b){if(K(b,s))return s;var
+g=c(2,o),h=E(aA(cg(b),g),o),i=co(c(2,o),h),j=c(2,o),d=aZ(E(cg(b),j)),a=i;for(;;){if(d){var
+f=c(2,o),e=aA(E(a,aA(b,a)),f);if(P(e,a)){var
 d=d[1],a=e;continue}return a}return a}}function
-ma(a,l){var
-h=l[2],e=l[1],g=[0,a1(a)],b=a,f=0;for(;;){if(g){var
-i=s(s(s(e,a),E(s(s(s(c(2,c(2,n)),h),b),S(a,b)),s(e,a))),s(bU,bU)),d=hZ(i),j=s(s(a,E(s(s(c(2,n),h),b),e)),bU),k=s(s(c(2,n),a),E(s(h,a),e)),m=aC(E(j,d),k),o=x(s(d,d),i)?r:n,p=[0,[0,aC(S(S(j,d),o),k),m],f],g=g[1],b=S(b,n),f=p;continue}return f}}function
-mb(b,a){var
-c=b[3];return as(a1(a),c,[0,r,r])}function
-mc(r,q,p,o,m,b,h,l,k){var
-i=r,a=q,d=p,g=o,c=m,f=l,e=k;for(;;){if(i){if(P(g,c)){var
-j=cp(s(c,s(a,b)),s(d,h)),i=i[1],a=S(a,n),d=E(d,n),t=E(e,S(j,E(g,n))),g=E(g,n),c=j,f=[0,j,f],e=t;continue}return[0,[0,f,cp(s(c,s(a,b)),S(s(d,h),s(a,b)))],e]}return[0,[0,f,cp(s(c,s(a,b)),S(s(d,h),s(a,b)))],e]}}function
-md(d,a){var
-e=c(2,c(2,c(2,c(2,c(2,c(2,c(2,n))))))),f=hZ(d),b=E(cf(r,s(c(2,c(2,c(2,n))),f)),e),g=J(a,b)?a:b;return a1(g)}function
+l4(a,l){var
+h=l[2],e=l[1],g=[0,aZ(a)],b=a,f=0;for(;;){if(g){var
+i=r(r(r(e,a),E(r(r(r(c(2,c(2,o)),h),b),S(a,b)),r(e,a))),r(bU,bU)),d=f5(i),j=r(r(a,E(r(r(c(2,o),h),b),e)),bU),k=r(r(c(2,o),a),E(r(h,a),e)),m=aA(E(j,d),k),n=z(r(d,d),i)?s:o,p=[0,[0,aA(S(S(j,d),n),k),m],f],g=g[1],b=S(b,o),f=p;continue}return f}}function
+l5(b,a){var
+c=b[3];return as(aZ(a),c,[0,s,s])}function
+l6(s,q,p,n,m,b,h,l,k){var
+i=s,a=q,d=p,g=n,c=m,f=l,e=k;for(;;){if(i){if(P(g,c)){var
+j=cp(r(c,r(a,b)),r(d,h)),i=i[1],a=S(a,o),d=E(d,o),t=E(e,S(j,E(g,o))),g=E(g,o),c=j,f=[0,j,f],e=t;continue}return[0,[0,f,cp(r(c,r(a,b)),S(r(d,h),r(a,b)))],e]}return[0,[0,f,cp(r(c,r(a,b)),S(r(d,h),r(a,b)))],e]}}function
+l7(d,a){var
+e=c(2,c(2,c(2,c(2,c(2,c(2,c(2,o))))))),f=f5(d),b=E(cf(s,r(c(2,c(2,c(2,o))),f)),e),g=K(a,b)?a:b;return aZ(g)}function
 cq(b,e){var
-d=S(e[2],e[1]),c=e[1];if(J(c,r))return[0,r,[0,bU,0],r,r,bU];if(J(d,r))return[0,b,[0,bU,0],r,r,bU];var
-a=aC(s(E(b,n),c),E(c,d)),f=mc(md(b,S(b,a)),S(b,a),E(a,n),r,bU,c,d,0,bU),g=f[1],k=f[2],h=mc(md(b,a),a,E(S(b,a),n),r,bU,d,c,0,k),i=h[1],j=i[1],l=h[2],m=g[2],o=i[2],p=z(j,[0,bU,T(g[1],0)]);return[0,S(a,ag(aj(j))),p,o,m,l]}function
-h0(d){var
+d=S(e[2],e[1]),c=e[1];if(K(c,s))return[0,s,[0,bU,0],s,s,bU];if(K(d,s))return[0,b,[0,bU,0],s,s,bU];var
+a=aA(r(E(b,o),c),E(c,d)),f=l6(l7(b,S(b,a)),S(b,a),E(a,o),s,bU,c,d,0,bU),g=f[1],k=f[2],h=l6(l7(b,a),a,E(S(b,a),o),s,bU,d,c,0,k),i=h[1],j=i[1],l=h[2],m=g[2],n=i[2],p=y(j,[0,bU,T(g[1],0)]);return[0,S(a,ag(aj(j))),p,n,m,l]}function
+hT(d){var
 e=T(d[2],0),c=0,b=d[4],a=e;for(;;){if(a){var
 c=[0,b,c],b=E(b,a[1]),a=a[2];continue}return[0,b,c]}}function
-me(a){var
-b=bN(r,h0(a));return E(a[3],b)}function
-mf(f,e,d){var
+l8(a){var
+b=bN(s,hT(a));return E(a[3],b)}function
+l9(f,e,d){var
 b=e,a=d;for(;;){if(a){var
 c=a[2];if(c){if(P(b,f)){var
-b=E(b,n),a=c;continue}return[0,b,a]}return[0,b,a]}return[0,b,a]}}function
-mg(c,b,a){return J(s(c,a[2]),s(a[1],b[5]))}function
-ga(b,h,g){var
-d=S(E(h,n),b[1]),c=b[2],a=b[3],i=b[4];for(;;){if(c){if(P(r,d)){var
-d=S(d,n),f=E(a,c[1]),c=c[2],a=f;continue}var
+b=E(b,o),a=c;continue}return[0,b,a]}return[0,b,a]}return[0,b,a]}}function
+l_(c,b,a){return K(r(c,a[2]),r(a[1],b[5]))}function
+f6(b,h,g){var
+d=S(E(h,o),b[1]),c=b[2],a=b[3],i=b[4];for(;;){if(c){if(P(s,d)){var
+d=S(d,o),f=E(a,c[1]),c=c[2],a=f;continue}var
 e=a}else
 var
-e=P(r,d)?E(a,i):a;return mg(e,b,g)}}function
-h1(a,b,d){if(P(b,a[1]))var
-c=me(a);else
+e=P(s,d)?E(a,i):a;return l_(e,b,g)}}function
+hU(a,b,d){if(P(b,a[1]))var
+c=l8(a);else
 var
-e=h0(a),c=bN(r,mf(b,a[1],e)[2]);return mg(c,a,d)}function
-gb(c,b){var
+e=hT(a),c=bN(s,l9(b,a[1],e)[2]);return l_(c,a,d)}function
+f7(c,b){var
 a=M(c,b);return A(L,a)?L:a}function
-mh(a){if(A([0,n,c(2,c(2,w(c(2,c(2,c(2,w(c(2,n))))))))],a)){var
-b=c(2,c(2,c(2,c(2,n))));return[0,w(c(2,c(2,c(2,w(c(2,n)))))),b]}return A([0,n,c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,w(c(2,w(c(2,n)))))))))))))))],a)?[0,c(2,c(2,n)),n]:[0,w(c(2,c(2,c(2,n)))),n]}function
-mi(a){var
-j=J(r,a[2]);if(j){var
-k=J(a[2],a[1]);if(k){var
-l=J(n,a[1]);if(l){var
-f=r,e=n,b=a[3];for(;;){if(b){var
-c=b[1],g=J(f,c[1]);if(g){var
-h=J(e,c[2]);if(h){var
+l$(a){if(A([0,o,c(2,c(2,x(c(2,c(2,c(2,x(c(2,o))))))))],a)){var
+b=c(2,c(2,c(2,c(2,o))));return[0,x(c(2,c(2,c(2,x(c(2,o)))))),b]}return A([0,o,c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,x(c(2,x(c(2,o)))))))))))))))],a)?[0,c(2,c(2,o)),o]:[0,x(c(2,c(2,c(2,o)))),o]}function
+ma(a){var
+j=K(s,a[2]);if(j){var
+k=K(a[2],a[1]);if(k){var
+l=K(o,a[1]);if(l){var
+f=s,e=o,b=a[3];for(;;){if(b){var
+c=b[1],g=K(f,c[1]);if(g){var
+h=K(e,c[2]);if(h){var
 f=c[1],e=c[2],b=b[2];continue}var
 i=h}else
 var
@@ -3984,45 +3954,45 @@ var
 d=k}else
 var
 d=j;return d}function
-mj(a){return M(a,[0,n,c(2,w(c(2,c(2,c(2,w(c(2,n)))))))])}var
-wo=c(2,c(2,c(2,w(c(2,c(2,c(2,c(2,w(c(2,w(c(2,w(c(2,c(2,c(2,n)))))))))))))))),mk=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,n)))))))));function
-ml(b,a){var
-d=cg(b),c=S(E(mk,cg(a)),d);return J(r,c)?[0,aC(bE(b,c),a),aL(c)]:[0,aC(b,a),r]}function
-df(b,a){return k4(mk,[0,s(b[1],a[1]),E(b[2],a[2])])}function
-h2(a,b){if(J(b,n))return a;var
-e=ay(b,ax(2)),f=e[1];if(x(e[2],r)){var
-c=h2(a,f);return df(c,c)}var
-d=h2(a,f);return df(a,df(d,d))}function
-h3(d,c,a){var
-b=aV(a);return 0===b?[0,n,r]:0<b?h2(ml(d,c),a):[0,n,r]}function
-mm(e,d,c,a){var
-b=au(a);return b?ga(cq(e,c),d,a):b}function
-mn(b,a,h,d){if(J(b,wo)){var
-$=mm(b,a,h,d);if($)return $;var
-f=h[1],j=S(h[2],f);if(!J(f,r)&&!J(b,a)){if(J(j,r))return J(r,d[1]);var
-p=a1(a),H=co(j,S(b,a)),u=p,i=a,t=hY,m=hY,af=d[2];for(;;){if(u){var
-B=s(i,j),C=s(E(S(b,i),n),f),ab=0;if(x(t,n)&&J(B,C)){var
+mb(a){return M(a,[0,o,c(2,x(c(2,c(2,c(2,x(c(2,o)))))))])}var
+wi=c(2,c(2,c(2,x(c(2,c(2,c(2,c(2,x(c(2,x(c(2,x(c(2,c(2,c(2,o)))))))))))))))),mc=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,o)))))))));function
+md(b,a){var
+d=cg(b),c=S(E(mc,cg(a)),d);return K(s,c)?[0,aA(bE(b,c),a),aJ(c)]:[0,aA(b,a),s]}function
+df(b,a){return kW(mc,[0,r(b[1],a[1]),E(b[2],a[2])])}function
+hV(a,b){if(K(b,o))return a;var
+e=bm(b,bk(2)),f=e[1];if(z(e[2],s)){var
+c=hV(a,f);return df(c,c)}var
+d=hV(a,f);return df(a,df(d,d))}function
+hW(d,c,a){var
+b=aX(a);return 0===b?[0,o,s]:0<b?hV(md(d,c),a):[0,o,s]}function
+me(e,d,c,a){var
+b=au(a);return b?f6(cq(e,c),d,a):b}function
+mf(b,a,h,d){if(K(b,wi)){var
+$=me(b,a,h,d);if($)return $;var
+f=h[1],j=S(h[2],f);if(!K(f,s)&&!K(b,a)){if(K(j,s))return K(s,d[1]);var
+p=aZ(a),H=co(j,S(b,a)),u=p,i=a,t=hS,m=hS,af=d[2];for(;;){if(u){var
+B=r(i,j),C=r(E(S(b,i),o),f),ab=0;if(z(t,o)&&K(B,C)){var
 I=E(m,i);ab=1}if(!ab){var
-D=cp(s(t,B),C),u=u[1],i=S(i,n),t=D,m=E(m,D);continue}}else
+D=cp(r(t,B),C),u=u[1],i=S(i,o),t=D,m=E(m,D);continue}}else
 var
 I=m;var
-ag=co(f,a),K=s(s(s(s(l_(p,b,n),ag),H),I),af),ah=co(E(f,j),b),L=s(l_(p,a,n),ah),M=s(s(d[1],L),hY);if(J(K,M))return 1;var
-N=J(s(K,l$),s(M,E(l$,n)));if(N){var
-y=p,o=n,F=n,v=n,ai=s(d[1],L),aj=d[2];for(;;){if(y){var
-G=s(s(F,E(S(b,o),n)),f),y=y[1],ae=E(s(s(v,o),j),G),o=E(o,n),F=G,v=ae;continue}return J(s(s(v,H),aj),ai)}}return N}}return J(d[2],d[1])}var
+ag=co(f,a),J=r(r(r(r(l2(p,b,o),ag),H),I),af),ah=co(E(f,j),b),L=r(l2(p,a,o),ah),M=r(r(d[1],L),hS);if(K(J,M))return 1;var
+N=K(r(J,l3),r(M,E(l3,o)));if(N){var
+w=p,n=o,F=o,v=o,ai=r(d[1],L),aj=d[2];for(;;){if(w){var
+G=r(r(F,E(S(b,n),o)),f),w=w[1],ae=E(r(r(v,n),j),G),n=E(n,o),F=G,v=ae;continue}return K(r(r(v,H),aj),ai)}}return N}}return K(d[2],d[1])}var
 aa=au(d);if(aa){var
-e=h[1],l=S(h[2],e),W=P(r,e);if(W){var
+e=h[1],l=S(h[2],e),W=P(s,e);if(W){var
 X=P(a,b);if(X){var
-Y=J(l,r);if(Y)var
+Y=K(l,s);if(Y)var
 g=Y;else{var
 Z=ac(d);if(Z){var
-_=P(s(a,E(e,l)),s(b,e));if(_){var
-O=E(e,l),q=S(b,a),al=h3(s(a,O),s(b,e),a),Q=df(h3(s(q,O),s(b,l),q),al),am=c(2,n),an=h3(d[1],d[2],am),R=df(df(Q,Q),an),z=E(q,n),T=S(s(z,e),s(a,l)),U=s(s(s(w(c(2,c(2,w(c(2,c(2,w(c(2,n)))))))),b),s(z,e)),s(z,e)),V=s(s(s(s(w(c(2,c(2,w(c(2,w(c(2,c(2,c(2,w(c(2,c(2,n)))))))))))),a),q),T),T),ad=0;if(P(r,a)&&P(U,V)){var
-k=df(R,ml(V,U));ad=1}if(!ad)var
-k=R;if(J(r,k[2]))var
-A=J(n,k[1]);else
+_=P(r(a,E(e,l)),r(b,e));if(_){var
+O=E(e,l),q=S(b,a),al=hW(r(a,O),r(b,e),a),Q=df(hW(r(q,O),r(b,l),q),al),am=c(2,o),an=hW(d[1],d[2],am),R=df(df(Q,Q),an),y=E(q,o),T=S(r(y,e),r(a,l)),U=r(r(r(x(c(2,c(2,x(c(2,c(2,x(c(2,o)))))))),b),r(y,e)),r(y,e)),V=r(r(r(r(x(c(2,c(2,x(c(2,x(c(2,c(2,c(2,x(c(2,c(2,o)))))))))))),a),q),T),T),ad=0;if(P(s,a)&&P(U,V)){var
+k=df(R,md(V,U));ad=1}if(!ad)var
+k=R;if(K(s,k[2]))var
+A=K(o,k[1]);else
 var
-ak=k[1],A=J(bE(n,aL(k[2])),ak);if(A)return mm(b,a,h,d);var
+ak=k[1],A=K(bE(o,aJ(k[2])),ak);if(A)return me(b,a,h,d);var
 g=A}else
 var
 g=_}else
@@ -4032,24 +4002,26 @@ var
 g=X}else
 var
 g=W;return g}return aa}function
-eI(a){var
-b=P(r,a[2]);return b?ac(a[4]):b}var
-wp=c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,c(2,c(2,c(2,c(2,w(c(2,n))))))))))))))))))));function
-mo(b,a){return M(a,at(b[4]))}function
-cO(a){return ab(L,aI(a))}function
-mp(q,x,w){var
+eG(a){var
+b=P(s,a[2]);return b?ac(a[4]):b}var
+wj=c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,c(2,c(2,c(2,c(2,x(c(2,o))))))))))))))))))));function
+mg(a){return K(aN(function(b,a){if(eG(a)){var
+d=c(2,x(c(2,c(2,o))));return E(E(b,f5(a[2])),d)}return b},a,s),wj)}function
+mh(b,a){return M(a,at(b[4]))}function
+cO(a){return ab(L,aG(a))}function
+mi(q,x,w){var
 g=x,b=w;for(;;){if(g){if(b){var
 r=b[1],a=g[1],c=r[2],d=r[1],j=au(d),h=0;if(j){var
 k=A(d,c);if(k){var
-l=A(c,a[4]);if(l)if(eI(a)){var
+l=A(c,a[4]);if(l)if(eG(a)){var
 m=A(d,Q);if(m)var
 i=m;else
 var
-v=cO(mo(a,d)),i=mn(a[2],S(a[2],a[3]),v,q);var
+v=cO(mh(a,d)),i=mf(a[2],S(a[2],a[3]),v,q);var
 t=0;if(i){var
 n=A(a[4],c);if(n)var
 o=n;else{var
-u=mo(a,c),e=mn(a[2],a[3],u,q);h=1;t=1}}else
+u=mh(a,c),e=mf(a[2],a[3],u,q);h=1;t=1}}else
 var
 o=i;if(!t){var
 e=o;h=1}}else{var
@@ -4068,52 +4040,52 @@ g=g[2],b=b[2];continue}var
 s=e}else
 var
 s=b;return s}return b?0:1}}function
-mq(d){var
+mj(d){var
 a=d;for(;;){if(a){var
 b=a[2];if(b){var
 c=P(a[1],b[1]);if(c){var
 a=b;continue}return c}return 1}return 1}}function
-dg(a){return[0,a,n]}function
-mr(b,a){var
-c=co(b[2],a),d=aV(c),e=0===d?n:0<d?c:n;return[0,co(b[1],a),e]}function
-gc(a){return ag(aj(al(eI,a)))}function
-h4(b,a){return J(b,a)?b:a}function
-ms(a){var
-b=al(eI,a);if(mq(q(function(a){return a[1]},b)))return h4(n,gc(a));var
-d=gc(a);return h4(c(2,n),d)}function
-h5(h,g,f,b,e,a){var
-l=M(dg(S(s(c(2,n),f),b)),a),i=A(ab(ab(M(dg(b),e),l),h),L);if(i)var
+dg(a){return[0,a,o]}function
+mk(b,a){var
+c=co(b[2],a),d=aX(c),e=0===d?o:0<d?c:o;return[0,co(b[1],a),e]}function
+f8(a){return ag(aj(al(eG,a)))}function
+hX(b,a){return K(b,a)?b:a}function
+ml(a){var
+b=al(eG,a);if(mj(q(function(a){return a[1]},b)))return hX(o,f8(a));var
+d=f8(a);return hX(c(2,o),d)}function
+hY(h,g,f,b,e,a){var
+l=M(dg(S(r(c(2,o),f),b)),a),i=A(ab(ab(M(dg(b),e),l),h),L);if(i)var
 d=i;else
 if(g){var
 j=ac(cO(ab(e,a)));if(j){var
 k=ac(cO(ab(a,a)));if(k){var
-m=mr(cO(ab(a,a)),S(f,b));return A(h,M(mr(cO(ab(e,a)),b),m))}var
+m=mk(cO(ab(a,a)),S(f,b));return A(h,M(mk(cO(ab(e,a)),b),m))}var
 d=k}else
 var
 d=j}else
 var
 d=g;return d}function
-mt(c,b,a){var
+mm(c,b,a){var
 d=M(c,a[1]);return A(b[2],d)}function
-gd(d,c){var
-a=d,b=c;for(;;){if(a){if(x(b,r))return[0,a[1]];var
-a=a[2],b=S(b,n);continue}return a}}function
-mu(b,a){return W(q(function(a){return a[1]},b),a)}function
-mv(c,b,a){var
+f9(d,c){var
+a=d,b=c;for(;;){if(a){if(z(b,s))return[0,a[1]];var
+a=a[2],b=S(b,o);continue}return a}}function
+mn(b,a){return W(q(function(a){return a[1]},b),a)}function
+mo(c,b,a){var
 d=c4(c,a);return Y(function(a){var
 c=a[2];return Y(function(a){var
 d=al(function(c){var
-d=F(b,c);return I(x(F(b,a),d))},c);return q(function(b){return[0,a,b]},d)},c)},d)}function
-mw(b,a){return mq(q(a0,c4(b,a)))}function
-mx(a){return ci(r,q(function(a){return a[1]},a))}function
-my(a){return a[2][1]}function
-mz(a9,D,aF,C){var
-aG=aF[2],aH=aF[1];function
+d=F(b,c);return I(z(F(b,a),d))},c);return q(function(b){return[0,a,b]},d)},c)},d)}function
+mp(b,a){return mj(q(aY,c4(b,a)))}function
+mq(a){return ci(s,q(function(a){return a[1]},a))}function
+mr(a){return a[2][1]}function
+ms(a9,D,aF,C){var
+aH=aF[2],aI=aF[1];function
 aJ(a){return[0,a[2][2],a[2][3],a[3]]}var
-a_=at(aH[2][4]),i=M(a9,M(aG[2][4],a_)),a=aJ(aG),d=aJ(aH),aZ=[0,n,c(2,c(2,n))],l=M(mj(D),aZ),an=ab(D,aI(mj(D))),ao=mi(d);if(ao){var
-ap=mi(a);if(ap){var
+a_=at(aI[2][4]),i=M(a9,M(aH[2][4],a_)),a=aJ(aH),d=aJ(aI),aZ=[0,o,c(2,c(2,o))],l=M(mb(D),aZ),an=ab(D,aG(mb(D))),ao=ma(d);if(ao){var
+ap=ma(a);if(ap){var
 aq=ac(i);if(aq){var
-ar=P(r,a[2]);if(ar){var
+ar=P(s,a[2]);if(ar){var
 as=au(D);if(as)if(C){var
 z=C[2],b=C[1],t=z;for(;;){if(t){var
 Z=t[2];if(Z){var
@@ -4130,38 +4102,38 @@ var
 W=A(U,L);if(W){if(z){var
 aw=A(b,Q);if(aw)var
 B=aw;else{var
-a3=a[2],aB=h1(cq(a[1],b),a3,l);if(aB)var
+a3=a[2],aB=hU(cq(a[1],b),a3,l);if(aB)var
 B=aB;else
 var
-a4=d[2],a5=gb(i,b),B=h1(cq(d[1],a5),a4,l)}if(B){var
+a4=d[2],a5=f7(i,b),B=hU(cq(d[1],a5),a4,l)}if(B){var
 ax=A(L,M(i,p));if(ax)var
 q=ax;else{var
-a0=d[2],a1=gb(i,p),az=ga(cq(d[1],a1),a0,l);if(az)var
+a0=d[2],a1=f7(i,p),az=f6(cq(d[1],a1),a0,l);if(az)var
 q=az;else{var
 aA=A(L,p);if(aA)var
 q=aA;else
 var
-a2=a[2],q=ga(cq(a[1],p),a2,l)}}if(q){var
-aN=d[3],aO=a[3],aP=mb(d,d[2])[2],F=0,$=r,_=aO,u=aN,aQ=mb(a,a[2])[1];a:for(;;){if(u){var
-j=$,m=_,aL=u[1][2];for(;;){if(m){if(!J(s(aL,aQ),s(aP,m[1][1]))){var
-j=E(j,n),m=m[2];continue}var
+a2=a[2],q=f6(cq(a[1],p),a2,l)}}if(q){var
+aN=d[3],aO=a[3],aP=l5(d,d[2])[2],F=0,$=s,_=aO,u=aN,aQ=l5(a,a[2])[1];a:for(;;){if(u){var
+j=$,m=_,aL=u[1][2];for(;;){if(m){if(!K(r(aL,aQ),r(aP,m[1][1]))){var
+j=E(j,o),m=m[2];continue}var
 aa=[0,j,m]}else
 var
 aa=[0,j,0];var
 F=[0,j,F],$=j,_=aa[2],u=u[2];continue a}}var
 al=b,y=z,aM=T(F,0);for(;;){if(y){var
-am=y[1],aV=gb(i,al),k=cq(d[1],aV),o=cq(a[1],am),ag=J(r,k[5]),aK=0;if(ag){var
-ah=J(r,o[5]);if(ah){var
-aW=s(an[1],s(k[5],o[5])),aX=an[2],aY=a[1],R=me(o),O=k[1],w=aM,aS=s(E(k[3],k[4]),R),aT=k[2];for(;;){if(w&&P(r,O)){var
-O=S(O,n),w=w[2];continue}var
-aU=h0(o),G=o[1],ad=aU,g=w,f=aT,e=aS;for(;;){if(f){var
+am=y[1],aV=f7(i,al),k=cq(d[1],aV),n=cq(a[1],am),ag=K(s,k[5]),aK=0;if(ag){var
+ah=K(s,n[5]);if(ah){var
+aW=r(an[1],r(k[5],n[5])),aX=an[2],aY=a[1],R=l8(n),O=k[1],w=aM,aS=r(E(k[3],k[4]),R),aT=k[2];for(;;){if(w&&P(s,O)){var
+O=S(O,o),w=w[2];continue}var
+aU=hT(n),G=n[1],ad=aU,g=w,f=aT,e=aS;for(;;){if(f){var
 v=f[2],H=f[1];if(g){var
-K=g[2],N=g[1];if(P(N,G)){var
-g=K,f=v,e=E(e,s(H,R));continue}if(P(aY,N)){var
-g=K,f=v;continue}var
-ae=mf(N,G,ad),af=ae[2],aR=E(e,s(H,bN(r,af))),G=ae[1],ad=af,g=K,f=v,e=aR;continue}var
-g=0,f=v,e=E(e,s(H,R));continue}var
-V=J(s(e,aX),aW);aK=1;break}break}}else
+J=g[2],N=g[1];if(P(N,G)){var
+g=J,f=v,e=E(e,r(H,R));continue}if(P(aY,N)){var
+g=J,f=v;continue}var
+ae=l9(N,G,ad),af=ae[2],aR=E(e,r(H,bN(s,af))),G=ae[1],ad=af,g=J,f=v,e=aR;continue}var
+g=0,f=v,e=E(e,r(H,R));continue}var
+V=K(r(e,aX),aW);aK=1;break}break}}else
 var
 ai=ah}else
 var
@@ -4171,10 +4143,10 @@ al=am,y=y[2];continue}return V}return 1}}}var
 ay=q}else
 var
 ay=B;return ay}var
-a6=d[2],a7=gb(i,b),X=ga(cq(d[1],a7),a6,l),aC=X?A(b,Q):X;if(aC)var
+a6=d[2],a7=f7(i,b),X=f6(cq(d[1],a7),a6,l),aC=X?A(b,Q):X;if(aC)var
 aD=aC;else{var
 aE=X||A(L,M(i,b));if(aE){var
-a8=a[2];return h1(cq(a[1],b),a8,l)}var
+a8=a[2];return hU(cq(a[1],b),a8,l)}var
 aD=aE}var
 Y=aD}else
 var
@@ -4194,461 +4166,460 @@ var
 h=ap}else
 var
 h=ao;return h}function
-h6(b,a){var
+hZ(b,a){var
 c=A(b,a);return c?A(a,b):c}function
-ge(a){return cO(a[1])}function
-gf(a){if(a[2])return ge(a);var
-b=[0,n,c(2,n)];return M(ge(a),b)}function
-h7(b,a){return M(a,at(dg(b)))}var
-eJ=c(2,c(2,c(2,c(2,c(2,c(2,c(2,n)))))));function
-dh(a){return J(a,r)?r:E(cg(a),n)}function
-h8(a){var
-b=S(dh(a[1]),eJ);if(P(r,b)){var
-c=E(a[2],b);return[0,jU(a[1],b),c]}return a}function
-eK(b,a){return h8([0,s(b[1],a[1]),E(b[2],a[2])])}function
-h9(a,b){if(J(b,n))return eK([0,n,r],a);var
-e=ay(b,ax(2)),f=e[1];if(x(e[2],r)){var
-c=h9(a,f);return eK(c,c)}var
-d=h9(a,f);return eK(eK(d,d),a)}function
-mA(a){var
-g=s(c(2,n),eJ),f=0,b=aP(function(b,a){if(x(a[1],r))return b;var
-d=a[2],c=E(dh(a[1]),d),e=b?cf(b[1],c):c;return[0,e]},a,f),h=b?b[1]:r,d=S(h,g),e=h8([0,aP(function(b,a){return E(b,bE(a[1],S(a[2],d)))},a,r),d]),i=S(e[2],eJ),j=ag(aj(a));return[0,aC(bE(e[1],eJ),j),i]}function
-mB(a,e){var
-b=s(a[1],e[1]),c=e[2],g=dh(c),h=a[2],d=S(E(dh(b),h),g);if(!x(d,r)&&!x(d,n)){var
-f=P(r,b);return f?P(r,d):f}return J(r,a[2])?J(c,bE(b,a[2])):J(bE(c,aL(a[2])),b)}var
-mC=[0,n,c(2,n)],wq=[0,c(2,c(2,c(2,w(c(2,n))))),n];function
-mD(d,a,f,b){if(d){var
-g=[0,s(c(2,n),b),n];if(A(M(M(a,a),g),wq))var
+f_(a){return cO(a[1])}function
+f$(a){if(a[2])return f_(a);var
+b=[0,o,c(2,o)];return M(f_(a),b)}function
+h0(b,a){return M(a,at(dg(b)))}var
+eH=c(2,c(2,c(2,c(2,c(2,c(2,c(2,o)))))));function
+dh(a){return K(a,s)?s:E(cg(a),o)}function
+h1(a){var
+b=S(dh(a[1]),eH);if(P(s,b)){var
+c=E(a[2],b);return[0,jM(a[1],b),c]}return a}function
+eI(b,a){return h1([0,r(b[1],a[1]),E(b[2],a[2])])}function
+h2(a,b){if(K(b,o))return eI([0,o,s],a);var
+e=bm(b,bk(2)),f=e[1];if(z(e[2],s)){var
+c=h2(a,f);return eI(c,c)}var
+d=h2(a,f);return eI(eI(d,d),a)}function
+mt(a){var
+g=r(c(2,o),eH),f=0,b=aN(function(b,a){if(z(a[1],s))return b;var
+d=a[2],c=E(dh(a[1]),d),e=b?cf(b[1],c):c;return[0,e]},a,f),h=b?b[1]:s,d=S(h,g),e=h1([0,aN(function(b,a){return E(b,bE(a[1],S(a[2],d)))},a,s),d]),i=S(e[2],eH),j=ag(aj(a));return[0,aA(bE(e[1],eH),j),i]}function
+mu(a,e){var
+b=r(a[1],e[1]),c=e[2],g=dh(c),h=a[2],d=S(E(dh(b),h),g);if(!z(d,s)&&!z(d,o)){var
+f=P(s,b);return f?P(s,d):f}return K(s,a[2])?K(c,bE(b,a[2])):K(bE(c,aJ(a[2])),b)}var
+mv=[0,o,c(2,o)],wk=[0,c(2,c(2,c(2,x(c(2,o))))),o];function
+mw(d,a,f,b){if(d){var
+g=[0,r(c(2,o),b),o];if(A(M(M(a,a),g),wk))var
 e=0;else
 var
-h=M(a,mC),e=mD(d[1],f,h,b);return[0,a,e]}return[0,a,0]}function
-mE(a){var
+h=M(a,mv),e=mw(d[1],f,h,b);return[0,a,e]}return[0,a,0]}function
+mx(a){var
 b=au(a);return b?A(a,L):b}function
-mF(d,a){if(au(d)&&G(function(a){var
-b=mE(a[2]);return b?mE(a[3]):b},a)){var
-b=aP(function(b,a){return E(b,a[1])},a,r),e=w(c(2,n)),f=[0,c(2,n),e],g=c(2,c(2,c(2,c(2,n)))),h=[0,w(c(2,w(c(2,w(c(2,n)))))),g],i=c(2,c(2,n)),j=mD(a1(E(dh(b),i)),h,f,b);return mA(q(function(k){var
-b=[0,n,r];return aP(function(o,a){var
-j=a[1],f=d[2],g=a[2][2],h=a[3][2],b=s(s(s(k[2],f),g),h),i=E(b,s(k[1],S(s(s(d[1],a[3][1]),g),s(s(a[2][1],f),h)))),l=dh(i),c=cf(r,S(E(eJ,dh(b)),l)),m=h8([0,aC(bE(i,c),b),aL(c)]),e=aV(j),p=0===e?[0,n,r]:0<e?h9(m,j):[0,n,r];return eK(o,p)},a,b)},j))}return[0,r,r]}function
-mG(a){return[0,a[2][1],[0,a[2][2],[0,a[3][1],[0,a[3][2],0]]]]}function
-mH(b,a){var
+my(d,a){if(au(d)&&G(function(a){var
+b=mx(a[2]);return b?mx(a[3]):b},a)){var
+b=aN(function(b,a){return E(b,a[1])},a,s),e=x(c(2,o)),f=[0,c(2,o),e],g=c(2,c(2,c(2,c(2,o)))),h=[0,x(c(2,x(c(2,x(c(2,o)))))),g],i=c(2,c(2,o)),j=mw(aZ(E(dh(b),i)),h,f,b);return mt(q(function(k){var
+b=[0,o,s];return aN(function(n,a){var
+j=a[1],f=d[2],g=a[2][2],h=a[3][2],b=r(r(r(k[2],f),g),h),i=E(b,r(k[1],S(r(r(d[1],a[3][1]),g),r(r(a[2][1],f),h)))),l=dh(i),c=cf(s,S(E(eH,dh(b)),l)),m=h1([0,aA(bE(i,c),b),aJ(c)]),e=aX(j),p=0===e?[0,o,s]:0<e?h2(m,j):[0,o,s];return eI(n,p)},a,b)},j))}return[0,s,s]}function
+mz(a){return[0,a[2][1],[0,a[2][2],[0,a[3][1],[0,a[3][2],0]]]]}function
+mA(b,a){var
 c=b1(b[2],a[2]);return c?b1(b[3],a[3]):c}function
-mI(f){var
-a=0,b=em(function(f,e){var
-g=mG(e),b=mG(f),a=g;for(;;){if(b){if(a){var
-c=a[1],d=b[1];if(x(d,c)){var
+mB(f){var
+a=0,b=ek(function(f,e){var
+g=mz(e),b=mz(f),a=g;for(;;){if(b){if(a){var
+c=a[1],d=b[1];if(z(d,c)){var
 b=b[2],a=a[2];continue}return P(d,c)}return 1}return 1}},f);for(;;){if(b){var
 e=b[2],d=b[1];if(a){var
-c=a[1];if(mH(c,d)){var
+c=a[1];if(mA(c,d)){var
 a=[0,[0,E(c[1],d[1]),c[2],c[3],c[4]],a[2]],b=e;continue}var
 a=[0,d,a],b=e;continue}var
 a=[0,d,0],b=e;continue}return a}}function
-gg(b,a){return as(b,a[2],0)}function
-mJ(a){return mI(q(function(a){return[0,a[2],a[1],Q,r]},a))}function
-mK(b,a){var
+ga(b,a){return as(b,a[2],0)}function
+mC(a){return mB(q(function(a){return[0,a[2],a[1],Q,s]},a))}function
+mD(b,a){var
 c=A(b,a);return c?A(a,b):c}function
-gh(a){var
-b=a[2]?L:mC;return M(ab(L,aI(a[1])),b)}function
-mL(c,a){var
+gb(a){var
+b=a[2]?L:mv;return M(ab(L,aG(a[1])),b)}function
+mE(c,a){var
 b=W(a,c[9]);return Y(function(d){var
 a=d[1],j=c[6],i=d[2],g=a[1],h=q(function(a){var
 b=a[2];function
 c(a){return M(a,at(g))}var
-d=q(function(a){return af(c,a)},b);return[0,a[1],d]},i),b=aj(a[2]),e=aT(0,b),f=Y(function(a){var
-c=aT(0,b);return Y(function(b){return bc(a,b)?0:[0,[0,a,b],0]},c)},e);return q(function(i){var
+d=q(function(a){return af(c,a)},b);return[0,a[1],d]},i),b=aj(a[2]),e=aR(0,b),f=Y(function(a){var
+c=aR(0,b);return Y(function(b){return ba(a,b)?0:[0,[0,a,b],0]},c)},e);return q(function(i){var
 b=ac(a[1]);if(b){var
-c=ci(r,h),d=mI(Y(function(g){var
-a=g[2],b=g[1],h=i[2],c=gg(i[1],a);if(c){var
-d=c[1],e=gg(h,a);return e?[0,[0,a[1],d,e[1],b],0]:j?0:[0,[0,a[1],d,Q,b],0]}if(j)return 0;var
-f=gg(h,a),k=0,l=f?f[1]:Q;return[0,[0,a[1],L,l,b],k]},c));return em(function(b,a){return J(b[4],a[4])},d)}return b},f)},b)}function
-mM(a){var
-b=a[2];return J(b,n)?[0,a[1]]:x(ay(b,ax(2))[2],r)?0:0}function
-mN(a){return a[1]}function
-h_(b,a){if(b){if(a){var
-c=h_(b[2],a[2]);return[0,E(b[1],a[1]),c]}return b}return a}function
-dR(a,h){if(a[4])return 0;if(h){var
-c=j0(mN,aL(n),aL(n),a[7]);return b0(function(c){var
+c=ci(s,h),d=mB(Y(function(g){var
+a=g[2],b=g[1],h=i[2],c=ga(i[1],a);if(c){var
+d=c[1],e=ga(h,a);return e?[0,[0,a[1],d,e[1],b],0]:j?0:[0,[0,a[1],d,Q,b],0]}if(j)return 0;var
+f=ga(h,a),k=0,l=f?f[1]:Q;return[0,[0,a[1],L,l,b],k]},c));return ek(function(b,a){return K(b[4],a[4])},d)}return b},f)},b)}function
+mF(a){var
+b=a[2];return K(b,o)?[0,a[1]]:z(bm(b,bk(2))[2],s)?0:0}function
+mG(a){return a[1]}function
+h3(b,a){if(b){if(a){var
+c=h3(b[2],a[2]);return[0,E(b[1],a[1]),c]}return b}return a}function
+dQ(a,h){if(a[4])return 0;if(h){var
+c=jS(mG,aJ(o),aJ(o),a[7]);return b0(function(c){var
 e=a[5],h=c[2];if(e)var
 b=[0,e[1]];else
 var
 g=h[4],b=b0(function(a){return a},g);if(b)var
-d=b0(mM,c[2][3]),i=d?[0,[0,c[1],b[1],d[1]]]:d,f=i;else
+d=b0(mF,c[2][3]),i=d?[0,[0,c[1],b[1],d[1]]]:d,f=i;else
 var
 f=b;return f},c)}var
 b=a[5];if(b){var
 d=b[1],e=function(b){var
-c=a[7];return al(function(a){return x(a[2],b)},c)},f=q(e,dG(a[2])),g=al(function(a){var
+c=a[7];return al(function(a){return z(a[2],b)},c)},f=q(e,dF(a[2])),g=al(function(a){var
 b=a?1:a;return b},f);return b0(function(a){var
-b=b0(function(a){return b0(mM,a[3])},a);return af(function(a){return[0,r,d,aP(h_,a,0)]},b)},g)}return b}function
-gi(a){return aP(ha,a,r)}function
-mO(a){return aP(function(b,a){return A(a,b)?b:a},a,Q)}function
-mP(a){return x(a[1],r)}function
-h$(a){var
-b=mO(a[2]),d=au(b);if(d)var
+b=b0(function(a){return b0(mF,a[3])},a);return af(function(a){return[0,s,d,aN(h3,a,0)]},b)},g)}return b}function
+gc(a){return aN(g6,a,s)}function
+mH(a){return aN(function(b,a){return A(a,b)?b:a},a,Q)}function
+mI(a){return z(a[1],s)}function
+h4(a){var
+b=mH(a[2]),d=au(b);if(d)var
 f=a[2],c=G(function(a){var
-c=mP(a);if(c)var
+c=mI(a);if(c)var
 d=c;else{var
 e=A(a,b);if(e)return A(b,a);var
 d=e}return d},f);else
 var
 c=d;if(c)var
-g=W(a[2],a[3]),h=gi(q(function(a){return mP(a[1])?r:a[2]},g)),i=gi(a[3]),e=[0,[0,a[1],i,h,b]];else
+g=W(a[2],a[3]),h=gc(q(function(a){return mI(a[1])?s:a[2]},g)),i=gc(a[3]),e=[0,[0,a[1],i,h,b]];else
 var
 e=c;return e}var
-wr=c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,c(2,c(2,c(2,c(2,w(c(2,n)))))))))))))))))))));function
-mQ(a){var
-b=at(dg(gi(q(bb,a))));return M(az(q(function(a){var
+wl=c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,c(2,c(2,c(2,c(2,x(c(2,o)))))))))))))))))))));function
+mJ(a){var
+b=at(dg(gc(q(a$,a))));return M(ax(q(function(a){var
 b=dg(a[2]);return M(a[1],b)},a)),b)}function
-mR(e,a){var
+mK(e,a){var
 b=e[8];if(b){var
-c=b[1],f=aj(a),d=bc(aj(c),f);if(d){var
+c=b[1],f=aj(a),d=ba(aj(c),f);if(d){var
 g=W(a,c);return b0(function(g){var
-d=g[2],a=g[1],h=0,e=aP(function(b,a){var
-c=a[2],d=a[1];return h_(b,q(function(a){return s(d,a)},c))},d,h),f=G(function(b){var
-c=aj(a[3]);return bc(aj(b[2]),c)},d);if(f)var
-i=aj(a[3]),b=bc(aj(e),i);else
+d=g[2],a=g[1],h=0,e=aN(function(b,a){var
+c=a[2],d=a[1];return h3(b,q(function(a){return r(d,a)},c))},d,h),f=G(function(b){var
+c=aj(a[3]);return ba(aj(b[2]),c)},d);if(f)var
+i=aj(a[3]),b=ba(aj(e),i);else
 var
 b=f;if(b)var
-j=W(e,a[3]),c=G(function(a){return x(a[1],a[2])},j);else
+j=W(e,a[3]),c=G(function(a){return z(a[1],a[2])},j);else
 var
 c=b;var
 k=c?[0,q(function(b){var
-c=b[1];return[0,mQ(W(a[2],b[2])),c]},d)]:c;return k},g)}return d}return[0,q(function(a){return W(a[2],a[3])},a)]}function
-mS(a){switch(a[0]){case
+c=b[1];return[0,mJ(W(a[2],b[2])),c]},d)]:c;return k},g)}return d}return[0,q(function(a){return W(a[2],a[3])},a)]}function
+mL(a){switch(a[0]){case
 0:return a[1][10];case
 1:return a[1][8];default:return a[1][12]}}function
-ia(a){switch(a[0]){case
+h5(a){switch(a[0]){case
 0:return a[1][9];case
 1:return[0,a[1][7]];default:return[0,a[1][11]]}}function
-mT(a){return a[1][3]}function
-wt(u,X,V){switch(V[0]){case
+mM(a){return a[1][3]}function
+wn(u,U,T){switch(T[0]){case
 0:var
-aB=dR(u,X);if(aB){var
-a=V[1],as=b0(h$,aB[1]);if(as){var
-e=as[1];if(e){var
-aI=J(aP(function(b,a){if(eI(a)){var
-d=c(2,w(c(2,c(2,n))));return E(E(b,hZ(a[2])),d)}return b},e,r),wp);if(aI){var
-b8=A(a[1],L);if(b8){var
-aU=gc(e),aV=ms(e),aW=a[2],cn=0;if(aW)var
-ae=aW;else{var
-aX=x(aU,r);if(aX)var
-ae=aX;else{var
-cu=a[4],aY=M(dg(aV),cu),cv=a[5],aZ=M(dg(S(s(c(2,n),aU),aV)),cv),a1=A(aY,aZ);if(a1){var
-av=A(aZ,aY);cn=1}else
+az=dQ(u,U);if(az){var
+a=T[1],aq=b0(h4,az[1]);if(aq){var
+e=aq[1];if(e){var
+b4=mg(e);if(b4){var
+b5=A(a[1],L);if(b5){var
+aP=f8(e),aQ=ml(e),aS=a[2],ck=0;if(aS)var
+ab=aS;else{var
+aT=z(aP,s);if(aT)var
+ab=aT;else{var
+cr=a[4],aU=M(dg(aQ),cr),cs=a[5],aV=M(dg(S(r(c(2,o),aP),aQ)),cs),aW=A(aU,aV);if(aW){var
+ar=A(aV,aU);ck=1}else
 var
-ae=a1}}if(!cn)var
-av=ae;if(av){var
-v=gc(e),ad=ms(e),k=a[4],f=a[5];if(x(v,r)){var
-aJ=A(k,Q);if(aJ){var
-aK=A(f,Q);if(aK)var
-aL=au(k),l=aL?au(f):aL;else
+ab=aW}}if(!ck)var
+ar=ab;if(ar){var
+v=f8(e),aa=ml(e),k=a[4],f=a[5];if(z(v,s)){var
+aG=A(k,Q);if(aG){var
+aH=A(f,Q);if(aH)var
+aI=au(k),l=aI?au(f):aI;else
 var
-l=aK}else
+l=aH}else
 var
-l=aJ}else{var
-aQ=ac(k);if(aQ){var
-aR=ac(f);if(aR)var
-aS=ac(cO(k)),l=aS?ac(cO(f)):aS;else
+l=aG}else{var
+aM=ac(k);if(aM){var
+aN=ac(f);if(aN)var
+aO=ac(cO(k)),l=aO?ac(cO(f)):aO;else
 var
-l=aR}else
+l=aN}else
 var
-l=aQ}var
-aE=0;if(l)if(a[2])var
-aM=h5(a[1],a[3],v,ad,k,Q),F=aM?h5(a[1],a[3],v,ad,f,f):aM;else{var
-aN=A(f,k);if(aN)var
-F=h5(a[1],a[3],v,ad,k,f);else{var
-aO=aN;aE=1}}else{var
-aO=l;aE=1}if(aE)var
-F=aO;var
-aF=0;if(F){var
-bl=mp(a[4],e,a[6]);if(bl){var
-cx=mu(e,a[6]),bm=a[10];if(bm){var
-af=bm[1],a6=A(L,af);if(a6){var
-B=cx;b:for(;;){if(B){var
-a5=B[2],C=B[1],y=a5;for(;;){if(y){var
-z=y[1];if(x(C[1],z[1])){var
-a2=mt(af,C[2],z[2]);if(a2){var
-a3=mt(af,z[2],C[2]);if(a3){var
-y=y[2];continue}var
-a4=a3}else
+l=aM}var
+aC=0;if(l)if(a[2])var
+aJ=hY(a[1],a[3],v,aa,k,Q),D=aJ?hY(a[1],a[3],v,aa,f,f):aJ;else{var
+aK=A(f,k);if(aK)var
+D=hY(a[1],a[3],v,aa,k,f);else{var
+aL=aK;aC=1}}else{var
+aL=l;aC=1}if(aC)var
+D=aL;var
+aD=0;if(D){var
+bh=mi(a[4],e,a[6]);if(bh){var
+cu=mn(e,a[6]),bi=a[10];if(bi){var
+ad=bi[1],a2=A(L,ad);if(a2){var
+y=cu;b:for(;;){if(y){var
+a1=y[2],B=y[1],w=a1;for(;;){if(w){var
+x=w[1];if(z(B[1],x[1])){var
+aX=mm(ad,B[2],x[2]);if(aX){var
+aZ=mm(ad,x[2],B[2]);if(aZ){var
+w=w[2];continue}var
+a0=aZ}else
 var
-a4=a2;var
-D=a4}else
+a0=aX;var
+C=a0}else
 var
-D=P(C[1],z[1])}else
+C=P(B[1],x[1])}else
 var
-D=1;if(D){var
-B=a5;continue b}var
-m=D;break}}else
+C=1;if(C){var
+y=a1;continue b}var
+m=C;break}}else
 var
 m=1;break}}else
 var
-m=a6}else
+m=a2}else
 var
 m=1}else
 var
-m=bl;if(m){var
-bn=mp(a[5],e,a[7]);if(bn){var
-bo=mu(e,a[7]),bp=a[8],t=a[9];if(bp){var
-a7=bp[1],a8=a7[2],a9=a7[1],ah=gd(bo,a9),Z=0;if(ah){var
-ai=ah[1],ak=gd(bo,a8),_=0;if(ak){var
-al=ak[1],a_=x(ai[1],al[1]),$=0;if(a_){var
-a$=I(x(a9,a8));if(a$){var
-ba=ac(ai[2][1]);if(ba)if(t){var
-am=t[1],bd=A(L,am),co=0;if(bd){var
-be=I(A(am,L));if(be){var
-cw=ai[2][1],i=A(M(am,al[2][2]),cw);Z=1;_=1;$=1;co=1}else
+m=bh;if(m){var
+bj=mi(a[5],e,a[7]);if(bj){var
+bk=mn(e,a[7]),bl=a[8],t=a[9];if(bl){var
+a3=bl[1],a4=a3[2],a5=a3[1],ae=f9(bk,a5),V=0;if(ae){var
+af=ae[1],ah=f9(bk,a4),X=0;if(ah){var
+ai=ah[1],a6=z(af[1],ai[1]),Z=0;if(a6){var
+a7=I(z(a5,a4));if(a7){var
+a8=ac(af[2][1]);if(a8)if(t){var
+ak=t[1],a9=A(L,ak),cl=0;if(a9){var
+a_=I(A(ak,L));if(a_){var
+ct=af[2][1],i=A(M(ak,ai[2][2]),ct);V=1;X=1;Z=1;cl=1}else
 var
-bf=be}else
+bb=a_}else
 var
-bf=bd;if(!co){var
-i=bf;Z=1;_=1;$=1}}else{var
-i=A(al[2][2],Q);Z=1;_=1;$=1}else
+bb=a9;if(!cl){var
+i=bb;V=1;X=1;Z=1}}else{var
+i=A(ai[2][2],Q);V=1;X=1;Z=1}else
 var
-an=ba}else
+al=a8}else
 var
-an=a$}else
+al=a7}else
 var
-an=a_;if(!$)var
-bg=an}else
+al=a6;if(!Z)var
+bc=al}else
 var
-bg=ak;if(!_)var
-bh=bg}else
+bc=ah;if(!X)var
+bd=bc}else
 var
-bh=ah;if(!Z)var
-i=bh}else{var
-cp=0;if(t){var
-bi=t[1],bj=A(bi,L);if(bj){var
-i=A(L,bi);cp=1}else
+bd=ae;if(!V)var
+i=bd}else{var
+cm=0;if(t){var
+be=t[1],bf=A(be,L);if(bf){var
+i=A(L,be);cm=1}else
 var
-bk=bj}else
+bg=bf}else
 var
-bk=t;if(!cp)var
-i=bk}}else
+bg=t;if(!cm)var
+i=bg}}else
 var
-i=bn}else{var
-bq=m;aF=1}}else{var
-bq=F;aF=1}if(aF)var
-i=bq;var
-aw=i}else
+i=bj}else{var
+bm=m;aD=1}}else{var
+bm=D;aD=1}if(aD)var
+i=bm;var
+as=i}else
 var
-aw=av}else
+as=ar}else
 var
-aw=b8;var
-ax=[0,aw]}else
+as=b5;var
+av=[0,as]}else
 var
-ax=aI}else
+av=b4}else
 var
-ax=e;var
-b9=ax}else
+av=e;var
+b6=av}else
 var
-b9=as;return b9}return aB;case
+b6=aq;return b6}return az;case
 1:var
-aC=dR(u,X);if(aC){var
-d=V[1],b_=b0(h$,aC[1]);if(b_){var
-j=b_[1];if(j){var
-b$=J(gi(q(function(a){return a[2]},j)),wr);if(b$){var
-ca=A(d[1],L);if(ca){var
-H=ag(aj(mv(bb,a0,mx(j)))),bN=d[3],aa=0;if(bN){var
-bO=G(function(a){return ac(a[4])},j);if(bO){var
-bP=mw(bb,mx(j));if(bP){var
-bQ=P(r,H);if(bQ){var
-cI=gf(d),bR=h6(d[4][1],cI);if(bR){var
-cJ=h7(H,gf(d)),bS=h6(d[4][2],cJ);if(bS){var
-bT=A(L,d[7]);if(bT){var
-bt=d[8];if(bt){var
-bu=bt[1],ao=d[5],aG=0;if(ao){var
-cz=mh(ge(d)),cy=ci(r,j),br=q(function(a){var
-b=ma(a[2][2],cz);return[0,a[1],a[2],b]},cy),bv=A(L,bu),ab=0;if(bv){var
-bw=mw(my,br);if(bw){var
-cA=ao[1],cB=mv(my,function(a){return a[1]},br),K=cB,o=cA,cC=gf(d);for(;;){if(K){if(o){var
-cm=mz(bu,cC,K[1],o[1]);if(cm){var
-K=K[2],o=o[2];continue}var
-bs=cm}else
+aA=dQ(u,U);if(aA){var
+d=T[1],b7=b0(h4,aA[1]);if(b7){var
+j=b7[1];if(j){var
+b8=K(gc(q(function(a){return a[2]},j)),wl);if(b8){var
+b9=A(d[1],L);if(b9){var
+E=ag(aj(mo(a$,aY,mq(j)))),bJ=d[3],_=0;if(bJ){var
+bK=G(function(a){return ac(a[4])},j);if(bK){var
+bL=mp(a$,mq(j));if(bL){var
+bM=P(s,E);if(bM){var
+cF=f$(d),bN=hZ(d[4][1],cF);if(bN){var
+cG=h0(E,f$(d)),bO=hZ(d[4][2],cG);if(bO){var
+bP=A(L,d[7]);if(bP){var
+bp=d[8];if(bp){var
+bq=bp[1],am=d[5],aE=0;if(am){var
+cw=l$(f_(d)),cv=ci(s,j),bn=q(function(a){var
+b=l4(a[2][2],cw);return[0,a[1],a[2],b]},cv),br=A(L,bq),$=0;if(br){var
+bs=mp(mr,bn);if(bs){var
+cx=am[1],cy=mo(mr,function(a){return a[1]},bn),F=cy,n=cx,cz=f$(d);for(;;){if(F){if(n){var
+cj=ms(bq,cz,F[1],n[1]);if(cj){var
+F=F[2],n=n[2];continue}var
+bo=cj}else
 var
-bs=o;var
-p=bs;ab=1}else
-if(o){var
-p=0;ab=1}else{var
-p=1;ab=1}break}}else
+bo=n;var
+p=bo;$=1}else
+if(n){var
+p=0;$=1}else{var
+p=1;$=1}break}}else
 var
-bx=bw}else
+bt=bs}else
 var
-bx=bv;if(!ab){var
-by=bx;aG=1}}else{var
-by=ao;aG=1}if(aG)var
-p=by}else
+bt=br;if(!$){var
+bu=bt;aE=1}}else{var
+bu=am;aE=1}if(aE)var
+p=bu}else
 var
 p=d[5]?0:1;if(p){var
-bz=d[6];if(bz){var
-bA=bz[1],bB=bA[1],bC=bB[2],bD=bB[1],bE=ci(r,j),cD=mh(h7(H,ge(d))),bF=function(a){var
-b=ma(a[2][2],cD);return[0,a[1],a[2],b]},ap=gd(bE,bD),cq=0;if(ap){var
-bG=ap[1],aq=gd(bE,bC),cr=0;if(aq){var
-bH=aq[1],bI=I(x(bD,bC)),cs=0;if(bI){var
-bJ=x(bG[2][1],bH[2][1]);if(bJ){var
-bK=I(A(d[7],L));if(bK){var
-cE=bA[2],cF=bF(bG),cG=[0,bF(bH),cF],cH=h7(H,gf(d)),O=mz(at(d[7]),cH,cG,cE);aa=1;cq=1;cr=1;cs=1}else
+bv=d[6];if(bv){var
+bw=bv[1],bx=bw[1],by=bx[2],bz=bx[1],bA=ci(s,j),cA=l$(h0(E,f_(d))),bB=function(a){var
+b=l4(a[2][2],cA);return[0,a[1],a[2],b]},an=f9(bA,bz),cn=0;if(an){var
+bC=an[1],ao=f9(bA,by),co=0;if(ao){var
+bD=ao[1],bE=I(z(bz,by)),cp=0;if(bE){var
+bF=z(bC[2][1],bD[2][1]);if(bF){var
+bG=I(A(d[7],L));if(bG){var
+cB=bw[2],cC=bB(bC),cD=[0,bB(bD),cC],cE=h0(E,f$(d)),J=ms(at(d[7]),cE,cD,cB);_=1;cn=1;co=1;cp=1}else
 var
-ar=bK}else
+ap=bG}else
 var
-ar=bJ}else
+ap=bF}else
 var
-ar=bI;if(!cs)var
-bL=ar}else
+ap=bE;if(!cp)var
+bH=ap}else
 var
-bL=aq;if(!cr)var
-bM=bL}else
+bH=ao;if(!co)var
+bI=bH}else
 var
-bM=ap;if(!cq){var
-O=bM;aa=1}}else{var
-O=h6(d[7],L);aa=1}}else
+bI=an;if(!cn){var
+J=bI;_=1}}else{var
+J=hZ(d[7],L);_=1}}else
 var
 g=p}else
-var
-g=bT}else
-var
-g=bS}else
-var
-g=bR}else
-var
-g=bQ}else
 var
 g=bP}else
 var
 g=bO}else
 var
-g=bN;if(!aa)var
-O=g;var
-cb=O}else
+g=bN}else
 var
-cb=ca;var
-ay=[0,cb]}else
+g=bM}else
 var
-ay=b$}else
+g=bL}else
 var
-ay=j;return ay}return ws}return aC;default:var
-aD=dR(u,X);if(aD){if(X){var
-ck=aD[1],b=V[1];if(fP(u))return 0;var
-cg=b[7];if(cg){var
-cd=cg[1],ce=cd[1],cU=cd[2],cf=au(ce);if(cf)var
-cV=fO(u),T=G(function(a){var
-b=A(ce,a);return b?A(a,cU):b},cV);else
+g=bK}else
 var
-T=cf}else
+g=bJ;if(!_)var
+J=g;var
+b_=J}else
 var
-T=1;if(T){var
-az=mR(b,ck);if(az){var
-aA=W(ck,az[1]);if(aA){var
-cc=b[7],cT=hs(function(a){return a[1][1]},aA),R=q(bb,q(function(a){var
-c=q(bb,a[2]);if(cc)var
-b=cc[1][2];else
+b_=b9;var
+aw=[0,b_]}else
 var
-d=a[2],b=mO(Y(function(a){return a[1][2]},d));return[0,a[1],[0,b,c]]},cT)),b1=b[10],aH=0;if(b1){var
-b2=I(b[3]);if(b2){var
-b3=A(b[1],L);if(b3){var
-cP=gh(b),b4=mK(b[4],cP);if(b4){var
-cQ=gh(b),b5=mK(b[5],cQ);if(b5){var
-cR=aj(b[9]),b6=bc(aj(R),cR);if(b6){var
-cS=W(R,b[9]),b7=G(function(c){var
+aw=b8}else
+var
+aw=j;return aw}return wm}return aA;default:var
+aB=dQ(u,U);if(aB){if(U){var
+cg=aB[1],b=T[1];if(fI(u))return 0;var
+cd=b[7];if(cd){var
+ca=cd[1],cb=ca[1],cR=ca[2],cc=au(cb);if(cc)var
+cS=fH(u),O=G(function(a){var
+b=A(cb,a);return b?A(a,cR):b},cS);else
+var
+O=cc}else
+var
+O=1;if(O){var
+ax=mK(b,cg);if(ax){var
+ay=W(cg,ax[1]);if(ay){var
+b$=b[7],cQ=hm(function(a){return a[1][1]},ay),N=q(a$,q(function(a){var
+c=q(a$,a[2]);if(b$)var
+b=b$[1][2];else
+var
+d=a[2],b=mH(Y(function(a){return a[1][2]},d));return[0,a[1],[0,b,c]]},cQ)),bW=b[10],aF=0;if(bW){var
+bX=I(b[3]);if(bX){var
+bY=A(b[1],L);if(bY){var
+cL=gb(b),bZ=mD(b[4],cL);if(bZ){var
+cM=gb(b),b1=mD(b[5],cM);if(b1){var
+cN=aj(b[9]),b2=ba(aj(N),cN);if(b2){var
+cP=W(N,b[9]),b3=G(function(c){var
 j=c[2],d=c[1],a=aj(d[2]),b=G(function(b){var
-c=P(r,b[1]);return c?bc(aj(b[2]),a):c},j);if(b){var
-e=d[2],f=W(aT(0,a),e);return G(function(i){var
-k=i[2],l=mJ(j5(function(a){return I(x(a[2],r))},k)),b=mJ(Y(function(b){var
-a=gg(i[1],b),c=a?[0,[0,a[1],b[1]],0]:a;return c},j)),a=l;for(;;){if(b){if(a){var
-c=a[1],d=b[1],e=x(d[1],c[1]);if(e){var
-f=mH(d,c);if(f){var
+c=P(s,b[1]);return c?ba(aj(b[2]),a):c},j);if(b){var
+e=d[2],f=W(aR(0,a),e);return G(function(i){var
+k=i[2],l=mC(jX(function(a){return I(z(a[2],s))},k)),b=mC(Y(function(b){var
+a=ga(i[1],b),c=a?[0,[0,a[1],b[1]],0]:a;return c},j)),a=l;for(;;){if(b){if(a){var
+c=a[1],d=b[1],e=z(d[1],c[1]);if(e){var
+f=mA(d,c);if(f){var
 b=b[2],a=a[2];continue}var
 g=f}else
 var
 g=e;var
 h=g}else
 var
-h=a;return h}return a?0:1}},f)}return b},cS);if(b7){var
-bU=b[12];if(bU){var
-bV=bU[1],bW=A(L,bV);if(bW)var
-cK=mL(b,R),N=G(function(a){var
-c=gh(b);return mB(mF(bV,a),c)},cK);else
+h=a;return h}return a?0:1}},f)}return b},cP);if(b3){var
+bQ=b[12];if(bQ){var
+bR=bQ[1],bS=A(L,bR);if(bS)var
+cH=mE(b,N),H=G(function(a){var
+c=gb(b);return mu(my(bR,a),c)},cH);else
 var
-N=bW}else
+H=bS}else
 var
-N=1;if(N){var
-bX=A(L,b[11]),ct=0;if(bX){var
-bY=A(b[11],L);if(bY)var
-bZ=bY;else{var
-cL=gh(b),cM=mL(b,R),cN=at(b[11]),U=mB(mA(q(function(a){return mF(cN,a)},cM)),cL);aH=1;ct=1}}else
+H=1;if(H){var
+bT=A(L,b[11]),cq=0;if(bT){var
+bU=A(b[11],L);if(bU)var
+bV=bU;else{var
+cI=gb(b),cJ=mE(b,N),cK=at(b[11]),R=mu(mt(q(function(a){return my(cK,a)},cJ)),cI);aF=1;cq=1}}else
 var
-bZ=bX;if(!ct){var
-U=bZ;aH=1}}else
+bV=bT;if(!cq){var
+R=bV;aF=1}}else
 var
-h=N}else
-var
-h=b7}else
-var
-h=b6}else
-var
-h=b5}else
-var
-h=b4}else
+h=H}else
 var
 h=b3}else
 var
 h=b2}else
 var
-h=b1;if(!aH)var
-U=h}else
+h=b1}else
 var
-U=aA;var
-ch=U}else
+h=bZ}else
 var
-ch=az;var
-cj=ch}else
+h=bY}else
 var
-cj=T;return[0,cj]}var
-cl=wu}else
+h=bX}else
 var
-cl=aD;return cl}}function
-ib(b,a){if(b[1])return hx(a,b[2]);var
+h=bW;if(!aF)var
+R=h}else
+var
+R=ay;var
+ce=R}else
+var
+ce=ax;var
+cf=ce}else
+var
+cf=O;return[0,cf]}var
+ch=wo}else
+var
+ch=aB;return ch}}function
+h6(b,a){if(b[1])return hr(a,b[2]);var
 c=a?A(a[1],b[2]):a;return[0,c]}function
-mU(a){return ab(L,aI(a[1][1]))}function
-ic(b,a){return aj(al(function(a){return bn(b,a)},a))}function
-mV(c,b){if(c){var
+mN(a){return ab(L,aG(a[1][1]))}function
+h7(b,a){return aj(al(function(a){return bn(b,a)},a))}function
+mO(c,b){if(c){var
 a=c[1];if(a[1][2]){var
-d=mU(a);return M([0,ag(b),n],d)}return b?mU(a):Q}return Q}function
-id(k){var
+d=mN(a);return M([0,ag(b),o],d)}return b?mN(a):Q}return Q}function
+h8(k){var
 b=k[1];if(0===b[0])return b[1];var
-a=b[1],d=cn(l6(a)),e=Y(function(e){var
+a=b[1],d=cn(lY(a)),e=Y(function(e){var
 b=cn(e[2]);return q(function(f){var
-b=f[1],c=e[1],l=f[2],h=hW(a,c,b),g=0;if(0===a[7][0])var
+b=f[1],c=e[1],l=f[2],h=hQ(a,c,b),g=0;if(0===a[7][0])var
 d=0;else
 var
 k=de(a,c,b),d=q(function(a){return[0,a]},k);var
-i=l7(l),j=ag(b);return[0,ag(c),j,i,d,h,g]},b)},d),c=a[7],f=0,g=0===c[0]?[0,c[1]]:0,h=a[6]?1:2,i=ag(a[4]),j=ag(bf(a));return[0,ag(bi(a)),j,i,h,g,f,e]}function
-mW(b){var
+i=lZ(l),j=ag(b);return[0,ag(c),j,i,d,h,g]},b)},d),c=a[7],f=0,g=0===c[0]?[0,c[1]]:0,h=a[6]?1:2,i=ag(a[4]),j=ag(bd(a));return[0,ag(bg(a)),j,i,h,g,f,e]}function
+mP(b){var
 a=b[1];return 0===a[0]?0:[0,a[1]]}function
-ie(a,b){return b?a[2]:a[3]}var
-gj=k(wz),dS=k(wA),dT=k(wB),gk=k(wC),gl=k(wD),bV=k(wE),mX=k(wF),cr=k(wG),eL=k(wH),eM=k(wI),gm=k(wJ),dU=k(wK),dV=k(wL),gn=k(wM),ig=k(wN),mY=k(wO),ih=k(wP),eN=k(wQ),go=k(wR),gp=k(wS),mZ=k(wT),cP=k(wU),eO=k(wV),ii=k(wW),m0=k(wX),cs=k(wY),ij=k(wZ),ct=k(w0),gq=k(w1),gr=k(w2),m1=k(w3),gs=k(w4),w6=k(w5),cQ=k(w7),m2=k(w8),m3=k(w9),m4=k(w_),m5=k(w$),dW=k(xa),m6=k(xb),dX=k(xc),ik=k(xd),il=k(xe),di=k(xf),im=k(xg),gt=k(xh),m7=k(xi),m8=k(xj);function
-m9(a){var
+h9(a,b){return b?a[2]:a[3]}var
+gd=k(wt),dR=k(wu),dS=k(wv),ge=k(ww),gf=k(wx),bV=k(wy),mQ=k(wz),cr=k(wA),eJ=k(wB),eK=k(wC),gg=k(wD),dT=k(wE),dU=k(wF),gh=k(wG),h_=k(wH),mR=k(wI),h$=k(wJ),eL=k(wK),gi=k(wL),gj=k(wM),mS=k(wN),cP=k(wO),eM=k(wP),ia=k(wQ),mT=k(wR),cs=k(wS),ib=k(wT),ct=k(wU),gk=k(wV),gl=k(wW),mU=k(wX),gm=k(wY),w0=k(wZ),cQ=k(w1),mV=k(w2),mW=k(w3),mX=k(w4),mY=k(w5),dV=k(w6),mZ=k(w7),dW=k(w8),ic=k(w9),id=k(w_),di=k(w$),ie=k(xa),gn=k(xb),m0=k(xc),m1=k(xd);function
+m2(a){var
 b=0;return ap(function(b,a){return T(T(b,0),a)},b,a)}function
-io(b,a){var
-c=k(xk),d=z(hn(a),c),e=z(k(xl),d);return z(k(b),e)}function
-aD(b,a){return F(ew(function(b){return cK(a,b)}),b)}function
-m_(a,b){function
-c(b){return bd(function(a){return t(X,a,b)},a)}return i(U(a,0,b),c)}function
-ip(c,b,a){function
-d(a){return[0,aD(b[3],a)]}return i(m_(c[3][2],a),d)}function
-m$(c,b,a){function
-d(a){return[0,aD(b[4],a)]}return i(m_(c[3][3],a),d)}function
-na(b,a){function
+ig(b,a){var
+c=k(xe),d=y(hh(a),c),e=y(k(xf),d);return y(k(b),e)}function
+aB(b,a){return F(eu(function(b){return cK(a,b)}),b)}function
+m3(a,b){function
+c(b){return bb(function(a){return t(X,a,b)},a)}return i(U(a,0,b),c)}function
+ih(c,b,a){function
+d(a){return[0,aB(b[3],a)]}return i(m3(c[3][2],a),d)}function
+m4(c,b,a){function
+d(a){return[0,aB(b[4],a)]}return i(m3(c[3][3],a),d)}function
+m5(b,a){function
 c(a){var
-c=b[2];return[0,F(ew(function(b){return K(a,b)}),c)]}return i(X(a),c)}function
+c=b[2];return[0,F(eu(function(b){return J(a,b)}),c)]}return i(X(a),c)}function
 cR(b,a){function
 d(a){if(a){var
-b=a[2];return b?b[2]?R(xm):[0,[0,a[1],b[1]]]:R(xn)}return R(xo)}return i(aA(c(2,n),b,a),d)}var
-xq=[0,[0,k(xp),n],0],xs=[0,[0,k(xr),r],xq];function
-bj(a,b){var
+b=a[2];return b?b[2]?R(xg):[0,[0,a[1],b[1]]]:R(xh)}return R(xi)}return i(ay(c(2,o),b,a),d)}var
+xk=[0,[0,k(xj),o],0],xm=[0,[0,k(xl),s],xk];function
+bh(a,b){var
 c=a?[0,b,0]:a;return c}function
 b3(c,b,a){return c?a:[0,b]}function
-nb(d,c,a,f,e){var
-b=a[6],g=b?[0,[0,b[1],b[2]],0]:b,h=z([0,be,[0,a2,0]],g),j=z(bj(a[5],gs),h),k=z(bj(a[4],f3),j),l=z(bj(a[3],dO),k),m=z(bj(a[2],ad),l);function
+m6(d,c,a,f,e){var
+b=a[6],g=b?[0,[0,b[1],b[2]],0]:b,h=y([0,bc,[0,a0,0]],g),j=y(bh(a[5],gm),h),k=y(bh(a[4],fW),j),l=y(bh(a[3],dN),k),m=y(bh(a[2],ad),l);function
 n(b){function
 e(e){function
 g(g){function
@@ -4660,20 +4631,20 @@ m(a){return[0,[0,f,[0,j,e,g,k,l],a,h]]}var
 c=a[6];if(c)var
 n=function(a){return[0,[0,a]]},o=[0,c[1],c[2]],d=i(t(function(a){return cR(av,a)},o,b),n);else
 var
-d=xv;return i(d,m)}return i(t(function(a){return ip(d,c,a)},a2,b),l)}return i(t(function(a){return ip(d,c,a)},be,b),k)}var
-k=t(function(a){return aR(xs,a)},gs,b);return i(b3(a[5],ao,k),j)}function
-j(a){return na(c,a)}var
-k=t(function(a){return V(j,a)},f3,b);return i(b3(a[4],0,k),h)}var
-h=t(function(a){return na(c,a)},dO,b);return i(b3(a[3],ao,h),g)}var
-g=t(function(a){return m$(d,c,a)},ad,b);return i(b3(a[2],ao,g),e)}return i(U(m,0,e),n)}function
-xx(a){function
+d=xp;return i(d,m)}return i(t(function(a){return ih(d,c,a)},a0,b),l)}return i(t(function(a){return ih(d,c,a)},bc,b),k)}var
+k=t(function(a){return aP(xm,a)},gm,b);return i(b3(a[5],ao,k),j)}function
+j(a){return m5(c,a)}var
+k=t(function(a){return V(j,a)},fW,b);return i(b3(a[4],0,k),h)}var
+h=t(function(a){return m5(c,a)},dN,b);return i(b3(a[3],ao,h),g)}var
+g=t(function(a){return m4(d,c,a)},ad,b);return i(b3(a[2],ao,g),e)}return i(U(m,0,e),n)}function
+xr(a){function
 b(a){var
-r=K(a,k(xw)),s=[0,a],d=r||K(a,kI),o=0;if(d)var
+r=J(a,k(xq)),s=[0,a],d=r||J(a,kA),n=0;if(d)var
 e=d;else{var
-f=kG(46,0,a),b=f[2],p=0;if(b){var
-g=b[1],h=hp(f[1]),q=0;if(h){var
-i=bP(c(2,c(2,w(c(2,n)))),g);if(i){var
-m=G(fH,g);o=1;p=1;q=1}else
+f=ky(46,0,a),b=f[2],p=0;if(b){var
+g=b[1],h=hj(f[1]),q=0;if(h){var
+i=bP(c(2,c(2,x(c(2,o)))),g);if(i){var
+m=G(fA,g);n=1;p=1;q=1}else
 var
 j=i}else
 var
@@ -4681,114 +4652,114 @@ j=h;if(!q)var
 l=j}else
 var
 l=b;if(!p)var
-e=l}if(!o)var
-m=e;return O(m,xy,s)}return i(X(a),b)}function
-eP(f,e,b,c){if(typeof
+e=l}if(!n)var
+m=e;return O(m,xs,s)}return i(X(a),b)}function
+eN(f,e,b,c){if(typeof
 c==="number")return[0,[0,[0,[0,[1,b,0]],0],0]];if(typeof
 b==="number")switch(b){case
 0:var
-a=[0,1,1,0,0,0,gr];break;case
+a=[0,1,1,0,0,0,gl];break;case
 1:var
-a=[0,1,0,0,0,0,gr];break;case
+a=[0,1,0,0,0,0,gl];break;case
 2:var
-a=xt;break;case
+a=xn;break;case
 3:var
-a=xu;break;case
+a=xo;break;case
 4:var
-a=[0,1,1,1,0,0,m1];break;case
+a=[0,1,1,1,0,0,mU];break;case
 5:var
-a=[0,1,0,1,0,0,m1];break;case
+a=[0,1,0,1,0,0,mU];break;case
 6:var
-a=[0,0,1,0,0,0,gr];break;default:var
-a=[0,0,0,0,0,0,gr]}else
+a=[0,0,1,0,0,0,gl];break;default:var
+a=[0,0,0,0,0,0,gl]}else
 var
-a=[0,0,I(b[1]),0,0,1,w6];if(a[1]){var
+a=[0,0,I(b[1]),0,0,1,w0];if(a[1]){var
 d=function(c){function
 d(d){function
 g(g){function
-h(a){return[0,[0,[0,[0,[1,b,[0,a]]],[0,[2,d,g[1],g[2]],0]],[0,d]]]}return i(t(function(b){return nb(f,e,a,d,b)},gq,c),h)}return i(t(function(a){return cR(xx,a)},ij,c),g)}return i(t(by,cs,c),d)};return i(U([0,cs,[0,ij,[0,gq,0]]],0,c),d)}function
+h(a){return[0,[0,[0,[0,[1,b,[0,a]]],[0,[2,d,g[1],g[2]],0]],[0,d]]]}return i(t(function(b){return m6(f,e,a,d,b)},gk,c),h)}return i(t(function(a){return cR(xr,a)},ib,c),g)}return i(t(by,cs,c),d)};return i(U([0,cs,[0,ib,[0,gk,0]]],0,c),d)}function
 g(c){function
 d(d){function
 g(a){return[0,[0,[0,[0,[1,b,[0,a]]],0],[0,[0,d]]]]}var
-h=[0,d];return i(t(function(b){return nb(f,e,a,h,b)},gq,c),g)}return i(t(av,ct,c),d)}return i(U([0,ct,[0,gq,0]],0,c),g)}var
-xz=w(c(2,c(2,n))),xB=[0,[0,k(xA),xz],0],xC=c(2,c(2,n)),xE=[0,[0,k(xD),xC],xB],xF=w(c(2,n)),xH=[0,[0,k(xG),xF],xE],xI=c(2,n),xK=[0,[0,k(xJ),xI],xH],xM=[0,[0,k(xL),n],xK],xO=[0,[0,k(xN),r],xM],xQ=[0,[0,k(xP),[0,n,1]],0],xS=[0,[0,k(xR),[0,n,0]],xQ],xU=[0,[0,k(xT),[0,r,1]],xS],nc=[0,[0,k(xV),[0,r,0]],xU];function
-eQ(b,a){var
+h=[0,d];return i(t(function(b){return m6(f,e,a,h,b)},gk,c),g)}return i(t(av,ct,c),d)}return i(U([0,ct,[0,gk,0]],0,c),g)}var
+xt=x(c(2,c(2,o))),xv=[0,[0,k(xu),xt],0],xw=c(2,c(2,o)),xy=[0,[0,k(xx),xw],xv],xz=x(c(2,o)),xB=[0,[0,k(xA),xz],xy],xC=c(2,o),xE=[0,[0,k(xD),xC],xB],xG=[0,[0,k(xF),o],xE],xI=[0,[0,k(xH),s],xG],xK=[0,[0,k(xJ),[0,o,1]],0],xM=[0,[0,k(xL),[0,o,0]],xK],xO=[0,[0,k(xN),[0,s,1]],xM],m7=[0,[0,k(xP),[0,s,0]],xO];function
+eO(b,a){var
 c=G(function(b){return Z(b,a)},b);return c?G(function(a){return bO(b,a[1])},a):c}function
-nd(g,e,d,a){function
+m8(g,e,d,a){function
 b(a){function
-b(b){return d?eQ([0,bJ,b],a):d}var
-f=[0,b([0,bR,[0,cQ,0]]),0],h=[0,b([0,ad,[0,cQ,0]]),f],j=[0,b([0,ad,[0,bR,[0,cQ,0]]]),h],k=[0,eQ([0,bJ,[0,cQ,0]],a),j],l=[0,eQ([0,bR,[0,cQ,0]],a),k],m=[0,eQ([0,ad,[0,cQ,0]],a),l],o=[0,eQ([0,ad,[0,bR,[0,cQ,0]]],a),m];function
+b(b){return d?eO([0,bJ,b],a):d}var
+f=[0,b([0,bR,[0,cQ,0]]),0],h=[0,b([0,ad,[0,cQ,0]]),f],j=[0,b([0,ad,[0,bR,[0,cQ,0]]]),h],k=[0,eO([0,bJ,[0,cQ,0]],a),j],l=[0,eO([0,bR,[0,cQ,0]],a),k],m=[0,eO([0,ad,[0,cQ,0]],a),l],n=[0,eO([0,ad,[0,bR,[0,cQ,0]]],a),m];function
 p(d){function
 b(C){function
 b(f){function
 b(e){function
 b(k){var
-l=ev(xO,C),b=0===l[0]?l[1]:kJ,m=ev(nc,k),g=0===m[0]?[0,m[1]]:0,h=e?1:e;if(Z(bJ,a)){var
-B=0;if(K(k,br)&&I(Z(ad,a))&&I(Z(bR,a)))if(x(b,w(c(2,n))))var
-d=xW;else
+l=et(xI,C),b=0===l[0]?l[1]:kB,m=et(m7,k),g=0===m[0]?[0,m[1]]:0,h=e?1:e;if(Z(bJ,a)){var
+B=0;if(J(k,br)&&I(Z(ad,a))&&I(Z(bR,a)))if(z(b,x(c(2,o))))var
+d=xQ;else
 var
-o=x(b,n),d=o?xX:o;else
+n=z(b,o),d=n?xR:n;else
 B=1;if(B)if(g){var
 p=g[1],i=p[1],D=Z(ad,a);if(bn(p[2],D))var
 j=0;else
 if(Z(bR,a))var
-E=x(i,r)?c(2,c(2,n)):w(c(2,c(2,n))),q=x(b,E),s=q?h:q,j=s?[0,[3,i,f,e]]:s;else
+E=z(i,s)?c(2,c(2,o)):x(c(2,c(2,o))),q=z(b,E),r=q?h:q,j=r?[0,[3,i,f,e]]:r;else
 var
-t=x(b,n),j=t?[0,[4,i,f]]:t;var
+t=z(b,o),j=t?[0,[4,i,f]]:t;var
 d=j}else
 var
 d=g}else
 if(Z(ad,a))if(Z(bR,a))var
-u=x(b,r),v=u?h:u,d=v?[0,[0,f,e]]:v;else
+u=z(b,s),v=u?h:u,d=v?[0,[0,f,e]]:v;else
 var
-y=x(b,n),d=y?[0,[1,f]]:y;else
+w=z(b,o),d=w?[0,[1,f]]:w;else
 var
-z=x(b,c(2,n)),A=z?h:z,d=A?[0,[2,e]]:A;return[0,d]}var
+y=z(b,c(2,o)),A=y?h:y,d=A?[0,[2,e]]:A;return[0,d]}var
 d=t(X,bJ,a);return i(b3(Z(bJ,a),0,d),b)}function
 d(b){function
-a(a){return[0,aD(e[3],a)]}return i(aA(aa(g[3][2]),X,b),a)}var
+a(a){return[0,aB(e[3],a)]}return i(ay(aa(g[3][2]),X,b),a)}var
 h=t(function(a){return V(d,a)},bR,a);return i(b3(Z(bR,a),0,h),b)}var
 d=t(function(b){function
-a(a){return[0,aD(e[4],a)]}return i(aA(aa(g[3][3]),X,b),a)},ad,a);return i(b3(Z(ad,a),ao,d),b)}return i(t(X,cQ,a),b)}return i(O($(function(a){return a},o),xZ,xY),p)}return i(bh(a),b)}function
-dY(e,d){var
+a(a){return[0,aB(e[4],a)]}return i(ay(aa(g[3][3]),X,b),a)},ad,a);return i(b3(Z(ad,a),ao,d),b)}return i(t(X,cQ,a),b)}return i(O($(function(a){return a},n),xT,xS),p)}return i(bf(a),b)}function
+dX(e,d){var
 a=e,b=d;for(;;){if(a){var
 c=a[1];if(c){var
 a=a[2],b=[0,c[1],b];continue}return c}return[0,T(b,0)]}}var
-x1=[0,[0,k(x0),5],0],x3=[0,[0,k(x2),4],x1],x5=[0,[0,k(x4),2],x3],ne=[0,[0,bq,0],[0,[0,br,1],[0,[0,k(x6),3],x5]]],x8=[0,[0,k(x7),7],0],eR=[0,[0,k(x9),6],x8];function
-nf(a){if(a)var
-c=[0,[0,k(x$),x_],0],b=[0,[0,k(yb),ya],c];else
+xV=[0,[0,k(xU),5],0],xX=[0,[0,k(xW),4],xV],xZ=[0,[0,k(xY),2],xX],m9=[0,[0,bq,0],[0,[0,br,1],[0,[0,k(x0),3],xZ]]],x2=[0,[0,k(x1),7],0],eP=[0,[0,k(x3),6],x2];function
+m_(a){if(a)var
+c=[0,[0,k(x5),x4],0],b=[0,[0,k(x7),x6],c];else
 var
 b=a;var
-d=[0,[0,k(yd),yc],0];return z([0,[0,k(yf),ye],d],b)}var
-yg=z(eR,nf(1)),yi=[0,[0,k(yh),2],0],yk=[0,[0,k(yj),3],yi],ym=[0,[0,k(yl),1],yk],yo=z([0,[0,k(yn),0],ym],yg),eS=k(yp),b4=k(yq),dZ=k(yr),gu=k(ys),yu=k(yt),ng=k(yv),nh=k(yw),eT=k(yx),ni=k(yy),nj=k(yz),nk=k(yA),dj=k(yB),dk=k(yC);function
+d=[0,[0,k(x9),x8],0];return y([0,[0,k(x$),x_],d],b)}var
+ya=y(eP,m_(1)),yc=[0,[0,k(yb),2],0],ye=[0,[0,k(yd),3],yc],yg=[0,[0,k(yf),1],ye],yi=y([0,[0,k(yh),0],yg],ya),eQ=k(yj),b4=k(yk),dY=k(yl),go=k(ym),yo=k(yn),m$=k(yp),na=k(yq),eR=k(yr),nb=k(ys),nc=k(yt),nd=k(yu),dj=k(yv),dk=k(yw);function
 bL(c,b){var
-a=ev(c,b);return 0===a[0]?[0,a[1]]:0}function
-nl(a,h){var
-c=K(a,ng);if(c)var
+a=et(c,b);return 0===a[0]?[0,a[1]]:0}function
+ne(a,h){var
+c=J(a,m$);if(c)var
 b=c;else{var
-d=K(a,ni);if(d)var
+d=J(a,nb);if(d)var
 b=d;else{var
-e=K(a,nj);if(e)var
+e=J(a,nc);if(e)var
 b=e;else{var
-f=K(a,nh);if(f)var
+f=J(a,na);if(f)var
 b=f;else{var
-g=K(a,eT);if(g)return K(h,gu);var
+g=J(a,eR);if(g)return J(h,go);var
 b=g}}}}return b}function
-nm(b,a){return O(J(aa(a),b),yL,[0,a])}function
-yM(a){function
+nf(b,a){return O(K(aa(a),b),yF,[0,a])}function
+yG(a){function
 b(a){function
 b(b){function
 d(b){function
 c(c){function
-d(a){return[0,[0,c,a,b]]}return i(t(by,m8,a),d)}return i(t(am,m7,a),c)}return i(nm(c(2,c(2,c(2,c(2,n)))),b),d)}function
-d(a){return cR(am,a)}return i(t(function(a){return V(d,a)},dP,a),b)}return i(U([0,m7,[0,m8,[0,dP,0]]],0,a),b)}function
-nn(a){function
+d(a){return[0,[0,c,a,b]]}return i(t(by,m1,a),d)}return i(t(am,m0,a),c)}return i(nf(c(2,c(2,c(2,c(2,o)))),b),d)}function
+d(a){return cR(am,a)}return i(t(function(a){return V(d,a)},dO,a),b)}return i(U([0,m0,[0,m1,[0,dO,0]]],0,a),b)}function
+ng(a){function
 b(a){function
 b(a){var
-b=bd(yM,a),c=a?1:a;return O(c,yN,b)}return i(nm(c(2,c(2,c(2,n))),a),b)}return i(bp(a),b)}function
-no(a){function
-b(a){return yO}return i(bh(a),b)}function
-iq(Q,v,P,a){function
+b=bb(yG,a),c=a?1:a;return O(c,yH,b)}return i(nf(c(2,c(2,c(2,o))),a),b)}return i(bp(a),b)}function
+nh(a){function
+b(a){return yI}return i(bf(a),b)}function
+ii(Q,v,P,a){function
 b(c){function
 a(b){function
 a(d){function
@@ -4809,131 +4780,130 @@ p=0;var
 w=p}else
 var
 w=n;var
-S=[0,es([2,a]),0],T=[0,w,[0,k(yP),S]],V=[0,k(yQ),T],W=[0,es([2,d]),V],X=[0,k(yR),W],Y=[0,es([2,b]),X],Z=[0,k(yS),Y],_=m9([0,io(yT,P),Z]);function
-e(a){return t(a,dW,c)}var
-x=K(a,nh);if(x)var
-y=K(d,b4),z=y?K(g,yu):y;else
+S=[0,eq([2,a]),0],T=[0,w,[0,k(yJ),S]],V=[0,k(yK),T],W=[0,eq([2,d]),V],X=[0,k(yL),W],Y=[0,eq([2,b]),X],Z=[0,k(yM),Y],_=m2([0,ig(yN,P),Z]);function
+e(a){return t(a,dV,c)}var
+x=J(a,na);if(x)var
+y=J(d,b4),z=y?J(g,yo):y;else
 var
 z=x;function
 $(c){if(c&&typeof
 c[1]==="number")var
 e=c[2],f=e?1:e;else
 var
-f=1;return[0,[0,[0,b,[0,d,[0,a,[0,g,0]]]],_,c,f,R]]}if(I(K(g,gu)))var
+f=1;return[0,[0,[0,b,[0,d,[0,a,[0,g,0]]]],_,c,f,R]]}if(I(J(g,go)))var
 f=0;else{var
-A=0;if(K(d,eS)&&K(a,ng))var
-E=bL(yo,b),f=af(function(a){return[0,function(b){return[9,a,b]}]},E);else
+A=0;if(J(d,eQ)&&J(a,m$))var
+E=bL(yi,b),f=af(function(a){return[0,function(b){return[9,a,b]}]},E);else
 A=1;if(A){var
-B=0;if(K(d,eS)&&K(a,ni))var
-G=[0,[0,k(yD),0],0],H=bL([0,[0,k(yE),1],G],b),f=af(function(a){return[0,function(b){return[10,a,b]}]},H);else
+B=0;if(J(d,eQ)&&J(a,nb))var
+G=[0,[0,k(yx),0],0],H=bL([0,[0,k(yy),1],G],b),f=af(function(a){return[0,function(b){return[10,a,b]}]},H);else
 B=1;if(B){var
-C=0;if(K(d,b4)&&K(a,nj))var
-J=[0,[0,k(yG),yF],0],L=bL([0,[0,k(yI),yH],J],b),f=af(function(a){return[1,a[1],a[2]]},L);else
+C=0;if(J(d,b4)&&J(a,nc))var
+K=[0,[0,k(yA),yz],0],L=bL([0,[0,k(yC),yB],K],b),f=af(function(a){return[1,a[1],a[2]]},L);else
 C=1;if(C){var
-D=0;if(K(d,dZ)&&K(a,nk))var
-M=[0,[0,k(yJ),0],0],N=bL([0,[0,k(yK),1],M],b),f=af(function(a){return[2,a]},N);else
+D=0;if(J(d,dY)&&J(a,nd))var
+M=[0,[0,k(yD),0],0],N=bL([0,[0,k(yE),1],M],b),f=af(function(a){return[2,a]},N);else
 D=1;if(D){var
-s=K(d,b4);if(s)var
-u=K(a,eT),m=u?K(b,dk):u;else
+s=J(d,b4);if(s)var
+u=J(a,eR),m=u?J(b,dk):u;else
 var
 m=s;var
 O=m?[0,[0,function(a){return[11,0,1,a]}]]:m,f=O}}}}}if(f){var
 j=f[1];switch(j[0]){case
 0:var
 aa=j[1],ab=function(a){var
-b=[0,[12,K(a,Q)],0];return[0,[0,[0,F(aa,h)],b]]},q=i(e(function(a){function
-b(a){return t(fN,eM,a)}return i(U([0,eM,0],0,a),b)}),ab);break;case
+b=[0,[12,J(a,Q)],0];return[0,[0,[0,F(aa,h)],b]]},q=i(e(function(a){function
+b(a){return t(fG,eK,a)}return i(U([0,eK,0],0,a),b)}),ab);break;case
 1:var
 ac=j[2],ad=j[1],ae=function(a){return[0,[0,[0,[11,1,ac,h]],[0,[0,[10,ad,a]],0]]]},q=i(e(function(a){function
-b(a){return t(by,m6,a)}return i(U([0,m6,0],0,a),b)}),ae);break;default:var
+b(a){return t(by,mZ,a)}return i(U([0,mZ,0],0,a),b)}),ae);break;default:var
 ag=j[1],ai=function(a){return[0,[0,[0,[12,ag,h,a]],0]]},q=i(e(function(a){function
-b(a){return t(nn,gt,a)}return i(U([0,gt,0],0,a),b)}),ai)}var
+b(a){return t(ng,gn,a)}return i(U([0,gn,0],0,a),b)}),ai)}var
 l=q}else
-if(z)if(K(b,dj))var
-aj=function(a){return[0,[0,[1,1,h,a],0]]},ak=1,l=i(e(function(a){return l0(ak,v,a)}),aj);else
-if(K(b,dk))var
-al=function(a){return[0,[0,[1,0,h,a],0]]},am=0,l=i(e(function(a){return l0(am,v,a)}),al);else
+if(z)if(J(b,dj))var
+aj=function(a){return[0,[0,[1,1,h,a],0]]},ak=1,l=i(e(function(a){return lS(ak,v,a)}),aj);else
+if(J(b,dk))var
+al=function(a){return[0,[0,[1,0,h,a],0]]},am=0,l=i(e(function(a){return lS(am,v,a)}),al);else
 var
 an=function(e){var
-b=nl(a,g),c=0,d=b?yU:b;return[0,[0,d,c]]},l=i(e(no),an);else
+b=ne(a,g),c=0,d=b?yO:b;return[0,[0,d,c]]},l=i(e(nh),an);else
 var
 ao=function(e){var
-b=nl(a,g),c=0,d=b?yV:b;return[0,[0,d,c]]},l=i(e(no),ao);return i(l,$)}return i(t(function(a){return V(X,a)},m5,c),e)}return i(t(by,ct,c),e)}return i(t(X,m3,c),e)}return i(t(X,m4,c),a)}return i(t(X,m2,c),a)}return i(t(X,bJ,c),a)}return i(U([0,bJ,[0,m2,[0,ct,[0,m3,[0,m4,[0,m5,[0,dW,0]]]]]]],0,a),b)}function
-ir(c,a){if(a)var
-b=a[1],e=ir([0,b[1],c],a[2]),f=b[1],g=$(function(a){return cK(f,a)},c)?yW:b[3],d=[0,[0,b[2],g],e];else
+b=ne(a,g),c=0,d=b?yP:b;return[0,[0,d,c]]},l=i(e(nh),ao);return i(l,$)}return i(t(function(a){return V(X,a)},mY,c),e)}return i(t(by,ct,c),e)}return i(t(X,mW,c),e)}return i(t(X,mX,c),a)}return i(t(X,mV,c),a)}return i(t(X,bJ,c),a)}return i(U([0,bJ,[0,mV,[0,ct,[0,mW,[0,mX,[0,mY,[0,dV,0]]]]]]],0,a),b)}function
+ij(c,a){if(a)var
+b=a[1],e=ij([0,b[1],c],a[2]),f=b[1],g=$(function(a){return cK(f,a)},c)?yQ:b[3],d=[0,[0,b[2],g],e];else
 var
 d=a;return d}function
 dl(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=fi(b[1],a[1]);if(c){var
+c=fg(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return 1}}function
-np(b,a){var
+ni(b,a){var
 c=T(a,0);return dl(T(b,0),c)}var
-yY=[0,k(yX),0],y0=[0,k(yZ),yY],y2=[0,k(y1),y0],nq=[0,k(y3),y2],nr=c(2,c(2,c(2,c(2,c(2,n))))),a$=bE(n,nr);function
-is(e,d){var
-b=cp(e,d);if(J(b,r))return r;var
-c=S(b,n),a=aV(c),f=0===a?r:0<a?el(c)[1]:r;return E(f,n)}function
-ns(a,e,i){var
-b=S(a,e),d=s(c(2,n),i);if(J(a,s(c(2,n),b)))var
-g=cp(E(s(b,a$),is(s(s(d,a$),s(b,S(a,b))),a)),a);else{var
-l=S(a,s(c(2,n),b));if(P(s(s(s(a,S(a,s(c(2,n),b))),l),a$),s(s(d,a),a)))var
-g=cp(E(s(b,a$),is(s(s(i,aC(a$,c(2,n))),s(a,a)),a)),a);else
+yS=[0,k(yR),0],yU=[0,k(yT),yS],yW=[0,k(yV),yU],nj=[0,k(yX),yW],nk=c(2,c(2,c(2,c(2,c(2,o))))),a9=bE(o,nk);function
+ik(c,b){var
+a=cp(c,b);return K(a,s)?s:E(f5(S(a,o)),o)}function
+nl(a,e,i){var
+b=S(a,e),d=r(c(2,o),i);if(K(a,r(c(2,o),b)))var
+g=cp(E(r(b,a9),ik(r(r(d,a9),r(b,S(a,b))),a)),a);else{var
+l=S(a,r(c(2,o),b));if(P(r(r(r(a,S(a,r(c(2,o),b))),l),a9),r(r(d,a),a)))var
+g=cp(E(r(b,a9),ik(r(r(i,aA(a9,c(2,o))),r(a,a)),a)),a);else
 var
-h=s(a,a$),m=s(s(c(2,n),a),E(h,d)),o=is(s(s(s(d,a$),a$),E(s(s(s(c(2,c(2,n)),h),b),S(a,b)),s(s(d,a),a))),n),g=cp(E(s(a$,E(s(s(c(2,n),h),b),s(d,a))),o),m)}var
-f=S(a$,h4(a$,g));if(!J(e,r)&&!J(s(e,a$),s(c(2,c(2,n)),s(f,a)))){var
-j=s(s(e,a),a$),p=s(w(c(2,c(2,c(2,n)))),j),k=cp(s(w(c(2,c(2,w(c(2,n))))),E(j,s(i,a))),p);return J(k,nr)?cf(f,aC(s(e,a$),bE(a,k))):f}return f}function
-nt(a){return[0,Q,a[4]]}function
-nu(j,k,f){if(0===f[0])return f[1];var
-b=0,a=r,d=k,c=f[1];for(;;){if(d){var
+h=r(a,a9),m=r(r(c(2,o),a),E(h,d)),n=ik(r(r(r(d,a9),a9),E(r(r(r(c(2,c(2,o)),h),b),S(a,b)),r(r(d,a),a))),o),g=cp(E(r(a9,E(r(r(c(2,o),h),b),r(d,a))),n),m)}var
+f=S(a9,hX(a9,g));if(!K(e,s)&&!K(r(e,a9),r(c(2,c(2,o)),r(f,a)))){var
+j=r(r(e,a),a9),p=r(x(c(2,c(2,c(2,o)))),j),k=cp(r(x(c(2,c(2,x(c(2,o))))),E(j,r(i,a))),p);return K(k,nk)?cf(f,aA(r(e,a9),bE(a,k))):f}return f}function
+nm(a){return[0,Q,a[4]]}function
+nn(j,k,f){if(0===f[0])return f[1];var
+b=0,a=s,d=k,c=f[1];for(;;){if(d){var
 e=d[2],h=d[1];if(c){var
-i=c[1];if(x(i[1],a)){var
-b=[0,i[2],b],a=E(a,n),d=e,c=c[2];continue}var
-b=[0,F(j,h),b],a=E(a,n),d=e;continue}var
-b=[0,F(j,h),b],a=E(a,n),d=e,c=0;continue}var
+i=c[1];if(z(i[1],a)){var
+b=[0,i[2],b],a=E(a,o),d=e,c=c[2];continue}var
+b=[0,F(j,h),b],a=E(a,o),d=e;continue}var
+b=[0,F(j,h),b],a=E(a,o),d=e,c=0;continue}var
 g=c?0:[0,T(b,0)],l=g?g[1]:g;return l}}var
-cu=k(y5),cS=k(y6),d0=k(y7),d1=k(y8),d2=k(y9),dm=k(y_),d3=k(y$),b5=k(za),b6=k(zb),gv=k(zc),nv=k(zd),gw=k(ze),nw=k(zf),it=q(function(a){return[0,k(a),0]},zg);function
-eU(h,g,f,e){var
+cu=k(yZ),cS=k(y0),dZ=k(y1),d0=k(y2),d1=k(y3),dm=k(y4),d2=k(y5),b5=k(y6),b6=k(y7),gp=k(y8),no=k(y9),gq=k(y_),np=k(y$),il=q(function(a){return[0,k(a),0]},za);function
+eS(h,g,f,e){var
 a=h,b=g,c=e;for(;;){if(a){var
-d=a[2];if(x(a[1][1],f)){if(x(c,r))return[0,b];var
-a=d,b=E(b,n),c=S(c,n);continue}var
-a=d,b=E(b,n);continue}return a}}var
-eV=aL(n);function
-nx(b,a){if(typeof
-a==="number")return zh;else
+d=a[2];if(z(a[1][1],f)){if(z(c,s))return[0,b];var
+a=d,b=E(b,o),c=S(c,o);continue}var
+a=d,b=E(b,o);continue}return a}}var
+eT=aJ(o);function
+nq(b,a){if(typeof
+a==="number")return zb;else
 switch(a[0]){case
 0:var
 d=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return R(zi);var
+d=c[2];if(d){if(d[2])return R(zc);var
 e=function(c){var
-a=eU(b,r,f,c);return a?a[1]:eV},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return J(r,a)},a),zj,h)}return R(zk)}return R(zl)}return R(zm)};return i(aA(w(c(2,n)),aN,a),d);case
+a=eS(b,s,f,c);return a?a[1]:eT},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return K(s,a)},a),zd,h)}return R(ze)}return R(zf)}return R(zg)};return i(ay(x(c(2,o)),aL,a),d);case
 1:var
 e=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return R(zn);var
+d=c[2];if(d){if(d[2])return R(zh);var
 e=function(c){var
-a=eU(b,r,f,c);return a?a[1]:eV},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return J(r,a)},a),zo,h)}return R(zp)}return R(zq)}return R(zr)};return i(aA(w(c(2,n)),aN,a),e);case
+a=eS(b,s,f,c);return a?a[1]:eT},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return K(s,a)},a),zi,h)}return R(zj)}return R(zk)}return R(zl)};return i(ay(x(c(2,o)),aL,a),e);case
 2:var
 f=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return R(zs);var
+d=c[2];if(d){if(d[2])return R(zm);var
 e=function(c){var
-a=eU(b,r,f,c);return a?a[1]:eV},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return J(r,a)},a),zt,h)}return R(zu)}return R(zv)}return R(zw)};return i(aA(w(c(2,n)),aN,a),f);case
+a=eS(b,s,f,c);return a?a[1]:eT},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return K(s,a)},a),zn,h)}return R(zo)}return R(zp)}return R(zq)};return i(ay(x(c(2,o)),aL,a),f);case
 3:var
 g=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return R(zx);var
+d=c[2];if(d){if(d[2])return R(zr);var
 e=function(c){var
-a=eU(b,r,f,c);return a?a[1]:eV},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return J(r,a)},a),zy,h)}return R(zz)}return R(zA)}return R(zB)};return i(aA(w(c(2,n)),aN,a),g);default:var
+a=eS(b,s,f,c);return a?a[1]:eT},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return K(s,a)},a),zs,h)}return R(zt)}return R(zu)}return R(zv)};return i(ay(x(c(2,o)),aL,a),g);default:var
 h=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return R(zC);var
+d=c[2];if(d){if(d[2])return R(zw);var
 e=function(c){var
-a=eU(b,r,f,c);return a?a[1]:eV},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return J(r,a)},a),zD,h)}return R(zE)}return R(zF)}return R(zG)};return i(aA(w(c(2,n)),aN,a),h)}}function
-ny(a){if(typeof
+a=eS(b,s,f,c);return a?a[1]:eT},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return K(s,a)},a),zx,h)}return R(zy)}return R(zz)}return R(zA)};return i(ay(x(c(2,o)),aL,a),h)}}function
+nr(a){if(typeof
 a!=="number"&&4===a[0]){var
 c=function(a){function
 b(c){function
@@ -4946,55 +4916,58 @@ d=e}else
 var
 d=1}else
 var
-d=1;return O(d,zH,g)}}function
+d=1;return O(d,zB,g)}}function
 d(a){return cR(am,a)}var
-e=aa(c);return i(t(function(a){return aA(e,d,a)},cS,a),b)}return i(t(function(a){return V(aN,a)},dU,a),b)};return i(U([0,dU,[0,cS,0]],0,a),c)}function
+e=aa(c);return i(t(function(a){return ay(e,d,a)},cS,a),b)}return i(t(function(a){return V(aL,a)},dT,a),b)};return i(U([0,dT,[0,cS,0]],0,a),c)}function
 b(a){return[0,[0,a]]}return i(V(function(a){return cR(am,a)},a),b)}function
-gx(a){var
-b=ac(a);return b?ac(ab(L,aI(a))):b}var
-dn=k(zI),eW=k(zJ);function
-nz(u,g,f){var
+gr(a){var
+b=ac(a);return b?ac(ab(L,aG(a))):b}var
+dn=k(zC),eU=k(zD);function
+ns(u,g,f){var
 v=g?bq:br,a=ah(v,f);if(a){var
-h=a[1],b=dR(u,g);if(b){var
-l=b[1],j=G(function(d){var
+h=a[1],b=dQ(u,g);if(b){var
+m=b[1],j=G(function(d){var
 a=d[2];if(typeof
 a!=="number"&&4===a[0]){var
-b=a[1],c=I(Z(gw,b));return c?I(Z(c_,b)):c}return 0},f);if(j){var
+b=a[1],c=I(Z(gq,b));return c?I(Z(c_,b)):c}return 0},f);if(j){var
 p=function(a){function
-b(q){function
-b(x){function
 b(u){function
-b(d){function
-b(y){function
-b(d){function
+b(A){function
 b(v){function
+b(d){function
+b(B){function
+b(d){function
+b(w){function
 b(b){function
 d(j){function
-d(A){function
-b(B){function
-b(C){var
-k=b0(h$,l),w=k?k[1]:k;if(ac(j)){var
-o=at(j),p=s(E(cg(o[1]),n),a$),d=fq(a1(cg(p)),y4),g=r,b=p;for(;;){if(d){var
-h=d[1];if(!J(S(b,g),n)){var
-e=aC(E(g,b),c(2,n)),m=eA(o,[0,e,hb(a$)]);if(m){if(2<=m[1]){var
+d(C){function
+b(D){function
+b(F){var
+k=b0(h4,m);if(k)var
+x=k[1],z=mg(x),G=z?x:z,l=G;else
+var
+l=k;if(ac(j)){var
+p=at(j),q=r(E(cg(p[1]),o),a9),d=fo(aZ(cg(q)),yY),g=s,b=q;for(;;){if(d){var
+h=d[1];if(!K(S(b,g),o)){var
+e=aA(E(g,b),c(2,o)),n=ey(p,[0,e,g7(a9)]);if(n){if(2<=n[1]){var
 d=h,g=e;continue}var
 d=h,b=e;continue}var
 d=h,b=e;continue}}var
 f=b;break}}else
 var
-f=r;var
-D=nu(function(a){if(eI(a)&&P(r,f)){var
+f=s;var
+H=nn(function(a){if(eG(a)&&P(s,f)){var
 c=function(b){var
-c=[0,b,hb(a$)];return M(a[4],c)},b=a[2],d=a[3],e=c(S(a$,ns(b,S(b,d),f)));return[0,c(ns(b,d,f)),e]}return nt(a)},w,B),F=nu(nt,w,C);function
-G(e){var
-f=0,g=0,h=u?eW:dn,i=z(h,x),k=[0,[0,[0,[0,q,u,y,j,A,D,F,e,v[1],v[2]]],i,g,f]],l=O(gx(q),zK,k),b=ah(dm,a);if(b)var
+c=[0,b,g7(a9)];return M(a[4],c)},b=a[2],d=a[3],e=c(S(a9,nl(b,S(b,d),f)));return[0,c(nl(b,d,f)),e]}return nm(a)},l,D),I=nn(nm,l,F);function
+J(e){var
+f=0,g=0,h=v?eU:dn,i=y(h,A),k=[0,[0,[0,[0,u,v,B,j,C,H,I,e,w[1],w[2]]],i,g,f]],l=O(gr(u),zE,k),b=ah(dm,a);if(b)var
 c=typeof
 b[1]==="number"?1:0,d=c?1:c;else
 var
-d=b;return O(d,zL,l)}return i(t(function(a){return nx(l,a)},gv,a),G)}return i(t(ny,b6,a),b)}return i(t(ny,b5,a),b)}return i(t(am,b6,b),d)}return i(t(am,b5,b),d)}var
-d=0,e=[0,b5,[0,b6,0]];return i(t(function(a){return U(e,d,a)},d3,a),b)}return i(t(function(a){return cR(by,a)},cs,a),b)}return i(t(function(a){return aR(it,a)},d2,a),b)}return i(t(eu,d1,a),b)}var
-d=[0,[0,k(zM),0],0];return i(t(function(a){return aR(d,a)},d0,a),b)}var
-d=[0,[0,k(zN),1],0],e=[0,[0,k(zO),0],d];return i(t(function(a){return aR(e,a)},cS,a),b)}return i(t(X,cu,a),b)}return i(t(av,cu,a),b)},d=i(U([0,cu,[0,cS,[0,d0,[0,d1,[0,d2,[0,dm,[0,cs,[0,d3,[0,b5,[0,b6,[0,gv,0]]]]]]]]]]],0,h),p);if(0===d[0])return[0,d[1]];var
+d=b;return O(d,zF,l)}return i(t(function(a){return nq(m,a)},gp,a),J)}return i(t(nr,b6,a),b)}return i(t(nr,b5,a),b)}return i(t(am,b6,b),d)}return i(t(am,b5,b),d)}var
+d=0,e=[0,b5,[0,b6,0]];return i(t(function(a){return U(e,d,a)},d2,a),b)}return i(t(function(a){return cR(by,a)},cs,a),b)}return i(t(function(a){return aP(il,a)},d1,a),b)}return i(t(es,d0,a),b)}var
+d=[0,[0,k(zG),0],0];return i(t(function(a){return aP(d,a)},dZ,a),b)}var
+d=[0,[0,k(zH),1],0],e=[0,[0,k(zI),0],d];return i(t(function(a){return aP(e,a)},cS,a),b)}return i(t(X,cu,a),b)}return i(t(av,cu,a),b)},d=i(U([0,cu,[0,cS,[0,dZ,[0,d0,[0,d1,[0,dm,[0,cs,[0,d2,[0,b5,[0,b6,[0,gp,0]]]]]]]]]]],0,h),p);if(0===d[0])return[0,d[1]];var
 q=function(a){function
 b(c){function
 b(j){function
@@ -5004,39 +4977,39 @@ b(k){function
 b(e){function
 b(e){function
 b(b){function
-f(m){function
+f(l){function
 f(n){function
 b(o){function
-b(l){var
+b(m){var
 f=e[1];if(f)var
-p=0,q=0,r=d?eW:dn,s=z(r,j),g=[0,[0,[1,[0,c,d,k,[0,m,n],o,l,f[1],e[2]]],s,q,p]];else
+p=0,q=0,r=d?eU:dn,s=y(r,j),g=[0,[0,[1,[0,c,d,k,[0,l,n],o,m,f[1],e[2]]],s,q,p]];else
 var
-g=R(zR);var
-t=O(gx(c),zP,g),b=ah(dm,a);if(b)var
+g=R(zL);var
+t=O(gr(c),zJ,g),b=ah(dm,a);if(b)var
 h=typeof
 b[1]==="number"?1:0,i=h?1:h;else
 var
-i=b;return O(i,zQ,t)}function
+i=b;return O(i,zK,t)}function
 f(a){function
 b(a){function
 b(b){function
-c(a){return b?[0,[0,b[1],a]]:R(zS)}return i(t(function(a){return V(am,a)},nw,a),c)}return i(t(function(a){return nx(l,a)},gv,a),b)}return i(U([0,gv,[0,nw,0]],0,a),b)}return i(t(function(a){return aQ(f,a)},b6,a),b)}function
+c(a){return b?[0,[0,b[1],a]]:R(zM)}return i(t(function(a){return V(am,a)},np,a),c)}return i(t(function(a){return nq(m,a)},gp,a),b)}return i(U([0,gp,[0,np,0]],0,a),b)}return i(t(function(a){return aO(f,a)},b6,a),b)}function
 f(a){return V(am,a)}function
-g(a){return V(f,a)}return i(t(function(a){return aQ(g,a)},b5,a),b)}return i(t(am,b6,b),f)}return i(t(am,b5,b),f)}var
-f=0,g=[0,b5,[0,b6,0]];return i(t(function(a){return U(g,f,a)},d3,a),b)}return i(t(function(a){return cR(by,a)},cs,a),b)}return i(t(function(a){return aR(it,a)},d2,a),b)}return i(t(eu,d1,a),b)}var
-e=[0,[0,k(zT),0],0];return i(t(function(a){return aR(e,a)},d0,a),b)}var
-d=[0,[0,k(zU),1],0],e=[0,[0,k(zV),0],d];return i(t(function(a){return aR(e,a)},cS,a),b)}return i(t(X,cu,a),b)}return i(t(av,cu,a),b)},e=i(U([0,cu,[0,cS,[0,d0,[0,d1,[0,d2,[0,dm,[0,cs,[0,d3,[0,b5,[0,b6,0]]]]]]]]]],0,h),q);return 0===e[0]?[0,e[1]]:0}var
-m=j}else
+g(a){return V(f,a)}return i(t(function(a){return aO(g,a)},b5,a),b)}return i(t(am,b6,b),f)}return i(t(am,b5,b),f)}var
+f=0,g=[0,b5,[0,b6,0]];return i(t(function(a){return U(g,f,a)},d2,a),b)}return i(t(function(a){return cR(by,a)},cs,a),b)}return i(t(function(a){return aP(il,a)},d1,a),b)}return i(t(es,d0,a),b)}var
+e=[0,[0,k(zN),0],0];return i(t(function(a){return aP(e,a)},dZ,a),b)}var
+d=[0,[0,k(zO),1],0],e=[0,[0,k(zP),0],d];return i(t(function(a){return aP(e,a)},cS,a),b)}return i(t(X,cu,a),b)}return i(t(av,cu,a),b)},e=i(U([0,cu,[0,cS,[0,dZ,[0,d0,[0,d1,[0,dm,[0,cs,[0,d2,[0,b5,[0,b6,0]]]]]]]]]],0,h),q);return 0===e[0]?[0,e[1]]:0}var
+l=j}else
 var
-m=b;var
-o=m}else
+l=b;var
+n=l}else
 var
-o=a;return o}function
-nA(d){var
+n=a;return n}function
+nt(d){var
 a=d[1];if(a){var
-b=a[1],c=K(b,dj);return c?c:K(b,k(zZ))}return 1}var
-z3=k(z2),z5=k(z4),z8=k(z7),z_=k(z9),Aa=k(z$),Ac=k(Ab),Ae=k(Ad),Ag=k(Af);function
-nB(f,e){var
+b=a[1],c=J(b,dj);return c?c:J(b,k(zT))}return 1}var
+zX=k(zW),zZ=k(zY),z2=k(z1),z4=k(z3),z6=k(z5),z8=k(z7),z_=k(z9),Aa=k(z$);function
+nu(f,e){var
 b=e[3];if(b){var
 a=b[1];if(typeof
 a!=="number"&&8===a[0]){var
@@ -5045,55 +5018,55 @@ d!=="number"&&2!==d[0])return bn(a[1],f);return 0}var
 c=0}else
 var
 c=b;return c}var
-nC=k(Al),nD=k(Am);function
-iu(a){if(typeof
+nv=k(Af),nw=k(Ag);function
+im(a){if(typeof
 a!=="number"&&4===a[0]){var
-b=ah(d0,a[1]);if(b){var
+b=ah(dZ,a[1]);if(b){var
 c=b[1];if(typeof
 c!=="number"&&2===c[0]){var
-e=k(An);return K(c[1],e)}var
+e=k(Ah);return J(c[1],e)}var
 d=0}else
 var
 d=b;return d}return 0}function
-iv(a){if(typeof
-a!=="number"&&4===a[0])return Z(gw,a[1]);return 0}function
-nE(g,f,a){function
+io(a){if(typeof
+a!=="number"&&4===a[0])return Z(gq,a[1]);return 0}function
+nx(g,f,a){function
 b(a){function
 b(b){var
 c=[0,b];return O(ck(q(function(b){if(typeof
 b!=="number"&&3===b[0]){var
 c=b[1];if(c){var
-a=c[2];if(a)return a[2]?0:es(a[1]);var
+a=c[2];if(a)return a[2]?0:eq(a[1]);var
 d=a}else
 var
-d=c;return d}return 0},a)),Au,c)}return i(bd(function(c){if(typeof
+d=c;return d}return 0},a)),Ao,c)}return i(bb(function(c){if(typeof
 c!=="number"&&3===c[0]){var
 a=c[1];if(a){var
 b=a[2];if(b){var
-d=b[1];if(b[2])return R(Ap);var
+d=b[1];if(b[2])return R(Aj);var
 e=function(a){function
-b(b){return O(P(r,a),Ar,O(I(G(f,b)),Aq,[0,[0,a,b]]))}return i(V(g,d),b)};return i(aN(a[1]),e)}return R(As)}return R(At)}return R(Ao)},a),b)}return i(bp(a),b)}function
-Av(a){return a?0:1}function
-Aw(a){return aQ(am,a)}function
-Ax(a){return nE(Aw,Av,a)}function
-Ay(a){return V(Ax,a)}function
-Az(a){return x(r,a)}function
-AA(a){return nE(aN,Az,a)}function
-AB(a){return V(AA,a)}function
-AE(a){if(typeof
+b(b){return O(P(s,a),Al,O(I(G(f,b)),Ak,[0,[0,a,b]]))}return i(V(g,d),b)};return i(aL(a[1]),e)}return R(Am)}return R(An)}return R(Ai)},a),b)}return i(bp(a),b)}function
+Ap(a){return a?0:1}function
+Aq(a){return aO(am,a)}function
+Ar(a){return nx(Aq,Ap,a)}function
+As(a){return V(Ar,a)}function
+At(a){return z(s,a)}function
+Au(a){return nx(aL,At,a)}function
+Av(a){return V(Au,a)}function
+Ay(a){if(typeof
 a!=="number"&&3===a[0]){var
 b=a[1];if(b){var
 c=b[2];if(c){var
-d=c[1];if(c[2])return R(AG);var
+d=c[1];if(c[2])return R(AA);var
 e=function(a){function
-b(b){return[0,[0,a,b]]}return i(by(d),b)};return i(av(b[1]),e)}return R(AH)}return R(AI)}return R(AF)}function
-nF(B,m,l,b,d,a){var
+b(b){return[0,[0,a,b]]}return i(by(d),b)};return i(av(b[1]),e)}return R(AB)}return R(AC)}return R(Az)}function
+ny(B,m,l,b,d,a){var
 j=d?bq:br,e=ah(j,a);if(e){var
-f=e[1];if(iu(f)){var
-o=d?G(function(a){var
-b=K(a[1],j);return b?b:I(iv(a[2]))},a):d;if(o){var
-p=dR(b,1);if(p){var
-c=iv(f),w=function(a){function
+f=e[1];if(im(f)){var
+n=d?G(function(a){var
+b=J(a[1],j);return b?b:I(io(a[2]))},a):d;if(n){var
+p=dQ(b,1);if(p){var
+c=io(f),w=function(a){function
 d(r){function
 d(C){function
 d(s){function
@@ -5104,11 +5077,11 @@ d(e){function
 d(d){function
 g(g){function
 h(h){function
-d(o){function
+d(n){function
 d(p){function
 u(v){function
 u(D){var
-d=ah(c_,a),w=d?F(B,d[1]):d,u=[0,r,s,f,g,h,o,j,v,p,w,e[1],e[2]];function
+d=ah(c_,a),w=d?F(B,d[1]):d,u=[0,r,s,f,g,h,n,j,v,p,w,e[1],e[2]];function
 x(D){var
 i=ah(dm,a);if(i){var
 l=i[1],w=0;if(typeof
@@ -5120,7 +5093,7 @@ m=0;if(d){var
 h=d[1],n=0;if(typeof
 h!=="number"&&2===h[0])if(d[2]){var
 b=0;e=1;f=1;m=1;n=1}else{var
-x=h[1],y=z(k(AC),x),B=z(g[1],y),b=[0,z(k(AD),B)];e=1;f=1;m=1;n=1}if(!n)var
+x=h[1],z=y(k(Aw),x),B=y(g[1],z),b=[0,y(k(Ax),B)];e=1;f=1;m=1;n=1}if(!n)var
 p=0}else
 var
 p=d;if(!m){var
@@ -5133,45 +5106,45 @@ b=0;var
 q=b}else
 var
 q=i;var
-E=s?eW:dn,F=[0,[0,[2,u],z(E,C),D,q]],G=O(gx(r),AN,F);if(j)var
+E=s?eU:dn,F=[0,[0,[2,u],y(E,C),D,q]],G=O(gr(r),AH,F);if(j)var
 t=j[1],v=A(t[1],t[2]);else
 var
-v=1;return O(v,AO,G)}var
-y=c?t(function(a){function
+v=1;return O(v,AI,G)}var
+z=c?t(function(a){function
 c(d){function
 c(h){var
-a=dR(b,1),c=a?mR(u,a[1]):a,d=m[3],e=l[1][3],i=h[1],j=q(function(a){if(typeof
+a=dQ(b,1),c=a?mK(u,a[1]):a,d=m[3],e=l[1][3],i=h[1],j=q(function(a){if(typeof
 a!=="number"&&0===a[0]){if(c){var
-f=a[1],g=c[1],d=W(j0(mN,aL(n),aL(n),b[7]),g),e=q(function(a){var
-b=[0,[0,mQ(a[2])],0];return[0,a[1][2][1],a[1][2][2],[0,L,0],b,Q,0]},d);return[11,[0,b[1],b[2],n,2,0,0,e],f]}return AJ}return a},i),g=0;if(cK(d[2],e[2])&&cK(d[3],e[3])){var
+f=a[1],g=c[1],d=W(jS(mG,aJ(o),aJ(o),b[7]),g),e=q(function(a){var
+b=[0,[0,mJ(a[2])],0];return[0,a[1][2][1],a[1][2][2],[0,L,0],b,Q,0]},d);return[11,[0,b[1],b[2],o,2,0,0,e],f]}return AD}return a},i),g=0;if(cK(d[2],e[2])&&cK(d[3],e[3])){var
 f=0;g=1}if(!g)var
-f=AK;return[0,z(f,j)]}return i(eP(m,l,0,a),c)}var
+f=AE;return[0,y(f,j)]}return i(eN(m,l,0,a),c)}var
 d=typeof
-a==="number"?0:1;return i(O(d,AM,AL),c)},nD,a):AP;return i(y,x)}if(c)var
-w=[0,[0,k(AQ),0],0],d=t(function(a){return aR(w,a)},di,a);else
+a==="number"?0:1;return i(O(d,AG,AF),c)},nw,a):AJ;return i(z,x)}if(c)var
+w=[0,[0,k(AK),0],0],d=t(function(a){return aP(w,a)},di,a);else
 var
-d=AR;return i(d,u)}if(c)var
-v=function(a){return[0,[0,a]]},d=i(t(AB,gw,a),v);else
+d=AL;return i(d,u)}if(c)var
+v=function(a){return[0,[0,a]]},d=i(t(Av,gq,a),v);else
 var
-d=AS;return i(d,u)}return i(t(Ay,c_,a),d)}var
-o=[0,[0,k(AT),1],0],p=[0,[0,k(AU),0],o];return i(t(function(a){return aR(p,a)},nC,a),d)}return i(t(am,b6,d),h)}return i(t(am,b5,d),g)}var
-g=0,h=[0,b5,[0,b6,0]];return i(t(function(a){return U(h,g,a)},d3,a),d)}return i(t(AE,cs,a),d)}function
-e(a){return cR(am,a)}return i(t(function(a){return aQ(e,a)},dm,a),d)}return i(t(function(a){return aR(it,a)},d2,a),d)}return i(t(eu,d1,a),d)}var
-e=[0,[0,k(AV),1],0],f=[0,[0,k(AW),0],e];return i(t(function(a){return aR(f,a)},cS,a),d)}return i(t(X,cu,a),d)}return i(t(av,cu,a),d)},x=0,y=c?[0,gw,[0,di,[0,nD,0]]]:c,h=i(U(z([0,cu,[0,cS,[0,d0,[0,d1,[0,d2,[0,dm,[0,cs,[0,d3,[0,nC,[0,c_,0]]]]]]]]]],y),x,f),w);return 0===h[0]?[0,h[1]]:0}var
+d=AM;return i(d,u)}return i(t(As,c_,a),d)}var
+n=[0,[0,k(AN),1],0],p=[0,[0,k(AO),0],n];return i(t(function(a){return aP(p,a)},nv,a),d)}return i(t(am,b6,d),h)}return i(t(am,b5,d),g)}var
+g=0,h=[0,b5,[0,b6,0]];return i(t(function(a){return U(h,g,a)},d2,a),d)}return i(t(Ay,cs,a),d)}function
+e(a){return cR(am,a)}return i(t(function(a){return aO(e,a)},dm,a),d)}return i(t(function(a){return aP(il,a)},d1,a),d)}return i(t(es,d0,a),d)}var
+e=[0,[0,k(AP),1],0],f=[0,[0,k(AQ),0],e];return i(t(function(a){return aP(f,a)},cS,a),d)}return i(t(X,cu,a),d)}return i(t(av,cu,a),d)},x=0,z=c?[0,gq,[0,di,[0,nw,0]]]:c,h=i(U(y([0,cu,[0,cS,[0,dZ,[0,d0,[0,d1,[0,dm,[0,cs,[0,d2,[0,nv,[0,c_,0]]]]]]]]]],z),x,f),w);return 0===h[0]?[0,h[1]]:0}var
 r=p}else
 var
-r=o;return r}if($(function(a){return iu(a[2])},a)){var
-g=nz(b,d,al(function(a){return I(iu(a[2]))},a));if(g){var
-s=g[1],v=0;if(!$(function(a){return iv(a[2])},a)&&!mT(s[1])){var
+r=n;return r}if($(function(a){return im(a[2])},a)){var
+g=ns(b,d,al(function(a){return I(im(a[2]))},a));if(g){var
+s=g[1],v=0;if(!$(function(a){return io(a[2])},a)&&!mM(s[1])){var
 u=[0,s];v=1}if(!v)return 0}else
 var
-u=g;return u}return nz(b,d,a)}return e}var
-AY=k(AX),A0=[0,[0,k(AZ),0],0],A3=[0,[0,k(A2),A1],A0],A6=[0,[0,k(A5),A4],A3],A9=[0,[0,k(A8),A7],A6],nG=[0,[0,k(A$),A_],A9];function
-nH(a){return $(function(b){return np(b,a)},nq)}function
-nI(a){return dl(dn,a)}function
-nJ(a){var
-b=nI(a);return b?b:nH(a)}function
-nK(y,x,m,w,v,a){function
+u=g;return u}return ns(b,d,a)}return e}var
+AS=k(AR),AU=[0,[0,k(AT),0],0],AX=[0,[0,k(AW),AV],AU],A0=[0,[0,k(AZ),AY],AX],A3=[0,[0,k(A2),A1],A0],nz=[0,[0,k(A5),A4],A3];function
+nA(a){return $(function(b){return ni(b,a)},nj)}function
+nB(a){return dl(dn,a)}function
+nC(a){var
+b=nB(a);return b?b:nA(a)}function
+nD(z,x,m,w,v,a){function
 b(b){function
 a(d){function
 a(h){function
@@ -5188,75 +5161,75 @@ c!=="number")switch(c[0]){case
 d=0;e=1}if(!e)return 0}else
 var
 d=a;return d}var
-p=nJ(e),B=0;if(p)var
-C=es([2,e]),q=z(k(Bl),C);else
+p=nC(e),B=0;if(p)var
+C=eq([2,e]),q=y(k(Bf),C);else
 var
 q=p;var
-D=[0,g(bV),[0,q,B]],E=[0,k(Bm),D],G=[0,g(dX),E],H=[0,k(Bn),G],J=[0,g(ik),H],M=[0,k(Bo),J],N=[0,g(bJ),M],P=[0,k(Bp),N],Q=m9([0,io(Bq,v),P]),n=d?0:1,R=2<=j?0:1,c=R?F(x,d):2;function
+D=[0,g(bV),[0,q,B]],E=[0,k(Bg),D],G=[0,g(dW),E],H=[0,k(Bh),G],K=[0,g(ic),H],M=[0,k(Bi),K],N=[0,g(bJ),M],P=[0,k(Bj),N],Q=m2([0,ig(Bk,v),P]),n=d?0:1,R=2<=j?0:1,c=R?F(x,d):2;function
 S(f){if(f)var
 g=f[1],l=g?1:g;else
 var
 l=f;var
-q=K(e,k(Br)),x=typeof
+q=J(e,k(Bl)),x=typeof
 c==="number"?0:l?c[1]:l;function
 p(M){if(f){var
-z=j?0:1,B=[0,z,h];if(typeof
+y=j?0:1,B=[0,y,h];if(typeof
 c==="number")switch(c){case
 0:var
-i=Bf;break;case
+i=A$;break;case
 1:var
-i=a?2===a[1]?[0,[12,I(m)],0]:Bg:Bh;break;default:var
-i=a?Bi:Bj}else
+i=a?2===a[1]?[0,[12,I(m)],0]:Ba:Bb;break;default:var
+i=a?Bc:Bd}else
 if(a)var
 v=[0,[9,d,B,a[1]],c[2]],i=[0,[12,I(m)],v];else
 var
-i=Bk;var
+i=Be;var
 g=i}else
-if(nJ(e))var
-g=Bu;else
+if(nC(e))var
+g=Bo;else
 if(I(q))var
-g=Bv;else
+g=Bp;else
 switch(j){case
 0:var
-u=F(y,d);if(u)if(a)var
-p=a[1],k=u[1],o=1===p?[0,[0,[9,n,k]],[0,[3,k,h,0],0]]:p?Bb:[0,[0,[9,n,k]],[0,[3,k,h,1],0]];else
+u=F(z,d);if(u)if(a)var
+p=a[1],k=u[1],o=1===p?[0,[0,[9,n,k]],[0,[3,k,h,0],0]]:p?A7:[0,[0,[9,n,k]],[0,[3,k,h,1],0]];else
 var
-o=Bc;else
+o=A8;else
 var
-o=a?2===a[1]?[0,[0,[1,n,0]],0]:Bd:Be;var
+o=a?2===a[1]?[0,[0,[1,n,0]],0]:A9:A_;var
 g=[0,[12,I(m)],o];break;case
 1:if(a)var
 K=[0,[0,[15,0,d,h,a[1]]],0],g=[0,[12,I(m)],K];else
 var
-g=Bw;break;default:var
-g=w?a?[0,[0,[15,1,d,h,a[1]]],0]:Bx:By}var
+g=Bq;break;default:var
+g=w?a?[0,[0,[15,1,d,h,a[1]]],0]:Br:Bs}var
 C=typeof
 c==="number"?0:l,D=f?f[1]:f,E=[0,[0,d,j,Q,g,a,D,C]],G=q||l,r=I(G);if(r)var
 s=r;else
 var
-t=bn(Z(di,b),x),s=t?I(Z(im,b)):t;var
-H=O(s,Bs,E),J=1===j?A(L,h):1;return O(J,Bt,H)}if(Z(di,b))var
-r=[0,[0,AY,0],0],o=t(function(a){return aR(r,a)},di,b);else
+t=bn(Z(di,b),x),s=t?I(Z(ie,b)):t;var
+H=O(s,Bm,E),J=1===j?A(L,h):1;return O(J,Bn,H)}if(Z(di,b))var
+r=[0,[0,AS,0],0],o=t(function(a){return aP(r,a)},di,b);else
 var
-o=Bz;return i(o,p)}var
-r=0;if(nI(e)&&I(nH(e))){var
+o=Bt;return i(o,p)}var
+r=0;if(nB(e)&&I(nA(e))){var
 s=0;if(typeof
 c==="number"&&2<=c){var
-o=BA;s=1}if(!s){var
-T=function(a){return[0,[0,[0,a]]]},l=dn,f=e,u=function(a){return O(gx(a),Ba,[0,a])};for(;;){if(l&&f){var
+o=Bu;s=1}if(!s){var
+T=function(a){return[0,[0,[0,a]]]},l=dn,f=e,u=function(a){return O(gr(a),A6,[0,a])};for(;;){if(l&&f){var
 l=l[2],f=f[2];continue}var
 o=i(i(av([2,f]),u),T);break}}}else
 r=1;if(r)var
-o=BB;return i(o,S)}return i(t(function(a){return aR(nG,a)},bV,b),a)}return i(t(X,il,b),a)}var
-c=[0,[0,ij,0],[0,[0,cs,1],[0,[0,k(BC),2],0]]];return i(t(function(a){return aR(c,a)},ik,b),a)}return i(t(am,dX,b),a)}var
-c=[0,[0,bq,1],[0,[0,br,0],0]];return i(t(function(a){return aR(c,a)},bJ,b),a)}return i(U([0,bJ,[0,dX,[0,ik,[0,il,[0,bV,0]]]]],[0,di,[0,im,0]],a),b)}function
-nL(a){return $(function(b){var
+o=Bv;return i(o,S)}return i(t(function(a){return aP(nz,a)},bV,b),a)}return i(t(X,id,b),a)}var
+c=[0,[0,ib,0],[0,[0,cs,1],[0,[0,k(Bw),2],0]]];return i(t(function(a){return aP(c,a)},ic,b),a)}return i(t(am,dW,b),a)}var
+c=[0,[0,bq,1],[0,[0,br,0],0]];return i(t(function(a){return aP(c,a)},bJ,b),a)}return i(U([0,bJ,[0,dW,[0,ic,[0,id,[0,bV,0]]]]],[0,di,[0,ie,0]],a),b)}function
+nE(a){return $(function(b){var
 a=typeof
 b==="number"?1:0,c=a?1:a;return c},a)}function
-iw(b){var
+ip(b){var
 a=Y(function(b){var
 a=b[6],c=a?[0,a[1],0]:a;return c},b);if(a){var
-c=a[1],f=0;if($(function(a){return nL(a[4])},b))var
+c=a[1],f=0;if($(function(a){return nE(a[4])},b))var
 d=0;else
 var
 i=al(function(a){return a[7]},b),d=[10,q(function(a){return a[1]},i),c];var
@@ -5264,91 +5237,91 @@ g=[0,d,f],h=a[2],e=[0,[12,G(function(a){var
 b=A(c,a);return b?A(a,c):b},h)],g]}else
 var
 e=a;return e}function
-ix(d,c,b){if(b){var
-a=b[1],h=ix(d,[0,a,c],b[2]);if($(function(e){var
+iq(d,c,b){if(b){var
+a=b[1],h=iq(d,[0,a,c],b[2]);if($(function(e){var
 d=bn(a[1],e[1]);if(d){var
 b=e[2];switch(a[2]){case
 0:return b?0:1;case
 1:return 1===b?1:0;default:var
 c=2<=b?1:0,f=c?1:c;return f}}return d},c))var
-e=BD;else
+e=Bx;else
 var
-g=a[6],i=g?d:g,e=z(a[4],i);var
+g=a[6],i=g?d:g,e=y(a[4],i);var
 f=[0,[0,a[3],e],h]}else
 var
 f=b;return f}function
-nM(a,b){function
-d(c){if($(function(a){return nL(a[4])},a))var
-d=BE;else{var
-f=0,e=dY(q(function(a){return a[5]},a),f);if(e)if(c)var
-g=iw(a),h=z(Y(function(a){return a[4]},a),g),b=[0,[0,[16,e[1],c[1]]],h];else
+nF(a,b){function
+d(c){if($(function(a){return nE(a[4])},a))var
+d=By;else{var
+f=0,e=dX(q(function(a){return a[5]},a),f);if(e)if(c)var
+g=ip(a),h=y(Y(function(a){return a[4]},a),g),b=[0,[0,[16,e[1],c[1]]],h];else
 var
-b=BF;else
+b=Bz;else
 var
-b=BG;var
-d=b}return[0,d]}if(K(b,k(BH)))var
-c=BI;else
+b=BA;var
+d=b}return[0,d]}if(J(b,k(BB)))var
+c=BC;else
 var
-e=function(a){return[0,af(function(a){return[0,a]},a)]},c=i(ev(nG,b),e);return i(c,d)}var
-gy=k(BJ),gz=k(BK),nN=k(BL),nO=k(BM),BR=[0,[0,k(BQ),BP],0],BU=[0,[0,k(BT),BS],BR],BX=[0,[0,k(BW),BV],BU],B0=[0,[0,k(BZ),BY],BX],B3=[0,[0,k(B2),B1],B0],B6=[0,[0,k(B5),B4],B3],B9=[0,[0,k(B8),B7],B6],nP=[0,[0,k(B$),B_],B9],Cb=[0,[0,k(Ca),0],0],Cd=[0,[0,k(Cc),1],Cb];function
-nQ(a,b){if(typeof
-b==="number")return Ce;else
+e=function(a){return[0,af(function(a){return[0,a]},a)]},c=i(et(nz,b),e);return i(c,d)}var
+gs=k(BD),gt=k(BE),nG=k(BF),nH=k(BG),BL=[0,[0,k(BK),BJ],0],BO=[0,[0,k(BN),BM],BL],BR=[0,[0,k(BQ),BP],BO],BU=[0,[0,k(BT),BS],BR],BX=[0,[0,k(BW),BV],BU],B0=[0,[0,k(BZ),BY],BX],B3=[0,[0,k(B2),B1],B0],nI=[0,[0,k(B5),B4],B3],B7=[0,[0,k(B6),0],0],B9=[0,[0,k(B8),1],B7];function
+nJ(a,b){if(typeof
+b==="number")return B_;else
 switch(b[0]){case
 0:var
 c=function(b){function
 c(c){function
 d(d){function
 e(b){var
-e=aD(a[3],b),f=aD(a[3],d),g=c?aD(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return i(t(function(a){return V(X,a)},a2,b),e)}return i(t(function(a){return V(X,a)},be,b),d)}function
-d(a){return V(X,a)}return i(t(function(a){return aQ(d,a)},ad,b),c)};return i(U([0,ad,[0,be,[0,a2,0]]],0,b),c);case
+e=aB(a[3],b),f=aB(a[3],d),g=c?aB(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return i(t(function(a){return V(X,a)},a0,b),e)}return i(t(function(a){return V(X,a)},bc,b),d)}function
+d(a){return V(X,a)}return i(t(function(a){return aO(d,a)},ad,b),c)};return i(U([0,ad,[0,bc,[0,a0,0]]],0,b),c);case
 1:var
 d=function(b){function
 c(c){function
 d(d){function
 e(b){var
-e=aD(a[3],b),f=aD(a[3],d),g=c?aD(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return i(t(function(a){return V(X,a)},a2,b),e)}return i(t(function(a){return V(X,a)},be,b),d)}function
-d(a){return V(X,a)}return i(t(function(a){return aQ(d,a)},ad,b),c)};return i(U([0,ad,[0,be,[0,a2,0]]],0,b),d);case
+e=aB(a[3],b),f=aB(a[3],d),g=c?aB(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return i(t(function(a){return V(X,a)},a0,b),e)}return i(t(function(a){return V(X,a)},bc,b),d)}function
+d(a){return V(X,a)}return i(t(function(a){return aO(d,a)},ad,b),c)};return i(U([0,ad,[0,bc,[0,a0,0]]],0,b),d);case
 2:var
 e=function(b){function
 c(c){function
 d(d){function
 e(b){var
-e=aD(a[3],b),f=aD(a[3],d),g=c?aD(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return i(t(function(a){return V(X,a)},a2,b),e)}return i(t(function(a){return V(X,a)},be,b),d)}function
-d(a){return V(X,a)}return i(t(function(a){return aQ(d,a)},ad,b),c)};return i(U([0,ad,[0,be,[0,a2,0]]],0,b),e);case
+e=aB(a[3],b),f=aB(a[3],d),g=c?aB(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return i(t(function(a){return V(X,a)},a0,b),e)}return i(t(function(a){return V(X,a)},bc,b),d)}function
+d(a){return V(X,a)}return i(t(function(a){return aO(d,a)},ad,b),c)};return i(U([0,ad,[0,bc,[0,a0,0]]],0,b),e);case
 3:var
 f=function(b){function
 c(c){function
 d(d){function
 e(b){var
-e=aD(a[3],b),f=aD(a[3],d),g=c?aD(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return i(t(function(a){return V(X,a)},a2,b),e)}return i(t(function(a){return V(X,a)},be,b),d)}function
-d(a){return V(X,a)}return i(t(function(a){return aQ(d,a)},ad,b),c)};return i(U([0,ad,[0,be,[0,a2,0]]],0,b),f);default:var
+e=aB(a[3],b),f=aB(a[3],d),g=c?aB(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return i(t(function(a){return V(X,a)},a0,b),e)}return i(t(function(a){return V(X,a)},bc,b),d)}function
+d(a){return V(X,a)}return i(t(function(a){return aO(d,a)},ad,b),c)};return i(U([0,ad,[0,bc,[0,a0,0]]],0,b),f);default:var
 g=function(b){function
 c(c){function
 d(d){function
 e(b){var
-e=aD(a[3],b),f=aD(a[3],d),g=c?aD(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return i(t(function(a){return V(X,a)},a2,b),e)}return i(t(function(a){return V(X,a)},be,b),d)}function
-d(a){return V(X,a)}return i(t(function(a){return aQ(d,a)},ad,b),c)};return i(U([0,ad,[0,be,[0,a2,0]]],0,b),g)}}function
-nR(b,g,a){function
+e=aB(a[3],b),f=aB(a[3],d),g=c?aB(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return i(t(function(a){return V(X,a)},a0,b),e)}return i(t(function(a){return V(X,a)},bc,b),d)}function
+d(a){return V(X,a)}return i(t(function(a){return aO(d,a)},ad,b),c)};return i(U([0,ad,[0,bc,[0,a0,0]]],0,b),g)}}function
+nK(b,g,a){function
 c(d){var
-h=g[3],a=d,i=[0,q(function(a){return aD(h,a)},d)];for(;;){if(a){var
+h=g[3],a=d,i=[0,q(function(a){return aB(h,a)},d)];for(;;){if(a){var
 b=a[2],f=a[1],c=I($(function(b){return function(a){return cK(b,a)}}(f),b));if(c){var
 a=b;continue}var
 e=c}else
 var
-e=1;return O(e,Cf,i)}}var
-d=aa(b[3][2]);return i(V(function(a){return aA(d,X,a)},a),c)}var
-Cl=k(Ck),Cn=k(Cm),Cs=k(Cr),nS=k(CD),iy=k(CE),nT=k(CF),iz=k(CG),iA=k(CH),nU=k(CI),iB=k(CJ),iC=k(CK),gA=k(CL),CN=k(CM);function
-nV(a){return q(function(a){if(K(a[1],dN)){var
-b=[2,k(CO)];return[0,a[1],b]}return a},a)}function
-iD(g,f){var
+e=1;return O(e,B$,i)}}var
+d=aa(b[3][2]);return i(V(function(a){return ay(d,X,a)},a),c)}var
+Cf=k(Ce),Ch=k(Cg),Cm=k(Cl),nL=k(Cx),ir=k(Cy),nM=k(Cz),is=k(CA),it=k(CB),nN=k(CC),iu=k(CD),iv=k(CE),gu=k(CF),CH=k(CG);function
+nO(a){return q(function(a){if(J(a[1],dM)){var
+b=[2,k(CI)];return[0,a[1],b]}return a},a)}function
+iw(g,f){var
 b=g,a=f;for(;;){if(b){if(a){var
 c=a[2],d=b[2];if(b[1]){var
-h=iD(d,c);return[0,a[1],h]}var
+h=iw(d,c);return[0,a[1],h]}var
 b=d,a=c;continue}var
 e=a}else
 var
 e=b;return e}}function
-CP(a){function
+CJ(a){function
 b(a){function
 b(c){function
 g(b){function
@@ -5356,182 +5329,182 @@ c(d){function
 c(c){var
 e=aa(c);function
 f(a){var
-e=q(l2,cM(aj(c),a)),f=q(function(a){return iD(e,a)},a),g=[0,[0,b,d,iD(e,c),f]];return O(P(r,b),CR,O(G(function(a){return b1(az(a),L)},a),CQ,g))}function
-g(a){return aA(e,am,a)}var
-h=aa(d);return i(t(function(a){return aA(h,g,a)},bt,a),f)}return i(t(function(a){return fM(b,a)},nT,a),c)}return i(t(function(a){return fM(b,a)},iy,a),c)}if(c){var
+e=q(lU,cM(aj(c),a)),f=q(function(a){return iw(e,a)},a),g=[0,[0,b,d,iw(e,c),f]];return O(P(s,b),CL,O(G(function(a){return b1(ax(a),L)},a),CK,g))}function
+g(a){return ay(e,am,a)}var
+h=aa(d);return i(t(function(a){return ay(h,g,a)},bt,a),f)}return i(t(function(a){return fF(b,a)},nM,a),c)}return i(t(function(a){return fF(b,a)},ir,a),c)}if(c){var
 b=c[1],f=0;if(typeof
 b!=="number"&&3===b[0]){var
 d=[0,aa(b[1])];f=1}if(!f)var
-d=R(CS);var
+d=R(CM);var
 e=d}else
 var
-e=R(CT);return i(e,g)}return i(t(bp,iy,a),b)}return i(U([0,iy,[0,nT,[0,bt,0]]],0,a),b)}function
-nW(c,a){function
+e=R(CN);return i(e,g)}return i(t(bp,ir,a),b)}return i(U([0,ir,[0,nM,[0,bt,0]]],0,a),b)}function
+nP(c,a){function
 b(a){var
-d=[0,a],b=a?1:a,e=b?x(ap(function(b,a){return E(b[1],a)},r,a),c):b;return O(e,CU,d)}return i(V(CP,a),b)}function
+d=[0,a],b=a?1:a,e=b?z(ap(function(b,a){return E(b[1],a)},s,a),c):b;return O(e,CO,d)}return i(V(CJ,a),b)}function
 dp(a){if(a){var
-b=dp(a[2]),c=a[1];return Y(function(a){return q(function(b){return z(a,b)},b)},c)}return CV}function
-ba(a){return ap(function(b,a){return s(aa(b),a)},n,a)}function
+b=dp(a[2]),c=a[1];return Y(function(a){return q(function(b){return y(a,b)},b)},c)}return CP}function
+a_(a){return ap(function(b,a){return r(aa(b),a)},o,a)}function
 cT(a){var
 b=a[1];return q(function(a){return a[2]},b)}function
 cU(c,b){var
 a=b[2];if(a){var
 d=a[1];return q(function(a){return a[2]},d)}return[0,c[4],0]}function
-gB(a){var
+gv(a){var
 b=a[1];return q(function(a){return a[3]},b)}function
-iE(c,b){var
+ix(c,b){var
 a=b[2];if(a){var
 d=a[1];return q(function(a){return a[3]},d)}return[0,c[4],0]}function
-CY(b,a){var
-i=ba(cT(a)),g=s(ba(cU(b,a)),i),h=P(c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,c(2,c(2,w(c(2,w(c(2,w(c(2,c(2,c(2,n)))))))))))))))))),g);if(h)var
+CS(b,a){var
+i=a_(cT(a)),g=r(a_(cU(b,a)),i),h=P(c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,c(2,c(2,x(c(2,x(c(2,x(c(2,c(2,c(2,o)))))))))))))))))),g);if(h)var
 d=h;else
 var
-r=s(g,aa(b[2])),d=P(c(2,c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,c(2,c(2,c(2,c(2,w(c(2,n)))))))))))))))))))))),r);if(d)var
+s=r(g,aa(b[2])),d=P(c(2,c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,c(2,c(2,c(2,c(2,x(c(2,o)))))))))))))))))))))),s);if(d)var
 e=d;else
 var
-p=ba(gB(a)),q=s(ba(cT(a)),p),e=P(c(2,c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,c(2,c(2,c(2,c(2,w(c(2,n)))))))))))))))))))))),q);if(e)var
+p=a_(gv(a)),q=r(a_(cT(a)),p),e=P(c(2,c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,c(2,c(2,c(2,c(2,x(c(2,o)))))))))))))))))))))),q);if(e)var
 f=e;else
 var
-m=ba(iE(b,a)),o=s(ba(cU(b,a)),m),f=P(c(2,c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,c(2,c(2,c(2,c(2,w(c(2,n)))))))))))))))))))))),o);if(f)return f;var
-j=aa(b[2]),k=ba(gB(a)),l=s(s(ba(cU(b,a)),k),j);return P(c(2,c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,c(2,c(2,c(2,c(2,w(c(2,n)))))))))))))))))))))),l)}function
-nX(a,d,c,b){var
-e=a[3],f=q(function(a){return aD(e,a)},b),g=0;return dY(q(function(b){var
-e=aD(a[4],b),c=al(function(a){return x(a[1],e)},d),g=0;return dY(q(function(d){var
+m=a_(ix(b,a)),n=r(a_(cU(b,a)),m),f=P(c(2,c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,c(2,c(2,c(2,c(2,x(c(2,o)))))))))))))))))))))),n);if(f)return f;var
+j=aa(b[2]),k=a_(gv(a)),l=r(r(a_(cU(b,a)),k),j);return P(c(2,c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,c(2,c(2,c(2,c(2,x(c(2,o)))))))))))))))))))))),l)}function
+nQ(a,d,c,b){var
+e=a[3],f=q(function(a){return aB(e,a)},b),g=0;return dX(q(function(b){var
+e=aB(a[4],b),c=al(function(a){return z(a[1],e)},d),g=0;return dX(q(function(d){var
 a=c;for(;;){if(a){var
-b=a[1];if(x(b[2],d))return[0,b[3]];var
+b=a[1];if(z(b[2],d))return[0,b[3]];var
 a=a[2];continue}return a}},f),g)},c),g)}function
-eX(a){return 1===a[1][2]?1:0}function
-gC(a){return a[5]?0:1}function
-nY(a){return q(function(a){return a[4]},a)}function
+eV(a){return 1===a[1][2]?1:0}function
+gw(a){return a[5]?0:1}function
+nR(a){return q(function(a){return a[4]},a)}function
 cv(a,c){var
 b=ah(a,c);if(b){var
-d=function(a){return[0,[0,a]]};return i(a_(a,am(b[1])),d)}return C6}function
-iF(b,a){function
+d=function(a){return[0,[0,a]]};return i(a8(a,am(b[1])),d)}return C0}function
+iy(b,a){function
 g(a){if(b){if(a){var
-h=a[1],c=h[2],d=h[1],i=a[2],j=b[1],e=j[2],f=j[1],k=b[2];switch(jS(s(f,c),s(d,e))){case
-0:return[0,[0,E(f,d),E(e,c)],iF(k,i)];case
-1:return[0,[0,f,e],iF(k,a)];default:return[0,[0,d,c],g(i)]}}return b}return a}return g(a)}function
-nZ(a){if(a){var
+h=a[1],c=h[2],d=h[1],i=a[2],j=b[1],e=j[2],f=j[1],k=b[2];switch(jK(r(f,c),r(d,e))){case
+0:return[0,[0,E(f,d),E(e,c)],iy(k,i)];case
+1:return[0,[0,f,e],iy(k,a)];default:return[0,[0,d,c],g(i)]}}return b}return a}return g(a)}function
+nS(a){if(a){var
 b=a[2];if(b){var
-c=nZ(b[2]);return[0,iF(a[1],b[1]),c]}return a}return a}function
-n0(f){var
+c=nS(b[2]);return[0,iy(a[1],b[1]),c]}return a}return a}function
+nT(f){var
 g=al(function(a){var
-b=x(a[1],r),c=b?x(a[2],r):b;return I(c)},f),b=Da,a=q(function(a){return[0,a,0]},g);for(;;){if(b){if(a){if(a[2]){var
-e=nZ(a),b=b[1],a=e;continue}var
+b=z(a[1],s),c=b?z(a[2],s):b;return I(c)},f),b=C6,a=q(function(a){return[0,a,0]},g);for(;;){if(b){if(a){if(a[2]){var
+e=nS(a),b=b[1],a=e;continue}var
 c=a[1]}else
 var
 c=a;return c}if(a){if(a[2])return bo(a);var
 d=a[1]}else
 var
 d=a;return d}}function
-gD(a,b){return n0(Y(function(a){return q(function(b){return[0,s(a[1],b[1]),s(a[2],b[2])]},b)},a))}function
-n1(e,d){var
+gx(a,b){return nT(Y(function(a){return q(function(b){return[0,r(a[1],b[1]),r(a[2],b[2])]},b)},a))}function
+nU(e,d){var
 a=e,b=d;for(;;){if(b){var
 c=b[1],f=b[2],g=$(function(i){return function(h){var
 b=i,a=h;for(;;){if(b){if(a){var
-c=a[1],d=b[1],e=x(d[1],c[1]),f=e?x(d[2],c[2]):e;if(f){var
+c=a[1],d=b[1],e=z(d[1],c[1]),f=e?z(d[2],c[2]):e;if(f){var
 b=b[2],a=a[2];continue}var
 g=f}else
 var
 g=a;return g}return a?0:1}}}(c),a)?a:[0,c,a],a=g,b=f;continue}return a}}function
-eY(b,a){if(a){var
-c=a[2],d=a[1],e=eY([0,d,b],c),f=z(b,c);return z(q(function(a){return[0,d,a]},f),e)}return a}function
-eZ(b,a){return n0(W(b,a))}function
-d4(a){if(a){var
-b=a[2],c=a[1],e=eY(0,dc(c)),f=n1(0,q(function(a){return eZ(a[1],a[2])},e)),d=d4(b),g=db(c),h=[0,[0,db(c),g],0],i=q(function(a){return gD(h,a)},d);return n1(0,z(Y(function(a){var
-c=f9(b),e=[0,[0,[0,f9(b),c],0],d];return q(function(b){return gD(a,b)},e)},f),i))}return a}function
-n2(b,a,d){var
-c=aV(b);if(0===c)return Q;if(0<c){var
-e=s(b,a[2]);return dH([0,ap(function(b,c){return E(cf(r,S(s(b[1],a[2]),s(b[2],a[1]))),c)},r,d),e])}return Q}function
+eW(b,a){if(a){var
+c=a[2],d=a[1],e=eW([0,d,b],c),f=y(b,c);return y(q(function(a){return[0,d,a]},f),e)}return a}function
+eX(b,a){return nT(W(b,a))}function
+d3(a){if(a){var
+b=a[2],c=a[1],e=eW(0,dc(c)),f=nU(0,q(function(a){return eX(a[1],a[2])},e)),d=d3(b),g=db(c),h=[0,[0,db(c),g],0],i=q(function(a){return gx(h,a)},d);return nU(0,y(Y(function(a){var
+c=f2(b),e=[0,[0,[0,f2(b),c],0],d];return q(function(b){return gx(a,b)},e)},f),i))}return a}function
+nV(b,a,d){var
+c=aX(b);if(0===c)return Q;if(0<c){var
+e=r(b,a[2]);return dG([0,ap(function(b,c){return E(cf(s,S(r(b[1],a[2]),r(b[2],a[1]))),c)},s,d),e])}return Q}function
 cV(b,a){return b?a?A(b[1],a[1]):1:a?0:1}function
-gE(b,a){if(b){if(a){var
+gy(b,a){if(b){if(a){var
 c=a[1],d=b[1],e=A(d,c);if(e)return A(c,d);var
 f=e}else
 var
 f=a;return f}return a?0:1}function
-iG(b,a){return eH(dd,b,a)}function
-e0(a){return x(a[1],r)}function
-a3(b,a){return ab(b,aI(a))}function
-gF(b){var
+iz(b,a){return eF(dd,b,a)}function
+eY(a){return z(a[1],s)}function
+a1(b,a){return ab(b,aG(a))}function
+gz(b){var
 a=b[7];return 0===a[0]?a[1]:bo(bo(a[1]))}function
-n3(a){var
+nW(a){var
 b=a[7];if(0===b[0])return Q;var
 c=b[1];return ap(function(d,c){var
 b=cM(a[4],d);return dd(ap(function(a,b){var
-c=cN(a);return dd(a3(dQ(a),c),b)},Q,b),c)},Q,c)}function
-iH(a,b){return a?a[1]:b}function
+c=cN(a);return dd(a1(dP(a),c),b)},Q,b),c)},Q,c)}function
+iA(a,b){return a?a[1]:b}function
 cW(a){var
-b=dQ(gF(a));return iH(a[8][1],b)}function
-e1(a){var
-b=cN(gF(a));return iH(a[8][2],b)}function
+b=dP(gz(a));return iA(a[8][1],b)}function
+eZ(a){var
+b=cN(gz(a));return iA(a[8][2],b)}function
 cX(a){var
-b=n3(a);return iH(a[8][4],b)}function
-n4(a){var
-e=cW(a),b=A(dQ(gF(a)),e);if(b){var
-f=cN(gF(a)),c=A(e1(a),f);if(c){var
-g=cX(a);return A(n3(a),g)}var
+b=nW(a);return iA(a[8][4],b)}function
+nX(a){var
+e=cW(a),b=A(dP(gz(a)),e);if(b){var
+f=cN(gz(a)),c=A(eZ(a),f);if(c){var
+g=cX(a);return A(nW(a),g)}var
 d=c}else
 var
 d=b;return d}function
-e2(a){return e0(cX(a))}function
-b7(a){return jQ(a[3],n)}function
-b8(a){return l9(a[1])}function
+e0(a){return eY(cX(a))}function
+b7(a){return jI(a[3],o)}function
+b8(a){return l1(a[1])}function
 dq(b,a){var
-c=W(b,a);return az(q(function(a){return M(a[1],a[2])},c))}function
-e3(a){var
-b=cn(l6(a));return q(function(b){var
+c=W(b,a);return ax(q(function(a){return M(a[1],a[2])},c))}function
+e1(a){var
+b=cn(lY(a));return q(function(b){var
 c=cn(b[2]);return q(function(c){var
-d=de(a,b[1],c[1]);return dq(l7(c[2]),d)},c)},b)}function
-iI(a,b){var
+d=de(a,b[1],c[1]);return dq(lZ(c[2]),d)},c)},b)}function
+iB(a,b){var
 c=a[5];function
 d(c){return dq(c,de(a,b,0))}return q(function(a){return q(d,a)},c)}function
-n5(a){var
-b=cn(eG(a));return ap(iG,[0,L],q(f$,q(function(b){var
-c=iI(a,b[1]),d=cM(c$(a),c),e=b[2];return q(function(a){return dq(e,a)},d)},b)))}function
-n6(a,b){var
-c=aT(0,bi(a));return q(function(c){return hW(a,c,b)},c)}function
+nY(a){var
+b=cn(eE(a));return ap(iz,[0,L],q(f4,q(function(b){var
+c=iB(a,b[1]),d=cM(c$(a),c),e=b[2];return q(function(a){return dq(e,a)},d)},b)))}function
+nZ(a,b){var
+c=aR(0,bg(a));return q(function(c){return hQ(a,c,b)},c)}function
 cY(a){var
-b=aT(0,bf(a));return al(function(b){return ac(az(n6(a,b)))},b)}function
+b=aR(0,bd(a));return al(function(b){return ac(ax(nZ(a,b)))},b)}function
 cw(c,b){var
-a=n6(c,b),d=at(az(a));return q(function(a){return M(d,a)},a)}function
-n7(a){return g$(Db,aj(cY(a)))}function
-n8(a){var
-b=cY(a),c=q(function(b){return cw(a,b)},b),d=eG(a),e=cM(bK(a),d);return ap(iG,[0,L],q(f$,q(function(a){return q(function(b){return dq(a,b)},c)},e)))}function
-e4(b,h,g){switch(h){case
+a=nZ(c,b),d=at(ax(a));return q(function(a){return M(d,a)},a)}function
+n0(a){return g5(C7,aj(cY(a)))}function
+n1(a){var
+b=cY(a),c=q(function(b){return cw(a,b)},b),d=eE(a),e=cM(bK(a),d);return ap(iz,[0,L],q(f4,q(function(a){return q(function(b){return dq(a,b)},c)},e)))}function
+e2(b,h,g){switch(h){case
 0:var
-a=[0,cN(bo(e3(b)))];break;case
+a=[0,cN(bo(e1(b)))];break;case
 2:var
 a=b[8][3];break;case
 7:var
-f=cn(eG(b)),a=[0,cN(Y(function(a){var
-c=iI(b,a[1]),d=W(a[2],c);return Y(function(a){var
+f=cn(eE(b)),a=[0,cN(Y(function(a){var
+c=iB(b,a[1]),d=W(a[2],c);return Y(function(a){var
 b=ac(a[1]);return b?a[2]:b},d)},f))];break;default:var
 a=0}if(a){var
 c=a[1],d=ac(c);if(d)return F(g,c);var
 e=d}else
 var
 e=a;return e}function
-gG(b,i,h,g,f,a,e,c){if(b){var
+gA(b,i,h,g,f,a,e,c){if(b){var
 j=b[1];return G(function(k){return $(function(a){var
 c=au(a);if(c){var
-d=M(a3(a,L),g),b=a3(ab(i,M(h,n2(e,a,k))),d),l=au(b)?ab(a,M(b,at(f))):a;return A(l,j)}return c},a)},c)}var
+d=M(a1(a,L),g),b=a1(ab(i,M(h,nV(e,a,k))),d),l=au(b)?ab(a,M(b,at(f))):a;return A(l,j)}return c},a)},c)}var
 d=a?1:a;return d}function
-d5(a){var
-b=d4(a[1]);return[0,f9(a[1]),b]}function
-n9(e){var
+d4(a){var
+b=d3(a[1]);return[0,f2(a[1]),b]}function
+n2(e){var
 c=b8(e);if(c){var
-d=c[1],a=d[1],b=d[2];return[0,E(a,b),[0,[0,[0,a,b],[0,[0,b,a],0]],0]]}return[0,n,[0,[0,[0,n,r],[0,[0,r,n],0]],0]]}function
-gH(b,a){if(!(3<=a))switch(a){case
+d=c[1],a=d[1],b=d[2];return[0,E(a,b),[0,[0,[0,a,b],[0,[0,b,a],0]],0]]}return[0,o,[0,[0,[0,o,s],[0,[0,s,o],0]],0]]}function
+gB(b,a){if(!(3<=a))switch(a){case
 0:return 1;case
 2:return b7(b)}return 0}function
-Dc(a,c,e){var
+C8(a,c,e){var
 d=c[3],b=I(c[1]);if(typeof
 e==="number")switch(e){case
 0:if(b){var
-v=gH(a,c[4]);if(v){var
-w=fB(b8(a));if(w){var
+v=gB(a,c[4]);if(v){var
+w=fu(b8(a));if(w){var
 an=function(b){var
-c=at(b),e=[0,ab(L,M(cX(a),c))];return cV(eH(M,b8(a),e),d)};return e4(a,c[4],an)}var
+c=at(b),e=[0,ab(L,M(cX(a),c))];return cV(eF(M,b8(a),e),d)};return e2(a,c[4],an)}var
 l=w}else
 var
 l=v}else
@@ -5539,8 +5512,8 @@ var
 l=b;return l;case
 1:if(1===c[4]){if(b){var
 x=b7(a);if(x){var
-y=e2(a);if(y){var
-z=fB(b8(a));if(z)return cV(b8(a),d);var
+y=e0(a);if(y){var
+z=fu(b8(a));if(z)return cV(b8(a),d);var
 h=z}else
 var
 h=y}else
@@ -5550,10 +5523,10 @@ var
 h=b;return h}return 0;case
 2:if(1===c[4]){var
 B=I(b);if(B){var
-C=n7(a);if(C){var
+C=n0(a);if(C){var
 D=b7(a);if(D){var
-E=e2(a);if(E){var
-F=fB(b8(a));if(F){var
+E=e0(a);if(E){var
+F=fu(b8(a));if(F){var
 aj=cY(a),k=q(function(b){return cw(a,b)},aj);if(k)var
 ak=k[2],al=k[1],m=G(function(e){var
 b=al,a=e;for(;;){if(b){if(a){var
@@ -5579,8 +5552,8 @@ f=B;return f}return 0;case
 H=8<=c[4]?1:0;if(H)if(b){var
 J=0===a[7][0]?1:0;if(J){var
 K=0===a[2][0]?1:0;if(K){var
-ai=iI(a,0);return cV(ap(iG,[0,L],q(f$,q(function(b){var
-c=eF(a);return q(function(a){return dq(a,b)},c)},ai))),d)}var
+ai=iB(a,0);return cV(ap(iz,[0,L],q(f4,q(function(b){var
+c=eD(a);return q(function(a){return dq(a,b)},c)},ai))),d)}var
 i=K}else
 var
 i=J}else
@@ -5588,40 +5561,40 @@ var
 i=b;else
 var
 i=H;return i;default:if(b){var
-N=gH(a,c[4]);if(N){var
+N=gB(a,c[4]);if(N){var
 ao=function(b){var
-c=at(b);return cV([0,M(cW(a),c)],d)};return e4(a,c[4],ao)}var
+c=at(b);return cV([0,M(cW(a),c)],d)};return e2(a,c[4],ao)}var
 O=N}else
 var
 O=b;return O}else
 switch(e[0]){case
 0:var
 aq=e[1];if(b){var
-P=gH(a,c[4]);if(P){var
+P=gB(a,c[4]);if(P){var
 ar=function(b){var
-c=d5(a)[2],e=d5(a)[1],f=cW(a);return gG(d,cX(a),f,Q,b,aq,e,c)};return e4(a,c[4],ar)}var
+c=d4(a)[2],e=d4(a)[1],f=cW(a);return gA(d,cX(a),f,Q,b,aq,e,c)};return e2(a,c[4],ar)}var
 R=P}else
 var
 R=b;return R;case
 1:var
 S=e[1],n=c[4];if(7===n){if(b){var
-T=e2(a);if(T)return e4(a,7,function(b){var
+T=e0(a);if(T)return e2(a,7,function(b){var
 c=A(b,cW(a));if(c){var
-e=n9(a)[2],f=n9(a)[1];return gG(d,Q,cW(a),Q,b,S,f,e)}return c});var
+e=n2(a)[2],f=n2(a)[1];return gA(d,Q,cW(a),Q,b,S,f,e)}return c});var
 U=T}else
 var
 U=b;return U}if(b){var
-V=gH(a,n);if(V)return e4(a,n,function(b){var
-e=cX(a),c=A(b,a3(cW(a),e));if(c){var
-f=d5(a)[2],g=d5(a)[1],h=cX(a),i=a3(cW(a),h);return gG(d,cX(a),i,Q,b,S,g,f)}return c});var
+V=gB(a,n);if(V)return e2(a,n,function(b){var
+e=cX(a),c=A(b,a1(cW(a),e));if(c){var
+f=d4(a)[2],g=d4(a)[1],h=cX(a),i=a1(cW(a),h);return gA(d,cX(a),i,Q,b,S,g,f)}return c});var
 W=V}else
 var
 W=b;return W;case
 2:if(1===c[4]){if(b){var
 X=b7(a);if(X){var
-Y=e2(a);if(Y){var
-Z=ac(e1(a));if(Z){var
-as=d5(a)[2],au=d5(a)[1],av=e[1],aw=e1(a),ax=e1(a),ay=e1(a);return gG(d,Q,a3(cW(a),ay),ax,aw,av,au,as)}var
+Y=e0(a);if(Y){var
+Z=ac(eZ(a));if(Z){var
+as=d4(a)[2],au=d4(a)[1],av=e[1],aw=eZ(a),ax=eZ(a),ay=eZ(a);return gA(d,Q,a1(cW(a),ay),ax,aw,av,au,as)}var
 j=Z}else
 var
 j=Y}else
@@ -5631,12 +5604,12 @@ var
 j=b;return j}return 0;case
 3:if(1===c[4]){var
 _=I(b);if(_){var
-$=n7(a);if($){var
+$=n0(a);if($){var
 aa=b7(a);if(aa){var
 ad=0===a[7][0]?1:0;if(ad){var
-ae=fB(b8(a));if(ae){var
-az=n8(a),af=gE(e[1],az);if(af){var
-aA=n8(a);return cV(eH(M,b8(a),aA),d)}var
+ae=fu(b8(a));if(ae){var
+az=n1(a),af=gy(e[1],az);if(af){var
+aA=n1(a);return cV(eF(M,b8(a),aA),d)}var
 g=af}else
 var
 g=ae}else
@@ -5649,9 +5622,9 @@ g=$}else
 var
 g=_;return g}return 0;case
 4:if(7===c[4]){if(b){var
-ag=e2(a);if(ag){var
-aB=n5(a),ah=gE(e[1],aB);if(ah){var
-o=n5(a),p=b8(a);if(p)if(o)var
+ag=e0(a);if(ag){var
+aB=nY(a),ah=gy(e[1],aB);if(ah){var
+o=nY(a),p=b8(a);if(p)if(o)var
 t=o[1],u=p[1],am=at(ab(t,u)),r=[0,M(ab(L,M(t,u)),am)];else
 var
 r=p;else
@@ -5662,15 +5635,15 @@ var
 s=ag}else
 var
 s=b;return s}return 0;default:return 0}}var
-n_=k(Dd),n$=k(De),gI=k(Df),Dh=k(Dg),Dj=k(Di),e5=k(Dk),iJ=k(Dl),oa=k(Dm),ob=k(Dn);function
-oc(a){function
+n3=k(C9),n4=k(C_),gC=k(C$),Db=k(Da),Dd=k(Dc),e3=k(De),iC=k(Df),n5=k(Dg),n6=k(Dh);function
+n7(a){function
 b(a){function
 b(b){function
-c(a){return[0,[0,b,a]]}return i(t(function(a){return V(by,a)},n$,a),c)}return i(t(by,n_,a),b)}return i(U([0,n_,[0,n$,0]],0,a),b)}function
-od(l,g,d){var
-b=z(k(Do),l);if(g){if(d){var
-h=d[1],i=g[1],o=q(l8,h),c=i[2],a=o,m=0,n=0;for(;;){if(c){if(a){var
-e=gE(c[1],a[1]);if(e){var
+c(a){return[0,[0,b,a]]}return i(t(function(a){return V(by,a)},n4,a),c)}return i(t(by,n3,a),b)}return i(U([0,n3,[0,n4,0]],0,a),b)}function
+n8(l,g,d){var
+b=y(k(Di),l);if(g){if(d){var
+h=d[1],i=g[1],o=q(l0,h),c=i[2],a=o,m=0,n=0;for(;;){if(c){if(a){var
+e=gy(c[1],a[1]);if(e){var
 c=c[2],a=a[2];continue}var
 f=e}else
 var
@@ -5678,54 +5651,54 @@ f=a;var
 j=f}else
 var
 j=a?0:1;var
-p=[0,[0,z(b,k(Dp)),[0,[12,j],n]],m],r=l9(h),s=[0,[12,gE(i[1],r)],0];return[0,[0,z(b,k(Dq)),s],p]}}return[0,[0,b,Dr],0]}return d?[0,[0,b,Ds],0]:[0,[0,b,Dt],0]}function
-gJ(e,a,d,c){if(a)var
-f=[0,[0,d],[0,[12,F(c,a[1])],0]],b=[0,[0,z(k(Du),e),f],0];else
+p=[0,[0,y(b,k(Dj)),[0,[12,j],n]],m],r=l1(h),s=[0,[12,gy(i[1],r)],0];return[0,[0,y(b,k(Dk)),s],p]}}return[0,[0,b,Dl],0]}return d?[0,[0,b,Dm],0]:[0,[0,b,Dn],0]}function
+gD(e,a,d,c){if(a)var
+f=[0,[0,d],[0,[12,F(c,a[1])],0]],b=[0,[0,y(k(Do),e),f],0];else
 var
 b=a;return b}function
-oe(c,b,a){if(a)var
-d=a[1],e=d[1],g=a[2],h=oe(E(c,n),cf(b,e),g),i=P(b,e)?[0,[6,[0,d]],0]:Dw,f=[0,[0,io(Dv,c),i],h];else
+n9(c,b,a){if(a)var
+d=a[1],e=d[1],g=a[2],h=n9(E(c,o),cf(b,e),g),i=P(b,e)?[0,[6,[0,d]],0]:Dq,f=[0,[0,ig(Dp,c),i],h];else
 var
 f=a;return f}var
-d6=k(Dy),e6=z(d6,k(Dz)),of=z(d6,k(DA)),og=z(d6,k(DB)),iK=z(e6,k(DC)),DE=k(DD),DG=[0,[0,gu,0],[0,[0,d6,1],[0,[0,e6,2],[0,[0,og,5],[0,[0,iK,6],[0,[0,DE,7],[0,[0,k(DF),8],0]]]]]]];function
-d7(b,a){function
+d5=k(Ds),e4=y(d5,k(Dt)),n_=y(d5,k(Du)),n$=y(d5,k(Dv)),iD=y(e4,k(Dw)),Dy=k(Dx),DA=[0,[0,go,0],[0,[0,d5,1],[0,[0,e4,2],[0,[0,n$,5],[0,[0,iD,6],[0,[0,Dy,7],[0,[0,k(Dz),8],0]]]]]]];function
+d6(b,a){function
 c(a){return[0,b]}return i(U(0,0,a),c)}function
-oh(a,c,b){function
+oa(a,c,b){function
 d(b){function
 d(a){return[0,F(c,a)]}return i(t(by,a,b),d)}return i(U([0,a,0],0,b),d)}function
-e7(b,a){function
+e5(b,a){function
 c(a){function
 c(a){var
-c=[0,F(b,a)],d=a?1:a;return O(d,DH,c)}return i(t(function(a){return V(am,a)},gI,a),c)}return i(U([0,gI,0],0,a),c)}var
-e8=k(DI),iL=k(DJ);function
-oi(f,a,e,d){var
+c=[0,F(b,a)],d=a?1:a;return O(d,DB,c)}return i(t(function(a){return V(am,a)},gC,a),c)}return i(U([0,gC,0],0,a),c)}var
+e6=k(DC),iE=k(DD);function
+ob(f,a,e,d){var
 b=F(f,a);if(b){var
-c=b[1],g=[0,[12,cV(c,e)],0],h=a?0:1;return[0,d,[0,[0,[9,h,c]],g]]}return DU}var
-DX=[0,[0,k(DW),1],0],DV=[0,[0,d6,1],[0,[0,of,4],[0,[0,e6,3],0]]],DZ=[0,[0,k(DY),0],DX];function
-oj(b,a){function
+c=b[1],g=[0,[12,cV(c,e)],0],h=a?0:1;return[0,d,[0,[0,[9,h,c]],g]]}return DO}var
+DR=[0,[0,k(DQ),1],0],DP=[0,[0,d5,1],[0,[0,n_,4],[0,[0,e4,3],0]]],DT=[0,[0,k(DS),0],DR];function
+oc(b,a){function
 c(c){function
 d(j){function
 d(k){var
-a=aD(b[3],j),d=aD(b[3],k),e=c?aD(b[4],c[1]):r,f=J(r,a),g=f?J(r,d):f,h=g?J(r,e):g;if(h)var
-l=a1(d),m=a1(a),i=[0,[0,af(function(a){return a1(e)},c),m,l]];else
+a=aB(b[3],j),d=aB(b[3],k),e=c?aB(b[4],c[1]):s,f=K(s,a),g=f?K(s,d):f,h=g?K(s,e):g;if(h)var
+l=aZ(d),m=aZ(a),i=[0,[0,af(function(a){return aZ(e)},c),m,l]];else
 var
-i=h;return[0,i]}return i(t(function(a){return V(X,a)},a2,a),d)}return i(t(function(a){return V(X,a)},be,a),d)}function
-d(a){return V(X,a)}return i(t(function(a){return aQ(d,a)},ad,a),c)}function
-ok(b,a){function
-c(a){return oj(b,a)}return i(U([0,ad,[0,be,[0,a2,0]]],0,a),c)}function
-ol(c,a){function
+i=h;return[0,i]}return i(t(function(a){return V(X,a)},a0,a),d)}return i(t(function(a){return V(X,a)},bc,a),d)}function
+d(a){return V(X,a)}return i(t(function(a){return aO(d,a)},ad,a),c)}function
+od(b,a){function
+c(a){return oc(b,a)}return i(U([0,ad,[0,bc,[0,a0,0]]],0,a),c)}function
+oe(c,a){function
 b(d){var
-b=ah(e5,d);if(b){var
+b=ah(e3,d);if(b){var
 a=b[1];if(typeof
-a==="number")return D0;else{if(4===a[0]){var
-e=function(a){return[0,af(function(a){return[0,a]},a)]};return i(a_(e5,ok(c,a)),e)}return R(D1)}}return R(D2)}return i(U([0,e5,0],0,a),b)}function
-om(b,a){function
+a==="number")return DU;else{if(4===a[0]){var
+e=function(a){return[0,af(function(a){return[0,a]},a)]};return i(a8(e3,od(c,a)),e)}return R(DV)}}return R(DW)}return i(U([0,e3,0],0,a),b)}function
+of(b,a){function
 c(a){var
-c=P(a,b)?a:b;return O(J(r,a),D3,[0,a1(c)])}return i(aN(a),c)}var
-D_=[0,k(D9),0],Ea=[0,k(D$),D_],Ec=[0,k(Eb),Ea],Ee=[0,k(Ed),Ec],Eg=[0,k(Ef),Ee],Ei=[0,k(Eh),Eg],Ek=[0,k(Ej),Ei],Em=[0,e8,[0,eT,[0,iL,[0,k(El),Ek]]]];function
+c=P(a,b)?a:b;return O(K(s,a),DX,[0,aZ(c)])}return i(aL(a),c)}var
+D4=[0,k(D3),0],D6=[0,k(D5),D4],D8=[0,k(D7),D6],D_=[0,k(D9),D8],Ea=[0,k(D$),D_],Ec=[0,k(Eb),Ea],Ee=[0,k(Ed),Ec],Eg=[0,e6,[0,eR,[0,iE,[0,k(Ef),Ee]]]];function
 cx(b){var
-a=bO(Em,b),c=0,d=a?En:a;return[0,d,c]}function
-on(a){if(a){var
+a=bO(Eg,b),c=0,d=a?Eh:a;return[0,d,c]}function
+og(a){if(a){var
 c=typeof
 a[1]==="number"?1:0;if(c){if(a[2])return 0;var
 b=1}else
@@ -5733,21 +5706,21 @@ var
 b=c}else
 var
 b=a;return b}var
-Es=k(Er),oo=k(Et);function
-op(a){var
-b=z(a,k(Eu));return z(k(Ev),b)}function
-ED(a){var
-b=z(a,k(EE));return z(k(EF),b)}function
-EO(a){return 0!==(a&ds)?[0,a,0]:fd===a?[0,a,0]:ky(a)}function
-d8(e,d){var
+Em=k(El),oh=k(En);function
+oi(a){var
+b=y(a,k(Eo));return y(k(Ep),b)}function
+Ex(a){var
+b=y(a,k(Ey));return y(k(Ez),b)}function
+EI(a){return 0!==(a&ds)?[0,a,0]:fb===a?[0,a,0]:kq(a)}function
+d7(e,d){var
 a=ah(d,e);if(a){var
 b=a[1];if(typeof
 b!=="number"&&2===b[0])return b[1];var
 c=0}else
 var
 c=a;return c}function
-oq(e,d){var
-a=ah(gA,e);if(a){var
+oj(e,d){var
+a=ah(gu,e);if(a){var
 b=a[1];if(typeof
 b!=="number"&&3===b[0]){var
 f=b[1];return Y(function(a){if(typeof
@@ -5755,74 +5728,74 @@ a!=="number"&&4===a[0])return F(d,a[1]);return 0},f)}var
 c=0}else
 var
 c=a;return c}function
-iM(g,f,e){var
+iF(g,f,e){var
 a=ah(f,g);if(a){var
 b=a[1];if(typeof
 b!=="number"&&2===b[0]){var
-d=b[1];return K(d,k(EU))?0:[0,F(e,d),0]}var
+d=b[1];return J(d,k(EO))?0:[0,F(e,d),0]}var
 c=0}else
 var
 c=a;return c}function
-or(i){var
+ok(i){var
 b=ah(ad,i);if(b){var
 c=b[1],d=function(a){if(typeof
 a!=="number")switch(a[0]){case
-2:return[0,c6,z(Y(EO,a[1]),[0,c6,0])];case
+2:return[0,c6,y(Y(EI,a[1]),[0,c6,0])];case
 0:case
 1:break;default:return 0}return 0};if(typeof
 c!=="number"&&3===c[0]){var
 a=c[1];if(a){var
-e=k(EQ),f=a[2],g=z(Y(function(a){var
-b=d(a);return z(k(ER),b)},f),e),h=z(d(a[1]),g);return z(k(ES),h)}return k(ET)}return k(EP)}return b}function
-os(b,a){return J(b,a)?b:a}function
-e9(a){return a?ap(cf,a[1],a[2]):r}function
-gK(a){return e9(q(a0,a))}function
-EW(a){return e9(q(function(b){var
-c=gK(a);return x(b[1],c)?b[2]:r},a))}function
-gL(g,f,e,d,c,a){return ap(function(b,h){var
-a=W(d,c);return E(F(g,q(function(a){return[0,S(s(s(b[1],a[1]),e),s(s(b[2],a[2]),f)),s(b[2],a[2])]},a)),h)},r,a)}function
-e_(c,b,a){var
-d=W(b,a);return ap(function(a,b){return E(aE(c,a[1],a[2]),b)},r,d)}function
-EX(a){return $(function(a){return x(r,a)},a)}function
-e$(a,b){if(b){var
-c=b[1];return c?gD(a,e$(a,c)):a}return a}function
-iN(b,a){return a?s(b,iN(b,a[1])):n}function
-d9(a){return jR(fq,a[3],sw)}function
-iO(a,h){var
-b=ag(bf(a)),d=b7(a);if(d)var
+e=k(EK),f=a[2],g=y(Y(function(a){var
+b=d(a);return y(k(EL),b)},f),e),h=y(d(a[1]),g);return y(k(EM),h)}return k(EN)}return k(EJ)}return b}function
+ol(b,a){return K(b,a)?b:a}function
+e7(a){return a?ap(cf,a[1],a[2]):s}function
+gE(a){return e7(q(aY,a))}function
+EQ(a){return e7(q(function(b){var
+c=gE(a);return z(b[1],c)?b[2]:s},a))}function
+gF(g,f,e,d,c,a){return ap(function(b,h){var
+a=W(d,c);return E(F(g,q(function(a){return[0,S(r(r(b[1],a[1]),e),r(r(b[2],a[2]),f)),r(b[2],a[2])]},a)),h)},s,a)}function
+e8(c,b,a){var
+d=W(b,a);return ap(function(a,b){return E(aC(c,a[1],a[2]),b)},s,d)}function
+ER(a){return $(function(a){return z(s,a)},a)}function
+e9(a,b){if(b){var
+c=b[1];return c?gx(a,e9(a,c)):a}return a}function
+iG(b,a){return a?r(b,iG(b,a[1])):o}function
+d8(a){return jJ(fo,a[3],sq)}function
+iH(a,h){var
+b=ag(bd(a)),d=b7(a);if(d)var
 e=d;else{var
-i=c(2,c(2,c(2,w(c(2,c(2,c(2,w(c(2,n))))))))),f=J(a[3],i);if(f){var
-j=a[3],k=aC(c(2,c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,c(2,c(2,c(2,c(2,w(c(2,n)))))))))))))))))))))),s(b,b)),g=os(c(2,c(2,c(2,w(c(2,w(c(2,w(c(2,c(2,w(c(2,w(c(2,w(c(2,c(2,n))))))))))))))))),k);return G(function(e){var
-a=aj(e),b=a?a[1]:a,c=aT(0,b),d=q(function(a){return E(ag(a),n)},c);return J(aP(function(a,b){return P(g,a)?a:aC(s(a,E(j,b)),b)},d,n),g)},h)}var
+i=c(2,c(2,c(2,x(c(2,c(2,c(2,x(c(2,o))))))))),f=K(a[3],i);if(f){var
+j=a[3],k=aA(c(2,c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,c(2,c(2,c(2,c(2,x(c(2,o)))))))))))))))))))))),r(b,b)),g=ol(c(2,c(2,c(2,x(c(2,x(c(2,x(c(2,c(2,x(c(2,x(c(2,x(c(2,c(2,o))))))))))))))))),k);return G(function(e){var
+a=aj(e),b=a?a[1]:a,c=aR(0,b),d=q(function(a){return E(ag(a),o)},c);return K(aN(function(a,b){return P(g,a)?a:aA(r(a,E(j,b)),b)},d,o),g)},h)}var
 e=f}return e}function
-ot(a,b){var
-c=aT(0,bf(a));return q(function(c){return de(a,b,c)},c)}function
-ou(b,a){var
-c=dF(Q,b);return ap(function(a,b){if(e0(a[1]))return b;var
+om(a,b){var
+c=aR(0,bd(a));return q(function(c){return de(a,b,c)},c)}function
+on(b,a){var
+c=dE(Q,b);return ap(function(a,b){if(eY(a[1]))return b;var
 c=W(a[2],b);return q(function(b){var
 c=b[2];return ab(M(a[1],b[1]),c)},c)},c,a)}function
-gM(a){var
-b=eG(a),d=cM(bK(a),b),c=aT(0,bf(a));return q(function(c){var
+gG(a){var
+b=eE(a),d=cM(bK(a),b),c=aR(0,bd(a));return q(function(c){var
 b=cw(a,c);return Y(function(d){var
-e=aT(0,bi(a)),f=W(W(b,d),e),g=q(function(b){var
-d=de(a,b[2],c);return[0,M(b[1][1],b[1][2]),d]},f);return ou(a[4],g)},d)},c)}function
-iP(b,a){return a?ot(b,a[1]):gM(b)}function
-ov(b,a){return a?EY:bK(b)}function
-iQ(a,b){return b?aT(0,bf(a)):cY(a)}function
-iR(b,a){if(a)return EZ;var
-c=aT(0,bi(b));return q(function(a){return[0,a]},c)}function
-fa(a){return dc(eF(a))}function
-ow(a){var
-b=d9(a);return iN(db(eF(a)),b)}function
-ox(a){var
-b=d9(a);return iN(f9(a[1]),b)}function
-oy(a,t,r,e,p,b,o){var
-f=db(iP(a,b)),j=dc(iP(a,b)),k=a[4],l=ov(a,b),m=q(function(a){return bT(l,k,a)},j),n=iQ(a,b),d=q(function(a){var
+e=aR(0,bg(a)),f=W(W(b,d),e),g=q(function(b){var
+d=de(a,b[2],c);return[0,M(b[1][1],b[1][2]),d]},f);return on(a[4],g)},d)},c)}function
+iI(b,a){return a?om(b,a[1]):gG(b)}function
+oo(b,a){return a?ES:bK(b)}function
+iJ(a,b){return b?aR(0,bd(a)):cY(a)}function
+iK(b,a){if(a)return ET;var
+c=aR(0,bg(b));return q(function(a){return[0,a]},c)}function
+e_(a){return dc(eD(a))}function
+op(a){var
+b=d8(a);return iG(db(eD(a)),b)}function
+oq(a){var
+b=d8(a);return iG(f2(a[1]),b)}function
+or(a,t,s,e,p,b,o){var
+f=db(iI(a,b)),j=dc(iI(a,b)),k=a[4],l=oo(a,b),m=q(function(a){return bT(l,k,a)},j),n=iJ(a,b),d=q(function(a){var
 b=F(o,a),c=as(a,m,0);return[0,a,as(a,t,0),c,b]},n);if(d){var
 g=d[2],c=d[1],h=G(function(k){var
 e=c[3],b=k[3];b:for(;;){if(e){if(b){var
 d=e[1],a=b[1];for(;;){if(d){if(a){var
-h=x(d[1],a[1]);if(h){var
+h=z(d[1],a[1]);if(h){var
 d=d[2],a=a[2];continue}var
 i=h}else
 var
@@ -5837,115 +5810,115 @@ j=b;var
 g=j}else
 var
 g=b?0:1;return g?b1(c[4],k[4]):g}},g),i=h?G(function(b){var
-d=c[4],g=c[3],h=c[3];return oZ(e,s(f,ox(a)),b,h,g,d)},r):h;if(i)return i;var
-u=eY(0,[0,c,g]);return G(function(b){var
-d=b[2][4],g=b[2][3],h=b[1][3],i=d9(a),j=e$(eZ(b[1][2],b[2][2]),i),c=oZ(e,s(f,ow(a)),j,h,g,d);return c?c:aE(p,b[1][1],b[2][1])},u)}return 1}function
-iS(a){var
-b=d4(a[1]);return q(function(b){return e$(b,d9(a))},b)}function
-d_(e,d,a){function
+d=c[4],g=c[3],h=c[3];return oS(e,r(f,oq(a)),b,h,g,d)},s):h;if(i)return i;var
+u=eW(0,[0,c,g]);return G(function(b){var
+d=b[2][4],g=b[2][3],h=b[1][3],i=d8(a),j=e9(eX(b[1][2],b[2][2]),i),c=oS(e,r(f,op(a)),j,h,g,d);return c?c:aC(p,b[1][1],b[2][1])},u)}return 1}function
+iL(a){var
+b=d3(a[1]);return q(function(b){return e9(b,d8(a))},b)}function
+d9(e,d,a){function
 f(b){var
-c=iQ(e,a[1]);return $(function(a){return bc(b,a)},c)}var
+c=iJ(e,a[1]);return $(function(a){return ba(b,a)},c)}var
 g=a[1];if(g){var
 h=I(d);if(h)var
-k=bi(e),b=fs(g[1],k);else
+k=bg(e),b=fq(g[1],k);else
 var
 b=h}else
 var
 b=d;if(b){var
 i=f(a[2]);if(i){var
-j=f(a[3]);if(j)return I(bc(a[2],a[3]));var
+j=f(a[3]);if(j)return I(ba(a[2],a[3]));var
 c=j}else
 var
 c=i}else
 var
 c=b;return c}function
-oz(b,a,f){var
-c=a[1],g=dc(iP(b,c)),h=b[4],i=ov(b,c),d=q(function(a){return bT(i,h,a)},g),e=fa(b),j=as(a[3],d,0),k=as(a[2],d,0),l=d9(b),m=as(a[3],e,0);return oY(f,e$(eZ(as(a[2],e,0),m),l),k,j)}function
-oA(a,c,b){var
-d=fa(a),e=iS(a),f=iR(a,c);return G(function(c){function
+os(b,a,f){var
+c=a[1],g=dc(iI(b,c)),h=b[4],i=oo(b,c),d=q(function(a){return bT(i,h,a)},g),e=e_(b),j=as(a[3],d,0),k=as(a[2],d,0),l=d8(b),m=as(a[3],e,0);return oR(f,e9(eX(as(a[2],e,0),m),l),k,j)}function
+ot(a,c,b){var
+d=e_(a),e=iL(a),f=iK(a,c);return G(function(c){function
 f(a){return Q}function
-g(b,a){return 0}return oy(a,d,e,function(e,d,a,c,f){return J(e_(function(c,a){return gL(gK,b[1],b[2],c,a,d)},a,c),r)},g,c,f)},f)}function
-oB(a,b){return[0,a[1],a[2],a[3],a[4],b,a[6],a[7],a[8]]}function
-oC(a,b){var
-d=c$(a),c=f7(bK(a),d,b);if(c){var
-e=a[4],f=function(a){return eE(e,a)};return G(function(a){return G(f,a)},b)}return c}function
-gN(d,c,b,a){if(b)return as(a,as(b[1],c,0),Q);var
+g(b,a){return 0}return or(a,d,e,function(e,d,a,c,f){return K(e8(function(c,a){return gF(gE,b[1],b[2],c,a,d)},a,c),s)},g,c,f)},f)}function
+ou(a,b){return[0,a[1],a[2],a[3],a[4],b,a[6],a[7],a[8]]}function
+ov(a,b){var
+d=c$(a),c=f0(bK(a),d,b);if(c){var
+e=a[4],f=function(a){return eC(e,a)};return G(function(a){return G(f,a)},b)}return c}function
+gH(d,c,b,a){if(b)return as(a,as(b[1],c,0),Q);var
 e=q(function(b){return as(a,b,Q)},c);return dq(cw(d,a),e)}function
-oD(f,e,d,a){var
-b=gN(f,e,a[1],a[2]),c=gN(f,e,a[1],a[3]);if(d){var
+ow(f,e,d,a){var
+b=gH(f,e,a[1],a[2]),c=gH(f,e,a[1],a[3]);if(d){var
 g=M(d[1],c),h=ac(c);if(h){var
 i=A(b,g);if(i)return A(g,b);var
 j=i}else
 var
 j=h;return j}var
-k=e0(c);return k?ac(b):k}function
-iT(f,e,d,a){var
+k=eY(c);return k?ac(b):k}function
+iM(f,e,d,a){var
 g=f[8][7],b=bZ(function(a){var
-b=ag(d);return x(a[1],b)},g);if(b){var
+b=ag(d);return z(a[1],b)},g);if(b){var
 c=F(e,b[1]);return c?c[1]:a}return a}function
-oE(a){return a?a[1]:Q}function
-d$(a,b){var
-c=iT(a,function(a){return a[4]},b,Q);return dd(oE(a[8][3]),c)}function
-gO(a){return oE(a[8][5])}function
-oF(a,b){if(b){var
-c=d$(a,b[1]);return function(a){return c}}var
-d=aT(0,bi(a)),e=q(function(b){return d$(a,b)},d);return function(b){var
-c=dq(cw(a,b),e);return dd(gO(a),c)}}function
-iU(a,b){return a?F(b,a[1]):1}function
-iV(c,e,b,a){if(b){var
-d=b[1],f=as(d,eG(c),0);return Y(function(b){var
+ox(a){return a?a[1]:Q}function
+d_(a,b){var
+c=iM(a,function(a){return a[4]},b,Q);return dd(ox(a[8][3]),c)}function
+gI(a){return ox(a[8][5])}function
+oy(a,b){if(b){var
+c=d_(a,b[1]);return function(a){return c}}var
+d=aR(0,bg(a)),e=q(function(b){return d_(a,b)},d);return function(b){var
+c=dq(cw(a,b),e);return dd(gI(a),c)}}function
+iN(a,b){return a?F(b,a[1]):1}function
+iO(c,e,b,a){if(b){var
+d=b[1],f=as(d,eE(c),0);return Y(function(b){var
 e=de(c,d,a);return q(function(a){return M(b,a)},e)},f)}return as(a,e,0)}function
-oG(a,c,b){if(c){var
-d=c[1];if(fs(d,bi(a))&&fs(b,bf(a)))return d$(a,d);return Q}var
-e=cY(a);return $(function(a){return bc(b,a)},e)?gO(a):Q}function
-oH(a,h,g,b){var
-c=b[1],d=c?a?bc(c[1],a[1]):a:a?0:1;if(d){var
-e=bc(b[2],h);if(e)return bc(b[3],g);var
+oz(a,c,b){if(c){var
+d=c[1];if(fq(d,bg(a))&&fq(b,bd(a)))return d_(a,d);return Q}var
+e=cY(a);return $(function(a){return ba(b,a)},e)?gI(a):Q}function
+oA(a,h,g,b){var
+c=b[1],d=c?a?ba(c[1],a[1]):a:a?0:1;if(d){var
+e=ba(b[2],h);if(e)return ba(b[3],g);var
 f=e}else
 var
 f=d;return f}function
-iW(a){return ap(ha,r,a)}function
-oI(a){return f8(bo(bo(a[5])))}function
-oJ(a){return G(function(a){return x(r,a)},a)}function
-oK(a,b){if(b){var
-c=b[1],d=b1(a[1][1],c[1][1])?A(a[1][2],c[1][2]):A(a[1][1],c[1][1]);return d?[0,a,b]:[0,c,oK(a,b[2])]}return[0,a,0]}function
-oL(a){return ap(oK,0,a)}function
-iX(c,e,b){if(b){var
+iP(a){return ap(g6,s,a)}function
+oB(a){return f1(bo(bo(a[5])))}function
+oC(a){return G(function(a){return z(s,a)},a)}function
+oD(a,b){if(b){var
+c=b[1],d=b1(a[1][1],c[1][1])?A(a[1][2],c[1][2]):A(a[1][1],c[1][1]);return d?[0,a,b]:[0,c,oD(a,b[2])]}return[0,a,0]}function
+oE(a){return ap(oD,0,a)}function
+iQ(c,e,b){if(b){var
 f=b[2],a=b[1];if(f){var
-d=f_(c,a[2][2]),h=ab(e,d),i=iX(a3(c,d),h,f),j=a3(a[2][2],d);return[0,[0,a[2][1],j],i]}var
-k=f_(c,a[2][2]),l=ab(e,c),m=ab(a3(a[2][2],k),l),g=[0,[0,a[2][1],m],0]}else
+d=f3(c,a[2][2]),h=ab(e,d),i=iQ(a1(c,d),h,f),j=a1(a[2][2],d);return[0,[0,a[2][1],j],i]}var
+k=f3(c,a[2][2]),l=ab(e,c),m=ab(a1(a[2][2],k),l),g=[0,[0,a[2][1],m],0]}else
 var
 g=b;return g}function
-oM(c,b){var
-a=bZ(function(a){return bc(a[1],b)},c);return a?a[1][2]:Q}function
-oN(a,f,e,b){var
-j=b[1]?0:gM(a);function
+oF(c,b){var
+a=bZ(function(a){return ba(a[1],b)},c);return a?a[1][2]:Q}function
+oG(a,f,e,b){var
+j=b[1]?0:gG(a);function
 g(c){var
-d=iV(a,j,b[1],c),e=a[4];return bT(bK(a),e,d)}function
-h(b){return as(b,eF(a),0)}var
+d=iO(a,j,b[1],c),e=a[4];return bT(bK(a),e,d)}function
+h(b){return as(b,eD(a),0)}var
 k=a[5],l=g(b[3]),m=W(W(g(b[2]),l),k),c=q(function(c){var
 d=c[2],g=h(b[3]),i=W(W(h(b[2]),g),d);return q(function(d){var
-j=d[2],p=c[1][2],r=d[1][2],s=q(function(a){return M(r,a)},p),t=c[1][1],u=d[1][1],v=q(function(a){return M(u,a)},t),k=cn(j),b=W(W(v,s),k),g=aT(0,a[4]);if(e){var
-l=e[1],m=iX(f,Q,oL(q(function(a){var
-b=a[2],c=a[1][2],d=M(l,a[1][2]);return[0,[0,a3(a[1][1],d),c],b]},b)));return q(function(a){return oM(m,a)},g)}var
-n=al(function(a){return e0(a[1][2])},b),h=az(q(function(a){return e0(a[1][2])?Q:a[2][2]},b)),i=a3(f,h);if(au(i)){var
-o=iX(i,h,oL(q(function(a){return[0,[0,a[1][1],Q],a[2]]},n)));return q(function(a){return oM(o,a)},g)}return j},i)},m),i=oC(a,c);if(i)var
+j=d[2],p=c[1][2],r=d[1][2],s=q(function(a){return M(r,a)},p),t=c[1][1],u=d[1][1],v=q(function(a){return M(u,a)},t),k=cn(j),b=W(W(v,s),k),g=aR(0,a[4]);if(e){var
+l=e[1],m=iQ(f,Q,oE(q(function(a){var
+b=a[2],c=a[1][2],d=M(l,a[1][2]);return[0,[0,a1(a[1][1],d),c],b]},b)));return q(function(a){return oF(m,a)},g)}var
+n=al(function(a){return eY(a[1][2])},b),h=ax(q(function(a){return eY(a[1][2])?Q:a[2][2]},b)),i=a1(f,h);if(au(i)){var
+o=iQ(i,h,oE(q(function(a){return[0,[0,a[1][1],Q],a[2]]},n)));return q(function(a){return oF(o,a)},g)}return j},i)},m),i=ov(a,c);if(i)var
 n=W(c,a[5]),d=G(function(a){var
 b=W(a[1],a[2]);return G(function(a){var
-b=W(a[1],a[2]);return A(az(q(function(a){var
-b=a3(a[1],a[2]);return au(b)?b:Q},b)),f)},b)},n);else
+b=W(a[1],a[2]);return A(ax(q(function(a){var
+b=a1(a[1],a[2]);return au(b)?b:Q},b)),f)},b)},n);else
 var
-d=i;return d?oD(a,e3(oB(a,c)),e,b):d}function
-oO(f,c,b,e,d,a){var
-g=M(a3(a,L),c),h=n2(e,a,d);return a3(ab(b,M(a3(a3(f,b),c),h)),g)}function
-oP(b,i,a,h,g,d,f,e){if(i){var
+d=i;return d?ow(a,e1(ou(a,c)),e,b):d}function
+oH(f,c,b,e,d,a){var
+g=M(a1(a,L),c),h=nV(e,a,d);return a1(ab(b,M(a1(a1(f,b),c),h)),g)}function
+oI(b,i,a,h,g,d,f,e){if(i){var
 j=ac(d);if(j){var
 k=au(a);if(k){var
 l=A(a,M(b,d));if(!l){var
 m=i[1];return $(function(c){var
 i=au(c);if(i){var
 j=A(c,b);if(j){var
-l=M(a3(b,c),d);return A(oO(a,h,g,f,e,c),l)}var
+l=M(a1(b,c),d);return A(oH(a,h,g,f,e,c),l)}var
 k=j}else
 var
 k=i;return k},m)}var
@@ -5953,25 +5926,25 @@ c=l}else
 var
 c=k}else
 var
-c=j;return c}return A(oO(a,h,g,f,e,b),Q)}function
-oQ(a,h,f,g){var
+c=j;return c}return A(oH(a,h,g,f,e,b),Q)}function
+oJ(a,h,f,g){var
 i=a[8][1];if(i){var
 d=i[1],j=a[8][2];if(j){var
-e=j[1];if(!I(iO(a,d4(a[1])))){if(h)var
-y=b7(a)?ag(c$(a)):c(2,c(2,c(2,w(c(2,w(c(2,w(c(2,c(2,w(c(2,w(c(2,w(c(2,c(2,n))))))))))))))))),z=s(ag(bi(a)),y),B=ag(bf(a)),k=s(s(ag(bf(a)),B),z);else
+e=j[1];if(!I(iH(a,d3(a[1])))){if(h)var
+y=b7(a)?ag(c$(a)):c(2,c(2,c(2,x(c(2,x(c(2,x(c(2,c(2,x(c(2,x(c(2,x(c(2,c(2,o))))))))))))))))),z=r(ag(bg(a)),y),B=ag(bd(a)),k=r(r(ag(bd(a)),B),z);else
 var
-k=r;if(!P(c(2,c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,c(2,w(c(2,c(2,c(2,w(c(2,c(2,c(2,c(2,w(c(2,w(c(2,c(2,c(2,n))))))))))))))))))))))))))))),k)){var
-l=function(b){return iT(a,function(a){return a[2]},b,d)},m=function(b){return iT(a,function(a){return a[3]},b,e)},o=function(c,b){var
-d=a3(c,b);return f_(cX(a),d)},p=aT(0,bi(a)),q=n4(a);if(q){var
+k=s;if(!P(c(2,c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,c(2,x(c(2,c(2,c(2,x(c(2,c(2,c(2,c(2,x(c(2,x(c(2,c(2,c(2,o))))))))))))))))))))))))))))),k)){var
+l=function(b){return iM(a,function(a){return a[2]},b,d)},m=function(b){return iM(a,function(a){return a[3]},b,e)},n=function(c,b){var
+d=a1(c,b);return f3(cX(a),d)},p=aR(0,bg(a)),q=nX(a);if(q){var
 t=A(L,f);if(t){var
 u=A(e,d);if(u){var
 v=G(function(a){var
 b=l(a);return A(m(a),b)},p);if(v)if(h)var
-x=fa(a),C=oF(a,0),D=eY(0,cY(a)),b=G(function(b){var
-h=b[2],i=b[1],m=[0,cw(a,h),0],c=dc([0,cw(a,i),m]),n=d9(a),p=as(h,x,0),q=e$(eZ(as(i,x,0),p),n),r=as(E1,c,0),t=gD(eZ(as(0,c,0),r),q),u=b[2],v=b[1],j=ow(a),k=[0,cw(a,u),0],l=s(db([0,cw(a,v),k]),j),w=F(C,b[2]);return oP(f,g,d,e,o(d,e),w,l,t)},D);else
+w=e_(a),C=oy(a,0),D=eW(0,cY(a)),b=G(function(b){var
+h=b[2],i=b[1],m=[0,cw(a,h),0],c=dc([0,cw(a,i),m]),o=d8(a),p=as(h,w,0),q=e9(eX(as(i,w,0),p),o),s=as(EV,c,0),t=gx(eX(as(0,c,0),s),q),u=b[2],v=b[1],j=op(a),k=[0,cw(a,u),0],l=r(db([0,cw(a,v),k]),j),x=F(C,b[2]);return oI(f,g,d,e,n(d,e),x,l,t)},D);else
 var
-E=iS(a),b=G(function(b){var
-c=l(b),d=m(b),e=ox(a),h=d$(a,b),i=o(c,d);return G(function(a){return oP(f,g,c,d,i,h,e,a)},E)},p);else
+E=iL(a),b=G(function(b){var
+c=l(b),d=m(b),e=oq(a),h=d_(a,b),i=n(c,d);return G(function(a){return oI(f,g,c,d,i,h,e,a)},E)},p);else
 var
 b=v}else
 var
@@ -5979,34 +5952,34 @@ b=u}else
 var
 b=t}else
 var
-b=q;return[0,b]}}return 0}return E2}return E3}function
-E4(a,e,b){var
+b=q;return[0,b]}}return 0}return EW}return EX}function
+EY(a,e,b){var
 aa=e[4];if(1===aa){var
 ab=e[2];if(ab){var
-ac=e[3],j=e[1];if(I(iO(a,d4(a[1]))))return 0;if(ac){var
+ac=e[3],j=e[1];if(I(iH(a,d3(a[1]))))return 0;if(ac){var
 d=ac[1];if(b){var
-v=b[1],y=A(L,d);if(y){var
-z=I(A(d,L));if(z){var
-B=d_(a,j,v);if(B)var
-C=d[2],D=d[1],u=oz(a,v,function(c,b,a){var
-d=x(e_(function(b,a){return gL(gK,D,C,b,a,c)},b,a),r);return d?P(r,e_(function(b,a){return gL(EW,D,C,b,a,c)},b,a)):d}),h=u?oA(a,j,d):u;else
+v=b[1],w=A(L,d);if(w){var
+y=I(A(d,L));if(y){var
+B=d9(a,j,v);if(B)var
+C=d[2],D=d[1],u=os(a,v,function(c,b,a){var
+d=z(e8(function(b,a){return gF(gE,D,C,b,a,c)},b,a),s);return d?P(s,e8(function(b,a){return gF(EQ,D,C,b,a,c)},b,a)):d}),h=u?ot(a,j,d):u;else
 var
 h=B}else
 var
-h=z}else
+h=y}else
 var
-h=y;var
+h=w;var
 l=h}else{var
 F=A(L,d);if(F)var
-H=A(d,L),l=H?oA(a,j,d):H;else
+H=A(d,L),l=H?ot(a,j,d):H;else
 var
 l=F}var
 m=l}else
 if(b)var
-K=b[1],M=d_(a,j,K),ae=M?oz(a,K,function(e,c,a){var
-b=G(EX,a);return b?P(r,e_(function(a,f){var
-b=e9(a),c=W(a,f),d=e9(q(function(a){return x(a[2],r)?a[1]:r},c));return ap(function(a,c){var
-e=x(a[2],r)?b:d;return E(s(a[1],e),c)},r,e)},c,a)):b}):M,m=ae;else
+J=b[1],M=d9(a,j,J),ae=M?os(a,J,function(e,c,a){var
+b=G(ER,a);return b?P(s,e8(function(a,f){var
+b=e7(a),c=W(a,f),d=e7(q(function(a){return z(a[2],s)?a[1]:s},c));return ap(function(a,c){var
+e=z(a[2],s)?b:d;return E(r(a[1],e),c)},s,e)},c,a)):b}):M,m=ae;else
 var
 m=b;return[0,m]}return ab}if(4===aa){var
 ad=e[2];if(ad){var
@@ -6014,18 +5987,18 @@ k=e[3],f=e[1],O=a[8][6];if(O){var
 i=O[1];if(f)var
 N=ag(bK(a));else
 var
-ar=0===a[2][0]?ag(bK(a)):n,N=s(ag(bi(a)),ar);var
-al=ag(a[4]),am=ag(a[4]),an=ag(c$(a)),ao=ag(bf(a)),aq=s(s(s(s(s(ag(bf(a)),ao),an),am),al),N);if(P(c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,c(2,w(c(2,c(2,c(2,w(c(2,c(2,c(2,c(2,w(c(2,w(c(2,c(2,c(2,n))))))))))))))))))))))))))))))),aq))return 0;var
+ar=0===a[2][0]?ag(bK(a)):o,N=r(ag(bg(a)),ar);var
+al=ag(a[4]),am=ag(a[4]),an=ag(c$(a)),ao=ag(bd(a)),aq=r(r(r(r(r(ag(bd(a)),ao),an),am),al),N);if(P(c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,c(2,x(c(2,c(2,c(2,x(c(2,c(2,c(2,c(2,x(c(2,x(c(2,c(2,c(2,o))))))))))))))))))))))))))))))),aq))return 0;var
 Q=b7(a);if(Q){if(k){var
-o=k[1],R=A(L,o);if(R)var
-at=fa(a),au=f?gM(a):f,av=oI(a),af=a[5],ah=oI(a),ai=function(a){return hU(ah,a)},aj=function(a){return q(ai,a)},ak=q(function(a){return q(aj,a)},af),aw=iR(a,f),T=G(function(b){var
-c=aT(0,bf(a)),d=dc(q(function(c){return iV(a,au,b,c)},c)),e=a[4],f=bK(a),g=q(function(a){return bT(f,e,a)},d),h=iQ(a,b),j=eY(0,q(function(a){var
+n=k[1],R=A(L,n);if(R)var
+at=e_(a),au=f?gG(a):f,av=oB(a),af=a[5],ah=oB(a),ai=function(a){return hO(ah,a)},aj=function(a){return q(ai,a)},ak=q(function(a){return q(aj,a)},af),aw=iK(a,f),T=G(function(b){var
+c=aR(0,bd(a)),d=dc(q(function(c){return iO(a,au,b,c)},c)),e=a[4],f=bK(a),g=q(function(a){return bT(f,e,a)},d),h=iJ(a,b),j=eW(0,q(function(a){var
 b=as(a,g,0);return[0,as(a,at,0),b]},h));return G(function(a){var
-g=a[2][1],h=a[1][1],k=i[2],l=i[1],m=o[2],n=o[1],b=W(W(a[1][2],a[2][2]),ak);return J(iW(q(function(a){var
-b=a[1],d=b[2],e=b[1];if(oJ(e)&&oJ(d))return r;var
-c=a[2],f=W(W(h,g),c);return iW(q(function(b){var
-h=b[2],i=W(e,d),f=W(q(function(a){return S(s(s(b[1][1],a[1]),m),s(s(b[1][2],a[2]),n))},i),h),c=q(a0,f),j=s(l,av),g=e9(c),a=q(function(b){return E(s(j,S(g,b)),s(k,iW(q(function(a){var
-c=cf(a[1],b);return s(a[2],c)},f))))},c);return a?ap(os,a[1],a[2]):r},f))},b)),r)},j)},aw);else
+g=a[2][1],h=a[1][1],k=i[2],l=i[1],m=n[2],o=n[1],b=W(W(a[1][2],a[2][2]),ak);return K(iP(q(function(a){var
+b=a[1],d=b[2],e=b[1];if(oC(e)&&oC(d))return s;var
+c=a[2],f=W(W(h,g),c);return iP(q(function(b){var
+h=b[2],i=W(e,d),f=W(q(function(a){return S(r(r(b[1][1],a[1]),m),r(r(b[1][2],a[2]),o))},i),h),c=q(aY,f),j=r(l,av),g=e7(c),a=q(function(b){return E(r(j,S(g,b)),r(k,iP(q(function(a){var
+c=cf(a[1],b);return r(a[2],c)},f))))},c);return a?ap(ol,a[1],a[2]):s},f))},b)),s)},j)},aw);else
 var
 T=R;var
 p=T}else
@@ -6033,7 +6006,7 @@ var
 p=1;if(p)if(k){var
 t=k[1];if(b){var
 U=b[1],V=I(A(t,L));if(V)var
-X=d_(a,f,U),Y=X?oN(a,i,[0,t],U):X;else
+X=d9(a,f,U),Y=X?oG(a,i,[0,t],U):X;else
 var
 Y=V;var
 Z=Y}else
@@ -6041,29 +6014,29 @@ var
 Z=A(t,L);var
 g=Z}else
 if(b)var
-_=b[1],$=d_(a,f,_),ax=$?oN(a,i,0,_):$,g=ax;else
+_=b[1],$=d9(a,f,_),ax=$?oG(a,i,0,_):$,g=ax;else
 var
 g=b;else
 var
 g=p}else
 var
-g=Q;return[0,g]}return E0}return ad}return 0}function
-E7(a,b,e){if(typeof
+g=Q;return[0,g]}return EU}return ad}return 0}function
+E1(a,b,e){if(typeof
 e!=="number")switch(e[0]){case
-5:return E4(a,b,e[1]);case
+5:return EY(a,b,e[1]);case
 6:var
 k=e[3],g=e[2],aA=e[1];if(3===b[4]){var
-d=b[3],u=b[2],v=b[1];if(!I(iO(a,d4(a[1])))){var
-aq=ag(a[4]),ar=ag(c$(a)),at=ag(bK(a)),au=s(s(s(ap(function(b,a){var
-d=c(2,n);return E(E(ag(aj(b[2])),d),a)},r,g),at),ar),aq);if(!P(c(2,c(2,c(2,c(2,c(2,c(2,w(c(2,c(2,w(c(2,w(c(2,c(2,w(c(2,c(2,c(2,w(c(2,c(2,c(2,c(2,w(c(2,w(c(2,c(2,c(2,n))))))))))))))))))))))))))))),au)){var
-av=d?A(d[1],L):d,ad=aT(0,bi(a)),ae=q(function(b){return d$(a,b)},ad),x=$(ac,[0,gO(a),ae]);if(x){var
+d=b[3],u=b[2],v=b[1];if(!I(iH(a,d3(a[1])))){var
+aq=ag(a[4]),ar=ag(c$(a)),at=ag(bK(a)),au=r(r(r(ap(function(b,a){var
+d=c(2,o);return E(E(ag(aj(b[2])),d),a)},s,g),at),ar),aq);if(!P(c(2,c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,c(2,x(c(2,c(2,c(2,x(c(2,c(2,c(2,c(2,x(c(2,x(c(2,c(2,c(2,o))))))))))))))))))))))))))))),au)){var
+av=d?A(d[1],L):d,ad=aR(0,bg(a)),ae=q(function(b){return d_(a,b)},ad),w=$(ac,[0,gI(a),ae]);if(w){var
 J=d?A(L,d[1]):u;if(J){var
-aw=u?I(av):u,ax=k?1:k,K=bn(ax,aw);if(K){var
+aw=u?I(av):u,ay=k?1:k,K=bn(ay,aw);if(K){var
 h=g;for(;;){if(h){var
-z=h[2],B=h[1],C=B[1],D=d_(a,v,C);if(D){var
+z=h[2],B=h[1],C=B[1],D=d9(a,v,C);if(D){var
 ao=B[2],F=G(function(b){var
-c=ac(oG(a,b[1][1],b[1][2]));return c?ac(b[2]):c},ao);if(F){var
-H=I($(function(a){return function(b){return oH(a[1],a[2],a[3],b[1])}}(C),z));if(H){var
+c=ac(oz(a,b[1][1],b[1][2]));return c?ac(b[2]):c},ao);if(F){var
+H=I($(function(a){return function(b){return oA(a[1],a[2],a[3],b[1])}}(C),z));if(H){var
 h=z;continue}var
 l=H}else
 var
@@ -6073,36 +6046,36 @@ l=D;var
 m=l}else
 var
 m=1;if(m){if(d)var
-i=d[1],ai=fa(a),ak=iS(a),al=g?gM(a):g,am=g?eF(a):g,an=iR(a,v),o=G(function(b){var
-c=oF(a,b);function
+i=d[1],ai=e_(a),ak=iL(a),al=g?gG(a):g,am=g?eD(a):g,an=iK(a,v),n=G(function(b){var
+c=oy(a,b);function
 d(h,j){var
-c=bZ(function(a){return oH(b,h,j,a[1])},g);if(c){var
+c=bZ(function(a){return oA(b,h,j,a[1])},g);if(c){var
 d=b7(a);if(d){var
-e=c[1][2],m=az(q(function(b){var
-c=oG(a,b[1][1],b[1][2]);return M(b[2],c)},e)),n=[0,[0,[0,b,h],L],[0,[0,[0,b,j],aI(i)],e]],k=q(function(b){var
-c=iV(a,al,b[1][1],b[1][2]),d=a[4],e=bT(bK(a),d,c),f=as(b[1][2],am,0);return[0,[0,b[2],f],e]},n),l=aT(0,bK(a));return A(az(Y(function(b){var
+e=c[1][2],m=ax(q(function(b){var
+c=oz(a,b[1][1],b[1][2]);return M(b[2],c)},e)),n=[0,[0,[0,b,h],L],[0,[0,[0,b,j],aG(i)],e]],k=q(function(b){var
+c=iO(a,al,b[1][1],b[1][2]),d=a[4],e=bT(bK(a),d,c),f=as(b[1][2],am,0);return[0,[0,b[2],f],e]},n),l=aR(0,bK(a));return A(ax(Y(function(b){var
 c=q(function(a){var
-c=as(b,a[2],0);return[0,[0,a[1][1],a[1][2]],c]},k),d=aT(0,c$(a));return q(function(b){var
+c=as(b,a[2],0);return[0,[0,a[1][1],a[1][2]],c]},k),d=aR(0,c$(a));return q(function(b){var
 d=q(function(a){var
-c=a[2],d=as(b,a[1][2],Q);return[0,M(a[1][1],d),c]},c);return dQ(ou(a[4],d))},d)},l)),m)}var
+c=a[2],d=as(b,a[1][2],Q);return[0,M(a[1][1],d),c]},c);return dP(on(a[4],d))},d)},l)),m)}var
 f=d}else
 var
 f=c;return f}var
-e=[0,i,aA];return oy(a,ai,ak,function(f,g,h,j,k){return $(function(a){var
+e=[0,i,aA];return or(a,ai,ak,function(f,g,h,j,k){return $(function(a){var
 b=A(a,i);if(b){var
-c=[0,s(f,a[2]),n],d=M(M(a3(i,a),k),c);return A([0,e_(function(c,b){return gL(gK,a[1],a[2],c,b,g)},h,j),n],d)}return b},e)},d,b,c)},an);else
+c=[0,r(f,a[2]),o],d=M(M(a1(i,a),k),c);return A([0,e8(function(c,b){return gF(gE,a[1],a[2],c,b,g)},h,j),o],d)}return b},e)},d,b,c)},an);else
 var
-o=1;if(o)if(k){var
+n=1;if(n)if(k){var
 N=k[1],O=N[2],R=N[1],S=b7(a);if(S){var
-T=d_(a,v,R);if(T){var
-U=oC(a,O);if(U){var
-p=e3(oB(a,O)),af=aT(0,bi(a)),y=G(function(b){var
-c=as(b,p,0),d=d$(a,b);return G(function(a){return A(d,a)},c)},af);if(y)var
+T=d9(a,v,R);if(T){var
+U=ov(a,O);if(U){var
+p=e1(ou(a,O)),af=aR(0,bg(a)),y=G(function(b){var
+c=as(b,p,0),d=d_(a,b);return G(function(a){return A(d,a)},c)},af);if(y)var
 ah=cY(a),t=G(function(b){var
-c=gN(a,p,0,b);return A(gO(a),c)},ah);else
+c=gH(a,p,0,b);return A(gI(a),c)},ah);else
 var
 t=y;var
-ay=t?oD(a,p,d,R):t,j=ay}else
+az=t?ow(a,p,d,R):t,j=az}else
 var
 j=U}else
 var
@@ -6113,7 +6086,7 @@ f=j}else
 var
 f=1;else
 var
-f=o}else
+f=n}else
 var
 f=m;break}}else
 var
@@ -6121,180 +6094,180 @@ f=K}else
 var
 f=J}else
 var
-f=x;return[0,f]}}return 0}return 0;case
+f=w;return[0,f]}}return 0}return 0;case
 7:var
 ab=e[1],V=b[4];if(5===V){if(b[2])return 0;var
-W=b[3];return W?ab?0:oQ(a,b[1],W[1],0):E5}if(6===V){if(b[2])return 0;var
-X=b[3];return X?oQ(a,b[1],X[1],[0,ab]):E6}return 0}var
-Z=n4(a);if(Z)var
-_=I(b[2]),aa=_?Dc(a,b,e):_;else
+W=b[3];return W?ab?0:oJ(a,b[1],W[1],0):EZ}if(6===V){if(b[2])return 0;var
+X=b[3];return X?oJ(a,b[1],X[1],[0,ab]):E0}return 0}var
+Z=nX(a);if(Z)var
+_=I(b[2]),aa=_?C8(a,b,e):_;else
 var
 aa=Z;return[0,aa]}function
-oR(b){var
-a=sW(sX,0,b);return a?[0,a[1]]:R(E9)}function
-oS(j,c,h){if(!Z(dV,c)&&!Z(bt,c)){if(h){var
+oK(b){var
+a=sQ(sR,0,b);return a?[0,a[1]]:R(E3)}function
+oL(j,c,h){if(!Z(dU,c)&&!Z(bt,c)){if(h){var
 e=h[1],n=function(a){return[0,[0,[0,[0,a,0],F(j,e)]]]},d=0,b=0,a=e,k=function(a){function
-b(a){return O(K(et(a),e),E_,[0,a])}return i(bd(oR,a),b)};for(;;){if(a){var
+b(a){return O(J(er(a),e),E4,[0,a])}return i(bb(oK,a),b)};for(;;){if(a){var
 f=a[2],g=a[1];if(10===g){var
 d=[0,T(b,0),d],b=0,a=f;continue}var
 b=[0,g,b],a=f;continue}var
-l=b?R(E8):[0,T(d,0)];return i(i(l,k),n)}}return E$}function
+l=b?R(E2):[0,T(d,0)];return i(i(l,k),n)}}return E5}function
 m(a){function
-b(b){return[0,[0,[0,[0,[0,a,b],1],F(j,et([0,a,b]))]]]}return i(t(bp,bt,c),b)}return i(t(function(a){return[0,a]},dV,c),m)}function
-oT(a){function
+b(b){return[0,[0,[0,[0,[0,a,b],1],F(j,er([0,a,b]))]]]}return i(t(bp,bt,c),b)}return i(t(function(a){return[0,a]},dU,c),m)}function
+oM(a){function
 b(a){function
 b(h){function
 b(j){function
 b(l){function
 b(m){function
 b(i){function
-b(b,a){return[0,z(k(Fa),b),[0,[0,a],0]]}var
-n=[0,b(ii,[7,i]),0],o=[0,b(bS,[6,m]),n],p=[0,b(bA,[5,l]),o],q=[0,b(bz,[4,j]),p],r=[0,[0,b(bs,[3,h]),q]],d=ah(m0,a);if(d){var
+b(b,a){return[0,y(k(E6),b),[0,[0,a],0]]}var
+n=[0,b(ia,[7,i]),0],o=[0,b(bS,[6,m]),n],p=[0,b(bA,[5,l]),o],q=[0,b(bz,[4,j]),p],r=[0,[0,b(bs,[3,h]),q]],d=ah(mT,a);if(d){var
 c=d[1],g=0;if(typeof
 c!=="number"&&0===c[0]){var
 e=c[1];g=1}if(!g)var
 e=0;var
 f=e}else
 var
-f=1;return O(f,Fb,r)}return i(t(eu,ii,a),b)}return i(t(av,bS,a),b)}return i(t(function(a){return aQ(av,a)},bA,a),b)}return i(t(av,bz,a),b)}return i(t(av,bs,a),b)}return i(U([0,bs,[0,bz,[0,bA,[0,bS,[0,ii,0]]]]],[0,m0,0],a),b)}function
-gP(a){return z(k(Fc),a)}function
-gQ(c,b,a){var
-d=al(function(a){return Z(a,b)},c);return q(function(b){return[0,z(k(a),b),Fd]},d)}function
-Fe(a){function
+f=1;return O(f,E7,r)}return i(t(es,ia,a),b)}return i(t(av,bS,a),b)}return i(t(function(a){return aO(av,a)},bA,a),b)}return i(t(av,bz,a),b)}return i(t(av,bs,a),b)}return i(U([0,bs,[0,bz,[0,bA,[0,bS,[0,ia,0]]]]],[0,mT,0],a),b)}function
+gJ(a){return y(k(E8),a)}function
+gK(c,b,a){var
+d=al(function(a){return Z(a,b)},c);return q(function(b){return[0,y(k(a),b),E9]},d)}function
+E_(a){function
 b(a){function
 b(c){function
-b(a){return Ff}return i(bd(function(a){return X(a[2])},a),b)}return i(bd(function(a){return X([2,a[1]])},a),b)}return i(bh(a),b)}var
-Fg=[0,f2,[0,gj,[0,dS,[0,dT,[0,gk,[0,gl,[0,bV,[0,mX,0]]]]]]]];function
-fb(b,a){var
-c=ci(r,a);return bd(function(a){return aE(b,a[1],a[2])},c)}var
-oU=[0,eN,[0,go,[0,gp,[0,mZ,[0,cP,[0,eO,0]]]]]];function
+b(a){return E$}return i(bb(function(a){return X(a[2])},a),b)}return i(bb(function(a){return X([2,a[1]])},a),b)}return i(bf(a),b)}var
+Fa=[0,fV,[0,gd,[0,dR,[0,dS,[0,ge,[0,gf,[0,bV,[0,mQ,0]]]]]]]];function
+e$(b,a){var
+c=ci(s,a);return bb(function(a){return aC(b,a[1],a[2])},c)}var
+oN=[0,eL,[0,gi,[0,gj,[0,mS,[0,cP,[0,eM,0]]]]]];function
 bW(a){return a?a[1]?0:1:2}function
-oV(c,b){var
-a=ie(c,b);if(a){var
-d=a[1][1];return wt(id(c),b,d)}return a}function
-F9(B,aY,g){function
-aZ(b){function
+oO(c,b){var
+a=h9(c,b);if(a){var
+d=a[1][1];return wn(h8(c),b,d)}return a}function
+F3(B,a1,g){function
+a2(b){function
 a(d){function
 a(b){function
 a(b){function
 a(f){var
-b=ah(dN,f);if(b){var
+b=ah(dM,f);if(b){var
 e=b[1],l=0;if(typeof
 e!=="number"&&2===e[0]){var
-C=k(F5),h=K(e[1],C);l=1}if(!l)var
+C=k(FZ),h=J(e[1],C);l=1}if(!l)var
 h=0;var
 a=h}else
 var
 a=b;var
-j=lF(f),m=j?[0,ig,0]:j,o=a?[0,mY,[0,ih,0]]:a,p=z([0,dN,[0,f1,[0,hJ,[0,eM,[0,bI,0]]]]],z(o,m)),u=a?0:[0,gn,[0,mZ,[0,cP,[0,eO,0]]]],v=z([0,eN,[0,go,[0,gp,0]]],u);function
-y(b){if(a){var
+j=lx(f),m=j?[0,h_,0]:j,n=a?[0,mR,[0,h$,0]]:a,p=y([0,dM,[0,fU,[0,hD,[0,eK,[0,bI,0]]]]],y(n,m)),u=a?0:[0,gh,[0,mS,[0,cP,[0,eM,0]]]],v=y([0,eL,[0,gi,[0,gj,0]]],u);function
+w(b){if(a){var
 h=function(a){return[0,[1,a]]},e=function(a){function
 b(a){var
-b=[0,[0,gl,Fi],[0,[0,bV,Fh],0]];return[0,z([0,[0,gj,Fm],[0,[0,dS,Fl],[0,[0,dT,Fk],0]]],z(q(function(a){return[0,a[2],Fj]},a),b))]}var
-c=0,d=0;return i(fb(function(a,b){return iq(d,c,a,b)},a),b)},p=i(i(t(bp,gk,d),e),h),j=function(l){function
+b=[0,[0,gf,Fc],[0,[0,bV,Fb],0]];return[0,y([0,[0,gd,Fg],[0,[0,dR,Ff],[0,[0,dS,Fe],0]]],y(q(function(a){return[0,a[2],Fd]},a),b))]}var
+c=0,d=0;return i(e$(function(a,b){return ii(d,c,a,b)},a),b)},p=i(i(t(bp,ge,d),e),h),j=function(l){function
 a(a){function
 e(_){function
 e(ab){function
 e(e){if(e){var
 f=e[1],h=f[1],C=h[2],a=h[1],D=f[2];if(a){var
 H=a[2],M=a[1],j=function(f){var
-a=ah(dN,f),m=0;if(a){var
-e=a[1],o=0;if(typeof
+a=ah(dM,f),m=0;if(a){var
+e=a[1],n=0;if(typeof
 e!=="number"&&2===e[0]){var
-j=K(e[1],CN);m=1;o=1}if(!o)var
+j=J(e[1],CH);m=1;n=1}if(!n)var
 h=0}else
 var
 h=a;if(!m)var
 j=h;if(I(j))return p;function
 u(a){function
-h(c){if(CY(a,c))return p;var
-w=a[5],y=dp(cU(a,c)),B=dp(cT(c)),e=[0,a[1],a[2],B,y,w,0,0],f=H,h=0;for(;;){if(f){var
+h(c){if(CS(a,c))return p;var
+w=a[5],x=dp(cU(a,c)),B=dp(cT(c)),e=[0,a[1],a[2],B,x,w,0,0],f=H,h=0;for(;;){if(f){var
 j=f[1],v=0;if(typeof
 j!=="number"&&4===j[0]){var
-o=Z(iB,j[1]);v=1}if(!v)var
-o=0;if(!o){var
+n=Z(iu,j[1]);v=1}if(!v)var
+n=0;if(!n){var
 f=f[2],h=[0,j,h];continue}var
 m=[0,T(h,0),f]}else
 var
 m=[0,T(h,0),0];var
 u=m[2],N=function(h){function
-v(y){var
-f=R(FM);function
-o(T){function
+v(x){var
+f=R(FG);function
+n(T){function
 f(f){var
-m=a1(ba(cU(a,c))),o=a1(ba(cT(c))),p=a[5],B=p?[0,p[1]]:[1,bT(m,o,q(bb,y))],v=eX(a),E=v?[0,bT(m,o,q(a0,y))]:v,J=aj(a[2]),w=c[2],L=c[3],N=w?[0,nY(w[1])]:[1,aj(a[4])],j=[0,nY(c[1]),N,L,J,T,E,B,f],Q=dp(cT(c)),S=nX(a,h,dp(cU(a,c)),Q),u=af(function(b){var
+m=aZ(a_(cU(a,c))),n=aZ(a_(cT(c))),p=a[5],B=p?[0,p[1]]:[1,bT(m,n,q(a$,x))],v=eV(a),E=v?[0,bT(m,n,q(aY,x))]:v,K=aj(a[2]),w=c[2],L=c[3],N=w?[0,nR(w[1])]:[1,aj(a[4])],j=[0,nR(c[1]),N,L,K,T,E,B,f],Q=dp(cT(c)),S=nQ(a,h,dp(cU(a,c)),Q),u=af(function(b){var
 d=cn(b),e=Y(function(b){var
 d=cn(b[2]),c=b[1];return q(function(b){var
-g=hW(j,c,b[1]),d=gC(a),f=0;if(d)var
+g=hQ(j,c,b[1]),d=gw(a),f=0;if(d)var
 h=de(j,c,b[1]),e=q(function(a){return[0,a]},h);else
 var
 e=d;var
-i=b[2],k=ag(b[1]);return[0,ag(c),k,i,e,g,f]},d)},d),g=a[5],f=0,h=eX(a)?1:2,i=aa(a[2]),k=ba(cT(c));return[0,ba(cU(a,c)),k,i,h,g,f,e]},S);function
+i=b[2],k=ag(b[1]);return[0,ag(c),k,i,e,g,f]},d)},d),g=a[5],f=0,h=eV(a)?1:2,i=aa(a[2]),k=a_(cT(c));return[0,a_(cU(a,c)),k,i,h,g,f,e]},S);function
 W(ae){function
 m(p){var
-o=$(function(a){return Z(a[1],p)},eR),v=o?eR:o,m=z(ne,v);function
+n=$(function(a){return Z(a[1],p)},eP),v=n?eP:n,m=y(m9,v);function
 w(p){function
 v(E){function
-v(J){function
+v(K){function
 p(b){var
 c=b?bq:br,a=bL(E,c),d=a?a[1][2]:a;return d}function
 m($){function
 m(m){function
 v(v){function
-o(o){var
-p=Z(gp,b),ac=p||Z(eL,d);function
+n(n){var
+p=Z(gj,b),ac=p||Z(eJ,d);function
 w(ad){function
-o(af){function
-o(ag){function
+n(af){function
+n(ag){function
 f(f){function
-o(ap){var
-F=lG(l,a[1]),L=F[1],N=F[2];function
-Q(a){return ac?FN:a}function
-R(a){return N?a:[0,FO,a]}var
-ah=[0,[0,bV,Q(ad)],0],ai=ix(iw(v),0,v),aj=z(q(function(a){var
+n(ap){var
+F=ly(l,a[1]),L=F[1],N=F[2];function
+Q(a){return ac?FH:a}function
+R(a){return N?a:[0,FI,a]}var
+ah=[0,[0,bV,Q(ad)],0],ai=iq(ip(v),0,v),aj=y(q(function(a){var
 b=Q(a[2]);return[0,a[1],b]},ai),ah),ak=m?1:m,W=0;if(ak){var
 S=c[3];if(G(function(i){var
 b=i[1],H=0;if(b){var
-g=b[2],J=0;if(g){var
+g=b[2],K=0;if(g){var
 c=g[2],L=0;if(c){var
 d=c[2],M=0;if(d)if(d[2]){var
-e=0;H=1;J=1;L=1;M=1}else{var
-a=d[1],h=c[1],t=b[1];if(K(h,e8)){var
-aj=K(t,dk),u=aj||K(t,k(EV)),T=k(EM),U=z(hn(S),T),ac=bj(P(n,S),z(k(EN),U)),l=K(a,of);if(l)var
-ad=d8(f,cP),R=z(ad,k(EK)),m=[0,z(k(EL),R),0];else
+e=0;H=1;K=1;L=1;M=1}else{var
+a=d[1],h=c[1],t=b[1];if(J(h,e6)){var
+aj=J(t,dk),u=aj||J(t,k(EP)),T=k(EG),U=y(hh(S),T),ac=bh(P(o,S),y(k(EH),U)),l=J(a,n_);if(l)var
+ad=d7(f,cP),R=y(ad,k(EE)),m=[0,y(k(EF),R),0];else
 var
 m=l;var
-ae=z(m,ac),af=K(a,og),o=af||K(a,iK);if(o)var
+ae=y(m,ac),af=J(a,n$),n=af||J(a,iD);if(n)var
 p=I(u),j=function(b,a){var
-c=Z(a,b)?b:f;return d8(c,a)},X=p?oq(f,function(a){var
+c=Z(a,b)?b:f;return d7(c,a)},X=p?oj(f,function(a){var
 g=Z(bs,a),b=g||Z(bz,a);if(b)var
-h=j(a,bs),i=j(a,bz),l=or(a),d=z(h,k(EG)),e=z(i,z(k(EH),d)),f=z(l,z(k(EI),e)),c=[0,z(k(EJ),f),0];else
+h=j(a,bs),i=j(a,bz),l=ok(a),d=y(h,k(EA)),e=y(i,y(k(EB),d)),f=y(l,y(k(EC),e)),c=[0,y(k(ED),f),0];else
 var
-c=b;return c}):p,Y=Z(bS,f)?f:ap,_=d8(Y,bS),$=d8(f,bs),ab=d8(f,bz),N=z(_,k(Ew)),O=z($,z(k(Ex),N)),Q=z(ab,z(k(Ey),O)),q=[0,z(k(Ez),Q),X];else
+c=b;return c}):p,Y=Z(bS,f)?f:ap,_=d7(Y,bS),$=d7(f,bs),ab=d7(f,bz),N=y(_,k(Eq)),O=y($,y(k(Er),N)),Q=y(ab,y(k(Es),O)),q=[0,y(k(Et),Q),X];else
 var
-q=o;var
-ag=z(q,ae),ah=K(a,e6),r=ah||K(a,iK);if(r)var
-V=iM(f,iC,ED),W=z(oq(f,function(a){var
-c=or(a);return iM(a,bA,function(d){var
-a=z(d,k(EA)),b=z(c,z(k(EB),a));return z(k(EC),b)})}),V),s=z(iM(f,bA,op),W);else
+q=n;var
+ag=y(q,ae),ah=J(a,e4),r=ah||J(a,iD);if(r)var
+V=iF(f,iv,Ex),W=y(oj(f,function(a){var
+c=ok(a);return iF(a,bA,function(d){var
+a=y(d,k(Eu)),b=y(c,y(k(Ev),a));return y(k(Ew),b)})}),V),s=y(iF(f,bA,oi),W);else
 var
 s=r;var
-ai=z(s,ag),v=z(bj(u,oo),ai)}else{var
-ak=op(d8(f,bA)),al=bj(K(a,e6),ak),B=K(a,d6);if(B)var
-am=K(h,eT),C=am||K(h,iL);else
+ai=y(s,ag),v=y(bh(u,oh),ai)}else{var
+ak=oi(d7(f,bA)),al=bh(J(a,e4),ak),B=J(a,d5);if(B)var
+am=J(h,eR),C=am||J(h,iE);else
 var
 C=B;var
-v=z(bj(C,oo),al)}var
-w=[0,[0,Es,v]]}else
+v=y(bh(C,oh),al)}var
+w=[0,[0,Em,v]]}else
 var
 w=d;if(!M)var
 x=w}else
 var
 x=c;if(!L)var
-y=x}else
+z=x}else
 var
-y=g;if(!J)var
-A=y}else
+z=g;if(!K)var
+A=z}else
 var
 A=b;if(!H)var
 e=A;if(e){var
@@ -6304,52 +6277,52 @@ F=E}else
 var
 F=e;return F},m)){var
 T=0;W=1}}if(!W)var
-T=[0,[0,k(F2),F1],0];var
-al=z(T,aj),am=z(ir(0,m),al),U=dY($,0),an=0,ao=0,aq=U?[0,[8,U[1]]]:F0,ar=z([0,[0,dT,[0,aq,ao]],an],am),as=R(J[2]),at=z([0,[0,J[1],as],0],ar),au=z(q(function(a){var
-b=R(a[2][1]);return[0,gP(a[1]),b]},E),at),av=z(gQ([0,cr,[0,eL,0]],d,0),au),X=0;if(!Z(go,b)){var
-Y=0;if(hP(a)&&hP(e))Y=1;if(!Y){var
-V=[0,[0,k(FZ),FY],0];X=1}}if(!X)var
+T=[0,[0,k(FW),FV],0];var
+al=y(T,aj),am=y(ij(0,m),al),U=dX($,0),an=0,ao=0,aq=U?[0,[8,U[1]]]:FU,ar=y([0,[0,dS,[0,aq,ao]],an],am),as=R(K[2]),at=y([0,[0,K[1],as],0],ar),au=y(q(function(a){var
+b=R(a[2][1]);return[0,gJ(a[1]),b]},E),at),av=y(gK([0,cr,[0,eJ,0]],d,0),au),X=0;if(!Z(gi,b)){var
+Y=0;if(hJ(a)&&hJ(e))Y=1;if(!Y){var
+V=[0,[0,k(FT),FS],0];X=1}}if(!X)var
 V=0;var
-aw=z(V,av),ax=z(af,z(ae,z(ag,z(gQ(oU,b,FP),aw))));if(g)if(C)var
-ay=et([0,M,H]),az=[0,[12,K(g[1],ay)],0],w=[0,[0,k(FQ),az],0];else
+aw=y(V,av),ax=y(af,y(ae,y(ag,y(gK(oN,b,FJ),aw))));if(g)if(C)var
+ay=er([0,M,H]),az=[0,[12,J(g[1],ay)],0],w=[0,[0,k(FK),az],0];else
 var
 w=C;else
 var
 w=g;var
-aA=z(w,ax),aB=[0,[0,k(FR),[0,[12,N],0]],0],aC=[0,[12,L[2]],0],aD=[0,[0,k(FS),aC],aB],aE=[0,[12,L[1]],0],aF=[0,[0,k(FT),aE],aD],aG=aa(a[2]),aH=[0,[12,x(ab,s(aa(h),aG))],0],aI=[0,[0,k(FU),aH],aF],aJ=[0,[12,K(_,D)],0],aK=[0,[0,[0,[1,j,u],0,0,z([0,[0,k(FV),aJ],aI],aA),0]]],aL=G(function(a){return a[4]},h),aM=aL||G(function(a){return I(a[4])},h),i=h,aN=O(aM,FW,aK);for(;;){if(i){var
-o=i[2];if(o){var
-p=o[1],r=i[1],A=P(r[1],p[1]);if(A)var
+aA=y(w,ax),aB=[0,[0,k(FL),[0,[12,N],0]],0],aC=[0,[12,L[2]],0],aD=[0,[0,k(FM),aC],aB],aE=[0,[12,L[1]],0],aF=[0,[0,k(FN),aE],aD],aG=aa(a[2]),aH=[0,[12,z(ab,r(aa(h),aG))],0],aI=[0,[0,k(FO),aH],aF],aJ=[0,[12,J(_,D)],0],aK=[0,[0,[0,[1,j,u],0,0,y([0,[0,k(FP),aJ],aI],aA),0]]],aL=G(function(a){return a[4]},h),aM=aL||G(function(a){return I(a[4])},h),i=h,aN=O(aM,FQ,aK);for(;;){if(i){var
+n=i[2];if(n){var
+p=n[1],s=i[1],A=P(s[1],p[1]);if(A)var
 t=A;else
 var
-B=x(r[1],p[1]),t=B?P(r[2],p[2]):B;if(t){var
-i=o;continue}var
-y=t}else
+B=z(s[1],p[1]),t=B?P(s[2],p[2]):B;if(t){var
+i=n;continue}var
+x=t}else
 var
-y=1}else
+x=1}else
 var
-y=1;return O(y,FX,aN)}}return i(t(bh,bI,b),o)}return i(t(bh,ih,b),f)}return i(t(function(b){function
+x=1;return O(x,FR,aN)}}return i(t(bf,bI,b),n)}return i(t(bf,h$,b),f)}return i(t(function(b){function
 a(a){function
 b(c){function
 b(d){function
 b(b){function
 e(e){var
-h=oe(r,aL(n),f[7]),a=f[5];if(a)var
-i=[0,[6,[1,a[1]]],0],g=[0,[0,k(Dx),i],0];else
+h=n9(s,aJ(o),f[7]),a=f[5];if(a)var
+i=[0,[6,[1,a[1]]],0],g=[0,[0,k(Dr),i],0];else
 var
 g=a;var
-j=z(g,h);function
+j=y(g,h);function
 l(a){return A(e,a)}var
-m=z(gJ(bS,f[4],[6,e],l),j);function
-o(a){return b?A(a,b[1]):b}var
-p=z(gJ(bA,f[3],[5,b],o),m);function
+m=y(gD(bS,f[4],[6,e],l),j);function
+n(a){return b?A(a,b[1]):b}var
+p=y(gD(bA,f[3],[5,b],n),m);function
 q(a){return A(a,d)}var
-s=z(gJ(bz,f[2],[4,d],q),p);function
-t(a){return A(c,a)}return[0,z(gJ(bs,f[1],[3,c],t),s)]}return i(t(av,bS,a),e)}return i(t(function(a){return aQ(av,a)},bA,a),b)}return i(t(av,bz,a),b)}return i(t(av,bs,a),b)}return i(bh(b),a)},bI,b),o)}return i(t(oT,bI,b),o)}return i(nM(v,o),w)}return i(t(X,bV,d),o)}return i(t(function(a){function
+r=y(gD(bz,f[2],[4,d],q),p);function
+t(a){return A(c,a)}return[0,y(gD(bs,f[1],[3,c],t),r)]}return i(t(av,bS,a),e)}return i(t(function(a){return aO(av,a)},bA,a),b)}return i(t(av,bz,a),b)}return i(t(av,bs,a),b)}return i(bf(b),a)},bI,b),n)}return i(t(oM,bI,b),n)}return i(nF(v,n),w)}return i(t(X,bV,d),n)}return i(t(function(a){function
 b(a){var
 b=0;function
-c(a){return 2}return fb(function(a,d){return nK(p,c,b,o,a,d)},a)}return i(bp(a),b)},gl,d),v)}return i(t(function(a){function
-b(a){return fb(function(b,h){function
-a(a){if(on(a[3])){var
+c(a){return 2}return e$(function(a,d){return nD(p,c,b,n,a,d)},a)}return i(bp(a),b)},gf,d),v)}return i(t(function(a){function
+b(a){return e$(function(b,h){function
+a(a){if(og(a[3])){var
 c=a[1];if(c){var
 d=c[2];if(d){var
 f=d[2];if(f){var
@@ -6357,49 +6330,49 @@ g=f[2];if(g){if(g[2])return[0,a];var
 x=g[1],b=f[1],l=d[1],m=c[1],j=function(c){function
 d(f){function
 d(b){var
-c=a[5],d=I(on(b));return[0,[0,a[1],a[2],b,d,c]]}return i(t(function(g){if(K(m,dk))var
-h=Eo;else
+c=a[5],d=I(og(b));return[0,[0,a[1],a[2],b,d,c]]}return i(t(function(g){if(J(m,dk))var
+h=Ei;else
 var
-w=K(m,dj),h=w?Eq:w;if(h){var
-c=h[1],n=bL(DG,x);if(n){var
-o=n[1];if(K(l,b4)){var
-z=0,A=4,B=function(a){return d7(A,a)},C=[0,[0,k(DK),B],z],D=function(a){return[1,a]},E=function(a){return e7(D,a)},G=[0,[0,k(DL),E],C],H=function(a){return[0,a]},J=function(a){return e7(H,a)},L=[0,[0,k(DM),J],G],M=0,N=function(a){return d7(M,a)},P=[0,[0,k(DN),N],L];switch(o){case
+w=J(m,dj),h=w?Ek:w;if(h){var
+c=h[1],n=bL(DA,x);if(n){var
+o=n[1];if(J(l,b4)){var
+z=0,A=4,B=function(a){return d6(A,a)},C=[0,[0,k(DE),B],z],D=function(a){return[1,a]},E=function(a){return e5(D,a)},G=[0,[0,k(DF),E],C],H=function(a){return[0,a]},K=function(a){return e5(H,a)},L=[0,[0,k(DG),K],G],M=0,N=function(a){return d6(M,a)},P=[0,[0,k(DH),N],L];switch(o){case
 1:if(c)var
-Q=0,S=function(a){return[3,a]},T=[0,[0,iL,function(a){return oh(Dj,S,a)}],Q],W=2,a=[0,[0,eT,function(a){return d7(W,a)}],T];else
+Q=0,S=function(a){return[3,a]},T=[0,[0,iE,function(a){return oa(Dd,S,a)}],Q],W=2,a=[0,[0,eR,function(a){return d6(W,a)}],T];else
 var
-X=0,Y=function(a){return[2,a]},Z=function(a){return e7(Y,a)},_=[0,[0,k(DO),Z],X],$=1,ab=function(a){return d7($,a)},a=[0,[0,k(DP),ab],_];break;case
+X=0,Y=function(a){return[2,a]},Z=function(a){return e5(Y,a)},_=[0,[0,k(DI),Z],X],$=1,ab=function(a){return d6($,a)},a=[0,[0,k(DJ),ab],_];break;case
 5:var
-ae=0,a=[0,[0,e8,function(a){return d7(DQ,a)}],ae];break;case
+ae=0,a=[0,[0,e6,function(a){return d6(DK,a)}],ae];break;case
 6:var
-ag=0,ah=function(a){return[7,a]},a=[0,[0,e8,function(a){return e7(ah,a)}],ag];break;case
+ag=0,ah=function(a){return[7,a]},a=[0,[0,e6,function(a){return e5(ah,a)}],ag];break;case
 7:if(c)var
 a=0;else
 var
-ai=0,aj=function(a){return[4,a]},ak=function(a){return oh(Dh,aj,a)},al=[0,[0,k(DR),ak],ai],an=function(a){return[1,a]},ao=function(a){return e7(an,a)},a=[0,[0,k(DS),ao],al];break;case
+ai=0,aj=function(a){return[4,a]},ak=function(a){return oa(Db,aj,a)},al=[0,[0,k(DL),ak],ai],an=function(a){return[1,a]},ao=function(a){return e5(an,a)},a=[0,[0,k(DM),ao],al];break;case
 8:if(c)var
 a=0;else
 var
-ap=0,aq=3,ar=function(a){return d7(aq,a)},a=[0,[0,k(DT),ar],ap];break;case
+ap=0,aq=3,ar=function(a){return d6(aq,a)},a=[0,[0,k(DN),ar],ap];break;case
 0:case
 2:var
 a=c?0:P;break;default:var
 a=0}var
 q=bL(a,b);if(q){var
-at=function(a){return[0,oi(p,I(c),f,[5,[0,c,0,f,o],a])]};return i(F(q[1],g),at)}return[0,cx(b)]}return[0,cx(b)]}return[0,cx(b)]}var
-d=K(l,eS),r=bL(DZ,m);if(r){var
-s=r[1];if(K(b,e8)){var
-y=0;if(!d&&!K(l,b4))y=1;if(!y){var
-u=bL(DV,x);if(u){var
+at=function(a){return[0,ob(p,I(c),f,[5,[0,c,0,f,o],a])]};return i(F(q[1],g),at)}return[0,cx(b)]}return[0,cx(b)]}return[0,cx(b)]}var
+d=J(l,eQ),r=bL(DT,m);if(r){var
+s=r[1];if(J(b,e6)){var
+y=0;if(!d&&!J(l,b4))y=1;if(!y){var
+u=bL(DP,x);if(u){var
 v=u[1],j=function(a){if(a){var
-b=[5,[0,s,d,f,v],a[1]];return oi(p,I(s),f,b)}return Ep};switch(v){case
+b=[5,[0,s,d,f,v],a[1]];return ob(p,I(s),f,b)}return Ej};switch(v){case
 1:if(d){var
-au=function(a){return[0,j(af(function(a){return[5,a]},a))]};return i(ol(e,g),au)}return[0,cx(b)];case
+au=function(a){return[0,j(af(function(a){return[5,a]},a))]};return i(oe(e,g),au)}return[0,cx(b)];case
 3:var
 av=function(a){return[0,j(a)]},as=function(a){function
 b(c){function
 b(h){function
 b(d){var
-a=dY(h,0);if(a){var
+a=dX(h,0);if(a){var
 e=a[1];if(d)var
 b=d[1],i=b?[0,[6,c,e,[0,b[1]]]]:b,f=i;else
 var
@@ -6412,7 +6385,7 @@ a(a){function
 b(b){function
 c(a){return[0,af(function(b){return[0,b,a]},b)]}function
 d(a){return V(am,a)}function
-e(a){return V(d,a)}return i(t(function(a){return V(e,a)},bt,a),c)}return i(t(function(a){return ok(e,a)},e5,a),b)}return i(U([0,e5,[0,bt,0]],0,b),a)}return i(t(function(a){return aQ(d,a)},oa,a),b)}function
+e(a){return V(d,a)}return i(t(function(a){return V(e,a)},bt,a),c)}return i(t(function(a){return od(e,a)},e3,a),b)}return i(U([0,e3,[0,bt,0]],0,b),a)}return i(t(function(a){return aO(d,a)},n5,a),b)}function
 d(b){function
 a(a){function
 b(b){function
@@ -6421,35 +6394,35 @@ d(b){function
 a(a){if(a){var
 b=a[2];if(b){var
 c=b[2],d=b[1];if(c){var
-f=c[1];if(c[2])return R(D4);var
+f=c[1];if(c[2])return R(DY);var
 g=function(b){function
 a(c){function
-a(a){return O(ac(a),D5,[0,[0,[0,b,c],a]])}return i(am(f),a)}return i(om(aa(e[3]),d),a)},h=a[1],j=aa(e[4]);return i(aQ(function(a){return om(j,a)},h),g)}return R(D6)}return R(D7)}return R(D8)}return i(bp(b),a)}return i(t(function(a){return V(d,a)},ob,a),c)}return i(oj(e,a),b)}return i(U([0,ad,[0,be,[0,a2,[0,ob,0]]]],0,b),a)}return i(t(function(a){return V(d,a)},dP,a),b)}return i(t(function(a){return V(am,a)},gI,a),b)};return i(i(U([0,gI,[0,dP,[0,oa,0]]],0,g),as),av);case
+a(a){return O(ac(a),DZ,[0,[0,[0,b,c],a]])}return i(am(f),a)}return i(of(aa(e[3]),d),a)},h=a[1],j=aa(e[4]);return i(aO(function(a){return of(j,a)},h),g)}return R(D0)}return R(D1)}return R(D2)}return i(bp(b),a)}return i(t(function(a){return V(d,a)},n6,a),c)}return i(oc(e,a),b)}return i(U([0,ad,[0,bc,[0,a0,[0,n6,0]]]],0,b),a)}return i(t(function(a){return V(d,a)},dO,a),b)}return i(t(function(a){return V(am,a)},gC,a),b)};return i(i(U([0,gC,[0,dO,[0,n5,0]]],0,g),as),av);case
 4:if(d){var
-aw=function(a){return[0,j(af(function(a){return[5,a]},a))]};return i(ol(e,g),aw)}return[0,cx(b)];default:return[0,cx(b)]}}return[0,cx(b)]}}return[0,cx(b)]}return[0,cx(b)]},dW,c),d)}return i(t(by,ct,c),d)};return i(bh(h),j)}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return i(iq(D,0,b,h),a)},a)}return i(bp(a),b)},gk,d),m)}var
+aw=function(a){return[0,j(af(function(a){return[5,a]},a))]};return i(oe(e,g),aw)}return[0,cx(b)];default:return[0,cx(b)]}}return[0,cx(b)]}}return[0,cx(b)]}return[0,cx(b)]},dV,c),d)}return i(t(by,ct,c),d)};return i(bf(h),j)}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return i(ii(D,0,b,h),a)},a)}return i(bp(a),b)},ge,d),m)}var
 v=0;function
-w(a){return nd(l,e,v,a)}return i(t(function(a){return V(w,a)},dT,d),m)}var
+w(a){return m8(l,e,v,a)}return i(t(function(a){return V(w,a)},dS,d),m)}var
 m=u?1:u;return i(t(function(b){function
-c(a){return[0,[0,gP(iJ),a]]}if(typeof
+c(a){return[0,[0,gJ(iC),a]]}if(typeof
 b==="number")var
 a=[0,[0,[12,I(m)],0]];else
 var
 d=function(a){function
 b(b){function
 c(c){if(m)var
-d=z(b[1],c[1]),a=q(function(a){if(typeof
+d=y(b[1],c[1]),a=q(function(a){if(typeof
 a!=="number"&&0===a[0])return[7,a[1]];return a},d);else
 var
-a=FL;return[0,a]}var
-d=1;return i(t(function(a){return eP(l,e,d,a)},br,a),c)}var
-c=0;return i(t(function(a){return eP(l,e,c,a)},bq,a),b)},a=i(U([0,bq,[0,br,0]],0,b),d);return i(a,c)},iJ,p),v)}return i(bd(function(a){function
+a=FF;return[0,a]}var
+d=1;return i(t(function(a){return eN(l,e,d,a)},br,a),c)}var
+c=0;return i(t(function(a){return eN(l,e,c,a)},bq,a),b)},a=i(U([0,bq,[0,br,0]],0,b),d);return i(a,c)},iC,p),v)}return i(bb(function(a){function
 b(b){return[0,[0,a[1],b]]}var
-c=a[1],d=a[2];return i(t(function(a){return eP(l,e,d,a)},c,p),b)},m),v)}var
-y=0,B=[0,iJ,q(a0,m)];return i(t(function(a){return U(B,y,a)},dS,d),w)}return i(t(bh,dS,d),m)}return i(t(function(b){function
+c=a[1],d=a[2];return i(t(function(a){return eN(l,e,d,a)},c,p),b)},m),v)}var
+x=0,B=[0,iC,q(aY,m)];return i(t(function(a){return U(B,x,a)},dR,d),w)}return i(t(bf,dR,d),m)}return i(t(function(b){function
 a(a){function
 b(b){function
 c(c){var
-a=j[2],d=0===a[0]?[0,a[1]]:0,e=od(ad,c,d);return[0,z(od(bG,[0,b],[0,j[1]]),e)]}return i(t(function(a){return aQ(oc,a)},ad,a),c)}return i(t(oc,bG,a),b)}return i(U([0,bG,[0,ad,0]],0,b),a)},mY,b),W)}return i(t(function(b){function
+a=j[2],d=0===a[0]?[0,a[1]]:0,e=n8(ad,c,d);return[0,y(n8(bG,[0,b],[0,j[1]]),e)]}return i(t(function(a){return aO(n7,a)},ad,a),c)}return i(t(n7,bG,a),b)}return i(U([0,bG,[0,ad,0]],0,b),a)},mR,b),W)}return i(t(function(b){function
 a(a){function
 b(f){function
 b(g){function
@@ -6458,69 +6431,69 @@ b(j){function
 b(k){function
 b(b){function
 l(a){var
-c=[0,[0,f,g,h,j,k,b,a]],d=b?A(b[1],L):1;return O(d,C8,c)}var
-c=ah(gA,a);if(c)var
+c=[0,[0,f,g,h,j,k,b,a]],d=b?A(b[1],L):1;return O(d,C2,c)}var
+c=ah(gu,a);if(c)var
 m=function(a){var
-b=[0,q(bb,a)],c=O(ck(q(function(a){return kB(a[1])},a)),C9,b),d=a?1:a;return O(d,C_,c)},n=c[1],d=i(a_(gA,V(function(b){function
+b=[0,q(a$,a)],c=O(ck(q(function(a){return kt(a[1])},a)),C3,b),d=a?1:a;return O(d,C4,c)},n=c[1],d=i(a8(gu,V(function(b){function
 a(a){function
 b(b){function
 c(f){function
 c(g){function
 c(h){var
-i=[0,[0,b,[0,aD(e[4],b),f,g,h]]];if(a)var
+i=[0,[0,b,[0,aB(e[4],b),f,g,h]]];if(a)var
 c=a[2],d=c?1:c;else
 var
-d=1;return O(d,C7,i)}return i(cv(bA,a),c)}return i(cv(bz,a),c)}return i(cv(bs,a),c)}return i(t(function(a){return V(X,a)},ad,a),b)}return i(U([0,ad,0],[0,bs,[0,bz,[0,bA,0]]],b),a)},n)),m);else
+d=1;return O(d,C1,i)}return i(cv(bA,a),c)}return i(cv(bz,a),c)}return i(cv(bs,a),c)}return i(t(function(a){return V(X,a)},ad,a),b)}return i(U([0,ad,0],[0,bs,[0,bz,[0,bA,0]]],b),a)},n)),m);else
 var
-d=C$;return i(d,l)}return i(cv(cP,a),b)}return i(cv(iC,a),b)}return i(cv(bS,a),b)}return i(cv(bA,a),b)}return i(cv(bz,a),b)}return i(cv(bs,a),b)}return i(U(0,[0,bs,[0,bz,[0,bA,[0,bS,[0,iC,[0,cP,[0,gA,0]]]]]]],b),a)},ih,b),f)}var
-p=aa(h),u=ba(gB(c));if(J(s(ba(iE(a,c)),u),p))var
-v=dp(gB(c)),j=nX(a,h,dp(iE(a,c)),v),w=j?[0,j[1]]:f,m=w;else
+d=C5;return i(d,l)}return i(cv(cP,a),b)}return i(cv(iv,a),b)}return i(cv(bS,a),b)}return i(cv(bA,a),b)}return i(cv(bz,a),b)}return i(cv(bs,a),b)}return i(U(0,[0,bs,[0,bz,[0,bA,[0,bS,[0,iv,[0,cP,[0,gu,0]]]]]]],b),a)},h$,b),f)}var
+p=aa(h),u=a_(gv(c));if(K(r(a_(ix(a,c)),u),p))var
+v=dp(gv(c)),j=nQ(a,h,dp(ix(a,c)),v),w=j?[0,j[1]]:f,m=w;else
 var
-m=f;return i(m,o)}var
-j=0;if(!eX(a)&&!gC(a)){var
-f=r;j=1}if(!j)var
-m=ba(cT(c)),f=s(ba(cU(a,c)),m);var
-o=ci(r,u),p=bd(function(b){var
-g=b[2],k=b[1],d=ba(cT(c));function
+m=f;return i(m,n)}var
+j=0;if(!eV(a)&&!gw(a)){var
+f=s;j=1}if(!j)var
+m=a_(cT(c)),f=r(a_(cU(a,c)),m);var
+n=ci(s,u),p=bb(function(b){var
+g=b[2],k=b[1],d=a_(cT(c));function
 e(b){function
 c(e){function
 c(c){function
 f(f){function
 g(g){var
-a=x(E(s(e,d),c),k),h=[0,[0,f,g]],b=a?J(r,c):a,i=b?P(c,d):b;return O(i,C4,h)}var
-h=aa(a[2]),j=t(function(a){return aA(h,av,a)},bI,b);return i(b3(gC(a),0,j),g)}var
-g=t(am,f5,b);return i(b3(eX(a),L,g),f)}return i(t(aN,iB,b),c)}return i(t(aN,nU,b),c)}var
-f=bj(gC(a),bI);return i(U(z([0,nU,[0,iB,0]],z(bj(eX(a),f5),f)),0,g),e)},o);return i(a_(bt,O(bP(f,u),C5,p)),v)},Q=m[1];return i(a_(bt,bd(function(c){var
+a=z(E(r(e,d),c),k),h=[0,[0,f,g]],b=a?K(s,c):a,i=b?P(c,d):b;return O(i,CY,h)}var
+h=aa(a[2]),j=t(function(a){return ay(h,av,a)},bI,b);return i(b3(gw(a),0,j),g)}var
+g=t(am,fY,b);return i(b3(eV(a),L,g),f)}return i(t(aL,iu,b),c)}return i(t(aL,nN,b),c)}var
+f=bh(gw(a),bI);return i(U(y([0,nN,[0,iu,0]],y(bh(eV(a),fY),f)),0,g),e)},n);return i(a8(bt,O(bP(f,u),CZ,p)),v)},Q=m[1];return i(a8(bt,bb(function(c){var
 g=aj(a[2]);function
 b(b){function
 c(c){function
 d(d){function
 e(a){function
 h(e){var
-b=J(r,c),f=O(eE(g,a),CZ,[0,[0,c,d,a,e]]),h=b?J(r,d):b;return O(h,C0,f)}var
-e=ah(iA,b);if(e)var
+b=K(s,c),f=O(eC(g,a),CT,[0,[0,c,d,a,e]]),h=b?K(s,d):b;return O(h,CU,f)}var
+e=ah(it,b);if(e)var
 j=function(b){var
-c=P(r,b),d=c?x(jT(b,f8(q(dH,a))),r):c;return O(d,C2,C1)},f=i(a_(iA,aN(e[1])),j);else
+c=P(s,b),d=c?z(jL(b,f1(q(dG,a))),s):c;return O(d,CW,CV)},f=i(a8(it,aL(e[1])),j);else
 var
-f=C3;return i(f,h)}var
-f=aa(a[2]);return i(t(function(a){return aA(f,am,a)},f4,b),e)}var
-e=aa(a[3]);return i(t(function(a){return fK(e,a)},bG,b),d)}var
-d=aa(a[4]);return i(t(function(a){return fK(d,a)},ad,b),c)}return i(U([0,ad,[0,bG,[0,f4,0]]],[0,iA,0],c),b)},Q)),N)}}var
+f=CX;return i(f,h)}var
+f=aa(a[2]);return i(t(function(a){return ay(f,am,a)},fX,b),e)}var
+e=aa(a[3]);return i(t(function(a){return fD(e,a)},bG,b),d)}var
+d=aa(a[4]);return i(t(function(a){return fD(d,a)},ad,b),c)}return i(U([0,ad,[0,bG,[0,fX,0]]],[0,it,0],c),b)},Q)),N)}}var
 e=a[1];return i(t(function(b){function
 a(a){function
 f(d){function
 b(b){function
 f(a){var
-e=[0,[0,b,a,d]],f=ba(q(function(a){return a[2]},b));return O(J(c(2,n),f),CW,e)}var
+e=[0,[0,b,a,d]],f=a_(q(function(a){return a[2]},b));return O(K(c(2,o),f),CQ,e)}var
 g=aa(e[3][3]);function
-h(a){return nW(g,a)}return i(t(function(a){return aQ(h,a)},ad,a),f)}var
-f=aa(e[3][2]);return i(t(function(a){return nW(f,a)},bG,a),b)}var
-b=ah(iz,a);if(b)var
+h(a){return nP(g,a)}return i(t(function(a){return aO(h,a)},ad,a),f)}var
+f=aa(e[3][2]);return i(t(function(a){return nP(f,a)},bG,a),b)}var
+b=ah(is,a);if(b)var
 g=function(a){var
-d=[0,hb(a)],b=J(c(2,n),a),e=b?J(a,c(2,c(2,c(2,c(2,w(c(2,c(2,c(2,c(2,w(c(2,w(c(2,w(c(2,c(2,c(2,n)))))))))))))))))):b;return O(e,CX,d)},d=i(a_(iz,aN(b[1])),g);else
+d=[0,g7(a)],b=K(c(2,o),a),e=b?K(a,c(2,c(2,c(2,c(2,x(c(2,c(2,c(2,c(2,x(c(2,x(c(2,x(c(2,c(2,c(2,o)))))))))))))))))):b;return O(e,CR,d)},d=i(a8(is,aL(b[1])),g);else
 var
-d=[0,n];return i(d,f)}return i(U([0,bG,[0,ad,0]],[0,iz,0],b),a)},nS,f),h)}return i(a_(dV,lH([4,nV(al(function(a){return I(K(a[1],nS))},f))])),u)};return i(bh(M),j)}return R(F3)}return F4}return i(oS(B,a,g),e)}return i(t(aN,dU,a),e)}return i(t(fN,gm,a),e)}var
-e=[0,dV,[0,bt,0]],f=[0,gm,[0,dU,0]];return i(t(function(a){return U(f,e,a)},eM,b),a)};return i(hN(nV(b)),j)}function
+d=[0,o];return i(d,f)}return i(U([0,bG,[0,ad,0]],[0,is,0],b),a)},nL,f),h)}return i(a8(dU,lz([4,nO(al(function(a){return I(J(a[1],nL))},f))])),u)};return i(bf(M),j)}return R(FX)}return FY}return i(oL(B,a,g),e)}return i(t(aL,dT,a),e)}return i(t(fG,gg,a),e)}var
+e=[0,dU,[0,bt,0]],f=[0,gg,[0,dT,0]];return i(t(function(a){return U(f,e,a)},eK,b),a)};return i(hH(nO(b)),j)}function
 l(a){var
 b=a?[0,a[1]]:a;return[0,b]}function
 f(e){function
@@ -6533,21 +6506,21 @@ M=a[2],h=a[1],m=function(a){function
 m(ag){var
 f=M,j=0;function
 ai(j){var
-o=a[5],s=a[1][2],u=aa(a[2]),v=aa(a[3]),f=[0,aa(a[4]),v,u,s,o,ag,j];function
-y(c){function
-T(y){if(c){var
-o=c[1],u=lY(a,j,o[2]);switch(a[1][2]){case
+n=a[5],r=a[1][2],u=aa(a[2]),v=aa(a[3]),f=[0,aa(a[4]),v,u,r,n,ag,j];function
+x(c){function
+T(z){if(c){var
+o=c[1],u=lQ(a,j,o[2]);switch(a[1][2]){case
 0:var
 m=0;break;case
 1:var
 m=1;break;default:var
 m=2}var
-v=dG(aa(a[3])),w=[0,dG(aa(a[4])),v,m,u],J=[0,[0,o[1],w]]}else
+v=dF(aa(a[3])),w=[0,dF(aa(a[4])),v,m,u],K=[0,[0,o[1],w]]}else
 var
-J=c;var
+K=c;var
 r=e[3][3],n=r?1:r,s=e[3][4],l=s?1:s;function
 x(r){var
-j=$(function(a){return Z(a[1],r)},eR),s=l?nf(n):l,u=j?eR:j,m=z(ne,z(u,s)),o=l?al(function(a){return n?n:I(a[2][2])},nc):l;function
+j=$(function(a){return Z(a[1],r)},eP),s=l?m_(n):l,u=j?eP:j,m=y(m9,y(u,s)),o=l?al(function(a){return n?n:I(a[2][2])},m7):l;function
 v(n){function
 r(N){function
 m(ab){function
@@ -6557,7 +6530,7 @@ m(ag){var
 P=a[7];if(P)var
 r=P;else
 var
-ap=Z(gp,b),r=ap||Z(eL,d);var
+ap=Z(gj,b),r=ap||Z(eJ,d);var
 n=ah(cr,d);if(n){var
 s=n[1],Y=0;if(typeof
 s!=="number"&&4===s[0]){var
@@ -6566,7 +6539,7 @@ Q=0;var
 o=Q}else
 var
 o=n;var
-ai=r||Z(eN,b),aj=ai||Z(eO,b),l=I(aj);function
+ai=r||Z(eL,b),aj=ai||Z(eM,b),l=I(aj);function
 R(n){var
 k=0;if(typeof
 h==="number"||!(4===h[0]))k=1;else{var
@@ -6586,8 +6559,8 @@ var
 i=b;if(!f)var
 a=i}if(k)var
 a=0;if(a){var
-o=F(B,et([0,n,0]));return K(a[1],o)}return a}var
-ak=l?nF(R,e,a,f,1,o):l,an=l?nF(R,e,a,f,0,o):l;function
+o=F(B,er([0,n,0]));return J(a[1],o)}return a}var
+ak=l?ny(R,e,a,f,1,o):l,an=l?ny(R,e,a,f,0,o):l;function
 m(a){return a?ak:an}var
 u=ah(bI,b);if(u){var
 v=u[1],_=0;if(typeof
@@ -6597,12 +6570,12 @@ x=w[1],C=0;if(typeof
 x==="number")C=1;else
 switch(x[0]){case
 2:var
-y=x[1];break;case
+z=x[1];break;case
 0:case
 1:C=1;break;default:var
-y=0}if(C)var
-y=0;var
-W=y}else
+z=0}if(C)var
+z=0;var
+W=z}else
 var
 W=w;var
 S=W;_=1}if(!_)var
@@ -6611,12 +6584,12 @@ T=S}else
 var
 T=u;function
 ao(n){var
-s=Z(eN,b),P=s||Z(eO,b);function
+s=Z(eL,b),P=s||Z(eM,b);function
 u(n){function
 s(b){if(I(l))return 2;if(a[1][1])return 0;var
 i=b?bq:br;if(I(Z(i,o)))return 1;var
 d=m(b);if(d){var
-e=d[1];if($(function(a){return nB(b,a)},n)){var
+e=d[1];if($(function(a){return nu(b,a)},n)){var
 f=e[1],j=e[3];if(2===f[0])var
 c=f[1][8],h=c?1:c,g=h;else
 var
@@ -6625,47 +6598,47 @@ u(o){function
 l(l){function
 s(S){function
 l(T){var
-v=lG(e,a[1]),w=v[1],x=v[2];function
-y(a){return r?Fn:a}function
-A(a){return x?a:[0,Fo,a]}var
-U=[0,[0,bV,y(S)],0],V=ix(iw(o),0,o),W=z(q(function(a){var
-b=y(a[2]);return[0,a[1],b]},V),U),X=z(ir(0,n),W),B=dY(ag,0),Y=0,_=0,aa=B?[0,[8,B[1]]]:FD,ad=z([0,[0,dT,[0,aa,_]],Y],X),af=z(q(function(a){var
-b=A(a[2]);return[0,a[1],b]},ab),ad),ai=z(q(function(a){var
-b=A(a[2][1]);return[0,gP(a[1]),b]},N),af),aj=c?[0,[0,k(Fq),Fp],0]:c,ak=z(aj,ai),am=z(gQ([0,eL,0],d,0),ak),s=ah(cr,d);if(s){var
+v=ly(e,a[1]),w=v[1],x=v[2];function
+z(a){return r?Fh:a}function
+A(a){return x?a:[0,Fi,a]}var
+U=[0,[0,bV,z(S)],0],V=iq(ip(o),0,o),W=y(q(function(a){var
+b=z(a[2]);return[0,a[1],b]},V),U),X=y(ij(0,n),W),B=dX(ag,0),Y=0,_=0,aa=B?[0,[8,B[1]]]:Fx,ad=y([0,[0,dS,[0,aa,_]],Y],X),af=y(q(function(a){var
+b=A(a[2]);return[0,a[1],b]},ab),ad),ai=y(q(function(a){var
+b=A(a[2][1]);return[0,gJ(a[1]),b]},N),af),aj=c?[0,[0,k(Fk),Fj],0]:c,ak=y(aj,ai),am=y(gK([0,eJ,0],d,0),ak),s=ah(cr,d);if(s){var
 l=s[1],L=0;if(typeof
 l!=="number"&&4===l[0]){var
 i=l[1];L=1}if(!L)var
 i=0;var
 u=function(c,a){var
 d=Z(c,i);if(d){var
-g=0;if($(function(b){return nB(a,b)},n))var
+g=0;if($(function(b){return nu(a,b)},n))var
 b=m(a),h=b?b[1][3]:b,e=[0,[8,a,0],h];else
 var
-e=Ai;var
-f=[0,[0,z(cr,z(k(Ah),c)),e],g]}else
+e=Ac;var
+f=[0,[0,y(cr,y(k(Ab),c)),e],g]}else
 var
-f=d;return f},Q=i?G(function(a){return bO([0,bq,[0,br,0]],a[1])},i)?0:[0,[0,cr,Aj],0]:[0,[0,cr,Ak],0],R=z(u(br,0),Q),C=z(u(bq,1),R)}else
+f=d;return f},Q=i?G(function(a){return bO([0,bq,[0,br,0]],a[1])},i)?0:[0,[0,cr,Ad],0]:[0,[0,cr,Ae],0],R=y(u(br,0),Q),C=y(u(bq,1),R)}else
 var
 C=s;var
-an=z(C,am),P=0;if(!Z(go,b)&&!hP(a)){var
-D=[0,[0,k(FC),FB],0];P=1}if(!P)var
+an=y(C,am),P=0;if(!Z(gi,b)&&!hJ(a)){var
+D=[0,[0,k(Fw),Fv],0];P=1}if(!P)var
 D=0;var
-ao=z(D,an),ap=z(T,z(gQ(al(function(a){return I(K(a,cP))},oU),b,Fr),ao));if(g)if(p)var
-aq=et([0,h,M]),ar=[0,[12,K(g[1],aq)],0],t=[0,[0,k(Fs),ar],0];else
+ao=y(D,an),ap=y(T,y(gK(al(function(a){return I(J(a,cP))},oN),b,Fl),ao));if(g)if(p)var
+aq=er([0,h,M]),ar=[0,[12,J(g[1],aq)],0],t=[0,[0,k(Fm),ar],0];else
 var
 t=p;else
 var
 t=g;var
-as=z(t,ap),at=[0,[0,k(Ft),[0,[12,x],0]],0],au=[0,[12,w[2]],0],av=[0,[0,k(Fu),au],at],aw=[0,[12,w[1]],0],ax=[0,[0,k(Fv),aw],av],ay=[0,[0,k(Fw),[0,[0,[0,ae]],0]],ax],az=[0,[12,K(ac,H)],0],aA=z([0,[0,k(Fx),az],ay],as),E=$(function(a){var
+as=y(t,ap),at=[0,[0,k(Fn),[0,[12,x],0]],0],au=[0,[12,w[2]],0],av=[0,[0,k(Fo),au],at],aw=[0,[12,w[1]],0],ax=[0,[0,k(Fp),aw],av],ay=[0,[0,k(Fq),[0,[0,[0,ae]],0]],ax],az=[0,[12,J(ac,H)],0],aA=y([0,[0,k(Fr),az],ay],as),E=$(function(a){var
 b=a[4];if(b)var
 c=a[5],e=c?1:c,d=e;else
 var
 d=b;return d},n);if(E)var
-aB=Z(eN,b),aC=aB||Z(eO,b),F=I(aC);else
+aB=Z(eL,b),aC=aB||Z(eM,b),F=I(aC);else
 var
 F=E;var
-aD=m(0),aE=[0,[0,[0,[0,f,J],m(1),aD,aA,F]]],aF=I(fP(f)),aG=aF||(j?c?0:1:j),aH=O(aG,Fy,aE),aI=e[1]?I(Z(cr,d)):1,aJ=O(aI,Fz,aH),aK=c?I(Z(cr,d)):1;return O(aK,FA,aJ)}return i(t(oT,bI,b),l)}return i(nM(o,l),s)}return i(t(X,bV,d),l)}return i(t(function(a){function
-b(a){return fb(function(a,g){function
+aD=m(0),aE=[0,[0,[0,[0,f,K],m(1),aD,aA,F]]],aF=I(fI(f)),aG=aF||(j?c?0:1:j),aH=O(aG,Fs,aE),aI=e[1]?I(Z(cr,d)):1,aJ=O(aI,Ft,aH),aK=c?I(Z(cr,d)):1;return O(aK,Fu,aJ)}return i(t(oM,bI,b),l)}return i(nF(o,l),s)}return i(t(X,bV,d),l)}return i(t(function(a){function
+b(a){return e$(function(a,g){function
 b(a){var
 o=0;if(typeof
 g!=="number"&&4===g[0]){var
@@ -6673,34 +6646,34 @@ c=g[1];o=1}if(!o)var
 c=0;var
 f=a[4];if(f&&typeof
 f[1]==="number"&&!f[2]){var
-i=ah(il,c);if(i){var
+i=ah(id,c);if(i){var
 h=i[1],p=0;if(typeof
 h==="number"||!(2===h[0]))p=1;else{var
-j=t(am,dX,c);if(0===j[0]){var
-k=j[1],q=0;if(K(h[1],Cs)){var
-r=Z(di,c),s=r||Z(im,c);if(I(s)){var
+j=t(am,dW,c);if(0===j[0]){var
+k=j[1],q=0;if(J(h[1],Cm)){var
+r=Z(di,c),s=r||Z(ie,c);if(I(s)){var
 e=function(o,i){var
 p=a[2],q=a[1],j=bZ(function(a){var
-b=[0,nN,[0,nO,0]],c=o?b4:dZ,d=[0,c,b],e=q?dj:dk;return cK(a[1],[0,e,d])},n),f=af(function(a){return a[3]},j);if(f){var
+b=[0,nG,[0,nH,0]],c=o?b4:dY,d=[0,c,b],e=q?dj:dk;return cK(a[1],[0,e,d])},n),f=af(function(a){return a[3]},j);if(f){var
 d=f[1];if(d){var
 g=d[2],e=d[1];if(typeof
-e==="number")return g?Ct:Cu;else{if(0===e[0]){var
-b=e[1];if(14===b[0]){if(g)return Cw;var
+e==="number")return g?Cn:Co;else{if(0===e[0]){var
+b=e[1];if(14===b[0]){if(g)return Cq;var
 c=b[4],l=0;if(p)var
 m=c?A(c[1],k):c,h=[12,bn(i,m)];else
 var
-h=[3,c,k,i];return[0,[0,[14,b[1],b[2],b[3],c,b[5],b[6]]],[0,h,l]]}return Cv}return Cx}}return Cy}return Cz};if(2<=a[2])var
-l=CA;else{var
+h=[3,c,k,i];return[0,[0,[14,b[1],b[2],b[3],c,b[5],b[6]]],[0,h,l]]}return Cp}return Cr}}return Cs}return Ct};if(2<=a[2])var
+l=Cu;else{var
 m=a[5];if(m)switch(m[1]){case
 0:var
 d=e(1,1);break;case
 1:var
 d=e(0,0);break;case
 2:var
-d=CB;break;default:var
-u=e(0,1),d=z(e(1,0),u)}else
+d=Cv;break;default:var
+u=e(0,1),d=y(e(1,0),u)}else
 var
-d=CC;var
+d=Cw;var
 l=d}var
 b=[0,a[1],a[2],a[3],l,a[5],a[6],a[7]];q=1}}if(!q)var
 b=a}else
@@ -6710,8 +6683,8 @@ b=a}else
 var
 b=a}else
 var
-b=a;return[0,b]}return i(nK(ad,s,fP(f),j,a,g),b)},a)}return i(bp(a),b)},gl,d),u)}return i(t(function(b){function
-d(b){return fb(function(b,l){function
+b=a;return[0,b]}return i(nD(ad,s,fI(f),j,a,g),b)},a)}return i(bp(a),b)},gf,d),u)}return i(t(function(b){function
+d(b){return e$(function(b,l){function
 d(b){function
 Q(b){var
 f=b[3];if(f){if(typeof
@@ -6720,16 +6693,16 @@ g=b[1];if(g){var
 h=g[2];if(h){var
 j=h[2];if(j){var
 m=j[2];if(m){if(m[2])return[0,b];var
-o=m[1],c=h[1],d=g[1];if(K(j[1],nN)){var
+o=m[1],c=h[1],d=g[1];if(J(j[1],nG)){var
 p=function(f){function
 g(h){function
-g(h){if(h){if(bL(nP,d))var
+g(h){if(h){if(bL(nI,d))var
 a=0;else
 if(n)var
-q=n[1][2],o=z(q,k(Co)),a=[0,z(k(Cp),o),0];else
+q=n[1][2],o=y(q,k(Ci)),a=[0,y(k(Cj),o),0];else
 var
 a=n;var
-i=[0,Cl,z(bj(dl(k(Cq),d),Cn),a)],c=b[5],e=G(function(a){return bO(c,a)},i),m=0;if(e){var
+i=[0,Cf,y(bh(dl(k(Ck),d),Ch),a)],c=b[5],e=G(function(a){return bO(c,a)},i),m=0;if(e){var
 f=P||G(function(a){return bO(i,a)},c);if(f){var
 j=ck(c);m=1}else
 var
@@ -6740,35 +6713,35 @@ j=g;var
 p=j?[0,b[1],b[2],h[1],0,b[5]]:b,l=p}else
 var
 l=b;return[0,l]}var
-j=af(a0,n);return i(t(function(k){var
-b=bL(nP,d);if(b){var
-f=b[1],g=f[2],p=g[2],q=g[1],r=f[1];if(K(o,gu)){var
-l=0;if(!K(c,eS)&&!K(c,dZ))l=1;if(!l){var
+j=af(aY,n);return i(t(function(k){var
+b=bL(nI,d);if(b){var
+f=b[1],g=f[2],p=g[2],q=g[1],r=f[1];if(J(o,go)){var
+l=0;if(!J(c,eQ)&&!J(c,dY))l=1;if(!l){var
 s=function(b){function
 d(e){function
 d(d){function
 f(f){function
 g(b){var
-a=[0,p,r,f,h,K(c,eS),b,e];return q?[0,[0,[0,[4,a,d],0]]]:O(A(L,d),Cg,[0,[0,[0,[0,[13,a,d]],0]]])}return i(t(function(b){return nQ(a,b)},gy,b),g)}return i(t(function(a){return aR(Cd,a)},bV,b),f)}return i(t(am,dX,b),d)}return i(t(function(b){return nR(e,a,b)},gz,b),d)};return i(U([0,gy,[0,gz,[0,dX,[0,bV,0]]]],0,k),s)}}return Ch}var
-m=0;if(K(d,dj)||K(d,dk))m=1;if(m&&K(o,nO)){var
-n=0;if(K(c,b4)||K(c,dZ))n=1;if(n){var
+a=[0,p,r,f,h,J(c,eQ),b,e];return q?[0,[0,[0,[4,a,d],0]]]:O(A(L,d),Ca,[0,[0,[0,[0,[13,a,d]],0]]])}return i(t(function(b){return nJ(a,b)},gs,b),g)}return i(t(function(a){return aP(B9,a)},bV,b),f)}return i(t(am,dW,b),d)}return i(t(function(b){return nK(e,a,b)},gt,b),d)};return i(U([0,gs,[0,gt,[0,dW,[0,bV,0]]]],0,k),s)}}return Cb}var
+m=0;if(J(d,dj)||J(d,dk))m=1;if(m&&J(o,nH)){var
+n=0;if(J(c,b4)||J(c,dY))n=1;if(n){var
 u=function(b){function
 f(e){function
 f(b){if(j)var
-f=j[1],g=K(c,b4),a=[0,[0,[14,K(d,dj),g,f,h,b,e]],0];else
+f=j[1],g=J(c,b4),a=[0,[0,[14,J(d,dj),g,f,h,b,e]],0];else
 var
-a=Ci;return[0,[0,a]]}return i(t(function(b){return nQ(a,b)},gy,b),f)}return i(t(function(b){return nR(e,a,b)},gz,b),f)};return i(U([0,gy,[0,gz,0]],0,k),u)}}return Cj},dW,f),g)}return i(t(by,ct,f),g)};return i(bh(l),p)}return[0,b]}return[0,b]}return[0,b]}return[0,b]}return[0,b]}return[0,b]}return[0,b]}var
+a=Cc;return[0,[0,a]]}return i(t(function(b){return nJ(a,b)},gs,b),f)}return i(t(function(b){return nK(e,a,b)},gt,b),f)};return i(U([0,gs,[0,gt,0]],0,k),u)}}return Cd},dV,f),g)}return i(t(by,ct,f),g)};return i(bf(l),p)}return[0,b]}return[0,b]}return[0,b]}return[0,b]}return[0,b]}return[0,b]}return[0,b]}var
 w=b[3];if(w&&typeof
 w[1]==="number"&&!w[2]){var
-B=m(nA(b));if(B){var
+B=m(nt(b));if(B){var
 f=B[1],N=function(d){if(d){var
 e=d[1],t=0;if(typeof
 e==="number"||!(8===e[0]))t=1;else{var
 g=b[5],r=e[1],h=f[4];if(h)var
 i=h[1];else
 var
-x=a[5]?z(k(z6),T):z8,i=x;var
-j=z([0,z_,[0,i,0]],bj(I(r),z5)),c=f[1],l=2===c[0]?[0,Ae,z(j,bj(c[1][6],Ag))]:[0,z3,z(j,bj(mT(c),Aa))],v=2===f[1][0]?0:bj(r,Ac),w=z(l,v),m=G(function(a){return bO(g,a)},l),u=0;if(m){var
+x=a[5]?y(k(z0),T):z2,i=x;var
+j=y([0,z4,[0,i,0]],bh(I(r),zZ)),c=f[1],l=2===c[0]?[0,z_,y(j,bh(c[1][6],Aa))]:[0,zX,y(j,bh(mM(c),z6))],v=2===f[1][0]?0:bh(r,z8),w=y(l,v),m=G(function(a){return bO(g,a)},l),u=0;if(m){var
 n=G(function(a){return bO(w,a)},g);if(n){var
 s=ck(g);u=1}else
 var
@@ -6784,31 +6757,31 @@ q=b;return[0,q]},p=b[1];if(p){var
 q=p[2];if(q){var
 r=q[2];if(r){var
 s=r[2];if(s&&!s[2]){var
-c=s[1],y=r[1],j=q[1],u=p[1],v=K(u,dj);switch(f[1][0]){case
+c=s[1],z=r[1],j=q[1],u=p[1],v=J(u,dj);switch(f[1][0]){case
 0:var
-o=zW;break;case
+o=zQ;break;case
 1:var
-o=zX;break;default:var
-o=zY}var
-g=0;if(K(y,k(o))){var
-C=0;if(!v&&!K(u,dk)){g=1;C=1}if(!C){var
-D=0;if(!K(j,b4)&&!K(j,dZ)){g=1;D=1}if(!D){var
-E=0;if(dl(dn,c)||dl(eW,c))E=1;else
+o=zR;break;default:var
+o=zS}var
+g=0;if(J(z,k(o))){var
+C=0;if(!v&&!J(u,dk)){g=1;C=1}if(!C){var
+D=0;if(!J(j,b4)&&!J(j,dY)){g=1;D=1}if(!D){var
+E=0;if(dl(dn,c)||dl(eU,c))E=1;else
 g=1;if(E)var
 H=function(a){function
 b(b){function
 d(a){var
-d=f[3],e=v?bq:br,g=[0,[12,K(a,e)],d],h=K(j,b4)?[0,c,b]:[1,c,b];return[0,[0,[8,v,h],g]]}return i(t(function(a){function
-b(a){return t(X,nv,a)}return i(U([0,nv,0],0,a),b)},dW,a),d)}return i(t(by,ct,a),b)},d=i(bh(l),H)}}}else
+d=f[3],e=v?bq:br,g=[0,[12,J(a,e)],d],h=J(j,b4)?[0,c,b]:[1,c,b];return[0,[0,[8,v,h],g]]}return i(t(function(a){function
+b(a){return t(X,no,a)}return i(U([0,no,0],0,a),b)},dV,a),d)}return i(t(by,ct,a),b)},d=i(bf(l),H)}}}else
 g=1;if(g){var
-h=0;if(K(y,nk)){var
-J=[0,k(z0),0];if(bO([0,k(z1),J],u)&&K(j,dZ)){var
-F=0;if(!dl(dn,c)&&!dl(eW,c)){h=1;F=1}if(!F)if(I($(function(a){return np(a,c)},nq)))var
+h=0;if(J(z,nd)){var
+K=[0,k(zU),0];if(bO([0,k(zV),K],u)&&J(j,dY)){var
+F=0;if(!dl(dn,c)&&!dl(eU,c)){h=1;F=1}if(!F)if(I($(function(a){return ni(a,c)},nj)))var
 M=function(a){function
 d(d){function
 e(a){var
-e=f[3];return[0,[0,[8,nA(b),[2,c,d,a]],e]]}return i(t(function(a){function
-b(a){return t(nn,gt,a)}return i(U([0,gt,0],0,a),b)},dW,a),e)}return i(t(by,ct,a),d)},d=i(bh(l),M);else
+e=f[3];return[0,[0,[8,nt(b),[2,c,d,a]],e]]}return i(t(function(a){function
+b(a){return t(ng,gn,a)}return i(U([0,gn,0],0,a),b)},dV,a),e)}return i(t(by,ct,a),d)},d=i(bf(l),M);else
 h=1}else
 h=1}else
 h=1;if(h)var
@@ -6825,37 +6798,37 @@ x=i(d,N)}else
 var
 x=[0,b]}else
 var
-x=[0,b];return i(x,Q)}return i(iq(H,af(function(a){return a[1]},c),b,l),d)},b)}return i(bp(b),d)},gk,d),u)}var
+x=[0,b];return i(x,Q)}return i(ii(H,af(function(a){return a[1]},c),b,l),d)},b)}return i(bp(b),d)},ge,d),u)}var
 D=ah(cP,b);if(D)var
 E=D[1],aa=function(a){function
-b(b){return O(A(a,L),BN,[0,[0,[0,a,b]]])}return i(X(E),b)},V=a_(cP,i(am(E),aa));else
+b(b){return O(A(a,L),BH,[0,[0,[0,a,b]]])}return i(X(E),b)},V=a8(cP,i(am(E),aa));else
 var
-V=BO;return i(V,ao)}function
-n(b){return nd(e,a,l,b)}return i(t(function(a){return V(n,a)},dT,d),m)}return i(bd(function(b){function
-j(a){return[0,[0,gP(b[1]),a]]}var
+V=BI;return i(V,ao)}function
+n(b){return m8(e,a,l,b)}return i(t(function(a){return V(n,a)},dS,d),m)}return i(bb(function(b){function
+j(a){return[0,[0,gJ(b[1]),a]]}var
 c=ah(b[1],n);if(c){var
 d=c[1];if(typeof
 d==="number")var
 f=[0,[0,[12,I(p)],0]];else
 var
 k=function(a){var
-c=p?[0,[0,[2,b[2][1],b[2][2],a]],0]:FE;return[0,c]},h=b[2][2],l=V(function(c){function
+c=p?[0,[0,[2,b[2][1],b[2][2],a]],0]:Fy;return[0,c]},h=b[2][2],l=V(function(c){function
 b(b){function
 c(c){function
 d(a){function
-d(b){return[0,[0,[0,c,a],b]]}return i(t(av,gs,b),d)}return i(t(function(b){return ip(e,a,b)},bG,b),d)}var
-d=t(function(b){return m$(e,a,b)},ad,b);return i(b3(I(h),ao,d),c)}return i(U(z(bj(I(h),ad),[0,bG,[0,gs,0]]),0,c),b)},d),f=i(a_(b[1],l),k);var
+d(b){return[0,[0,[0,c,a],b]]}return i(t(av,gm,b),d)}return i(t(function(b){return ih(e,a,b)},bG,b),d)}var
+d=t(function(b){return m4(e,a,b)},ad,b);return i(b3(I(h),ao,d),c)}return i(U(y(bh(I(h),ad),[0,bG,[0,gm,0]]),0,c),b)},d),f=i(a8(b[1],l),k);var
 g=f}else
 var
-g=FF;return i(g,j)},o),m)}return i(bd(function(b){function
+g=Fz;return i(g,j)},o),m)}return i(bb(function(b){function
 c(a){return[0,[0,b[1],a]]}var
-d=b[1],f=b[2];return i(t(function(b){return eP(e,a,f,b)},d,n),c)},m),r)}var
-x=q(a0,o),w=0,y=z(q(a0,m),x);return i(t(function(a){return U(y,w,a)},dS,d),v)}return i(t(bh,dS,d),x)}if(c){var
+d=b[1],f=b[2];return i(t(function(b){return eN(e,a,f,b)},d,n),c)},m),r)}var
+x=q(aY,o),w=0,z=y(q(aY,m),x);return i(t(function(a){return U(z,w,a)},dR,d),v)}return i(t(bf,dR,d),x)}if(c){var
 l=c[1],u=l[1];if(u[11]){if(u[6]){var
 n=j,m=l[2];for(;;){if(n){var
 r=n[2];if(r&&m){var
 s=m[2];if(s){var
-v=x(n[1][1],r[1][1])?lW(m[1],s[1]):1;if(v){var
+v=z(n[1][1],r[1][1])?lO(m[1],s[1]):1;if(v){var
 n=r,m=s;continue}var
 o=v}else
 var
@@ -6867,24 +6840,24 @@ o=1;var
 w=o;break}}else
 var
 w=1;var
-J=O(w,v6,v5),N=l[2],y=bP(aa(j),N);if(y)var
+K=O(w,v0,vZ),N=l[2],x=bP(aa(j),N);if(x)var
 Q=l[2],R=aa(a[2]),C=G(function(a){return bP(R,a)},Q);else
 var
-C=y;var
-D=O(C,v7,J)}else
+C=x;var
+D=O(C,v1,K)}else
 var
-D=v9;var
-S=u[10],E=a_(gn,O(G(function(b){var
+D=v3;var
+S=u[10],E=a8(gh,O(G(function(b){var
 c=b[1],f=l[1];return G(function(b){var
 d=aa(a[2]),c=P(b[3],d);return c?$(function(a){var
-c=x(a[1],b[1]);if(c){var
-d=f[6];if(!d)return x(a[2],b[2]);var
+c=z(a[1],b[1]);if(c){var
+d=f[6];if(!d)return z(a[2],b[2]);var
 e=d}else
 var
-e=c;return e},j):c},c)},S),v8,D))}else
+e=c;return e},j):c},c)},S),v2,D))}else
 var
-E=FG;return i(E,T)}var
-l=ah(gn,b);if(l)var
+E=FA;return i(E,T)}var
+l=ah(gh,b);if(l)var
 C=function(a){return[0,[0,a]]},D=l[1],w=function(b){function
 d(e){function
 d(d){function
@@ -6897,44 +6870,44 @@ g(g){function
 m(m){function
 c(n){function
 c(b){var
-o=b?b[1][2]:b,p=[0,[0,[0,l,d,h,f,k,e,j,g,m,n,af(a0,b)],o]];if(g)var
+o=b?b[1][2]:b,p=[0,[0,[0,l,d,h,f,k,e,j,g,m,n,af(aY,b)],o]];if(g)var
 q=g[1],c=bP(aa(a[3]),q);else
 var
 c=1;var
-r=O(c,vZ,p),s=e?j?0:1:1,t=O(s,v0,r),u=f?A(f[1],d):1,v=O(u,v1,t),i=I(hQ(d)),w=i?A(h,d):i;return O(w,v2,v)}return i(t(function(a){return aQ(vT,a)},lN,b),c)}function
-o(b){function
+r=O(c,vT,p),s=e?j?0:1:1,t=O(s,vU,r),u=f?A(f[1],d):1,v=O(u,vV,t),i=I(hK(d)),w=i?A(h,d):i;return O(w,vW,v)}return i(t(function(a){return aO(vN,a)},lF,b),c)}function
+n(b){function
 a(a){function
 b(b){function
-c(a){return[0,[0,b,a]]}return i(t(av,f6,a),c)}function
+c(a){return[0,[0,b,a]]}return i(t(av,fZ,a),c)}function
 c(b){function
 a(a){if(a){var
 b=a[2];if(b){var
 c=b[2],f=b[1];if(c){var
 d=c[2],g=c[1];if(d){var
-h=d[1];if(d[2])return R(vN);var
+h=d[1];if(d[2])return R(vH);var
 j=function(a){function
 b(b){function
 c(c){function
-d(d){return[0,[0,a,b,c,d]]}return i(av(h),d)}return i(aN(g),c)}var
+d(d){return[0,[0,a,b,c,d]]}return i(av(h),d)}return i(aL(g),c)}var
 c=e?typeof
-f==="number"?[0,aL(n)]:R(vO):aN(f);return i(c,b)};return i(aN(a[1]),j)}return R(vP)}return R(vQ)}return R(vR)}return R(vS)}return i(bp(b),a)}return i(t(function(a){return V(c,a)},lO,a),b)}return i(U([0,lO,[0,f6,0]],0,b),a)}return i(t(function(a){return V(o,a)},bt,b),c)}var
-o=a[2];function
+f==="number"?[0,aJ(o)]:R(vI):aL(f);return i(c,b)};return i(aL(a[1]),j)}return R(vJ)}return R(vK)}return R(vL)}return R(vM)}return i(bp(b),a)}return i(t(function(a){return V(c,a)},lG,a),b)}return i(U([0,lG,[0,fZ,0]],0,b),a)}return i(t(function(a){return V(n,a)},bt,b),c)}var
+n=a[2];function
 p(b){function
 a(f){var
-a=q(function(a){return F(ew(function(b){return K(a,b)}),o)},f);if(a){var
+a=q(function(a){return F(eu(function(b){return J(a,b)}),n)},f);if(a){var
 b=a[2],c=a[1];if(b){var
-d=b[1];if(b[2])return R(vV);var
-e=J(r,c),g=[0,[0,c,d]],h=e?J(r,d):e;return O(h,vW,g)}return R(vX)}return R(vY)}return i(aA(c(2,n),X,b),a)}return i(t(function(a){return V(p,a)},lM,b),m)}return i(t(function(a){return aQ(vL,a)},lL,b),g)}var
-m=[0,[0,k(v3),0],0],o=[0,[0,k(v4),1],m];return i(t(function(a){return aR(o,a)},lJ,b),g)}var
-l=[0,[0,bq,1],[0,[0,br,0],0]];return i(t(function(a){return aR(l,a)},bJ,b),g)}return i(t(function(a){return aQ(am,a)},bS,b),g)}return i(t(function(a){return aQ(am,a)},bA,b),f)}return i(t(am,bz,b),f)}return i(t(am,bs,b),d)}return i(t(eu,lK,b),d)},m=i(a_(gn,i(U([0,bJ,[0,bs,[0,bz,[0,bA,[0,lJ,[0,lK,[0,bS,[0,lL,[0,lM,[0,bt,[0,lN,0]]]]]]]]]]],0,D),w)),C);else
+d=b[1];if(b[2])return R(vP);var
+e=K(s,c),g=[0,[0,c,d]],h=e?K(s,d):e;return O(h,vQ,g)}return R(vR)}return R(vS)}return i(ay(c(2,o),X,b),a)}return i(t(function(a){return V(p,a)},lE,b),m)}return i(t(function(a){return aO(vF,a)},lD,b),g)}var
+m=[0,[0,k(vX),0],0],n=[0,[0,k(vY),1],m];return i(t(function(a){return aP(n,a)},lB,b),g)}var
+l=[0,[0,bq,1],[0,[0,br,0],0]];return i(t(function(a){return aP(l,a)},bJ,b),g)}return i(t(function(a){return aO(am,a)},bS,b),g)}return i(t(function(a){return aO(am,a)},bA,b),f)}return i(t(am,bz,b),f)}return i(t(am,bs,b),d)}return i(t(es,lC,b),d)},m=i(a8(gh,i(U([0,bJ,[0,bs,[0,bz,[0,bA,[0,lB,[0,lC,[0,bS,[0,lD,[0,lE,[0,bt,[0,lF,0]]]]]]]]]]],0,D),w)),C);else
 var
-m=FH;return i(m,y)}for(;;){if(f){var
-u=f[1],v=0;if(a[7]&&lI(u)){var
+m=FB;return i(m,x)}for(;;){if(f){var
+u=f[1],v=0;if(a[7]&&lA(u)){var
 m=[0,T(j,0),f];v=1}if(!v){var
 f=f[2],j=[0,u,j];continue}}else
 var
 m=[0,T(j,0),0];var
-o=m[2],s=a[6],w=s?[0,c9,0]:s,y=a[5]?0:[0,bI,0],C=z(y,w),D=1===a[1][2]?[0,f5,0]:0,E=z([0,ad,[0,bG,[0,f4,0]]],z(D,C)),W=m[1],l=aa(a[2]),N=aa(a[4]),S=aa(a[3]),Y=bd(function(c){function
+n=m[2],r=a[6],w=r?[0,c9,0]:r,x=a[5]?0:[0,bI,0],C=y(x,w),D=1===a[1][2]?[0,fY,0]:0,E=y([0,ad,[0,bG,[0,fX,0]]],y(D,C)),W=m[1],l=aa(a[2]),N=aa(a[4]),S=aa(a[3]),Y=bb(function(c){function
 b(b){function
 c(e){function
 c(f){function
@@ -6943,46 +6916,46 @@ d(h){function
 c(j){function
 k(a){return[0,[0,e,f,g,h,j,a]]}var
 c=a[6];if(c)var
-m=function(a){return aA(l,am,a)},n=aa(c[1]),d=t(function(a){return aA(n,m,a)},c9,b);else
+m=function(a){return ay(l,am,a)},n=aa(c[1]),d=t(function(a){return ay(n,m,a)},c9,b);else
 var
-d=vg;return i(d,k)}var
-d=1===a[1][2]?t(am,f5,b):[0,Q];return i(d,c)}if(a[5])var
-c=vh;else
+d=va;return i(d,k)}var
+d=1===a[1][2]?t(am,fY,b):[0,Q];return i(d,c)}if(a[5])var
+c=vb;else
 var
-h=function(a){return aQ(av,a)},c=t(function(a){return aA(l,h,a)},bI,b);return i(c,d)}return i(t(function(a){return aA(l,am,a)},f4,b),c)}return i(t(function(a){return fK(S,a)},bG,b),c)}return i(t(function(a){return fK(N,a)},ad,b),c)}return i(U(E,0,c),b)},W),_=a[7]?o?1:o:1,ab=O(_,vi,Y);return i(a_(bt,O(G(lI,o),vj,ab)),ai)}}var
-f=ah(ig,b);if(f)var
-o=f[1],l=function(b){function
+h=function(a){return aO(av,a)},c=t(function(a){return ay(l,h,a)},bI,b);return i(c,d)}return i(t(function(a){return ay(l,am,a)},fX,b),c)}return i(t(function(a){return fD(S,a)},bG,b),c)}return i(t(function(a){return fD(N,a)},ad,b),c)}return i(U(E,0,c),b)},W),_=a[7]?n?1:n:1,ab=O(_,vc,Y);return i(a8(bt,O(G(lA,n),vd,ab)),ai)}}var
+f=ah(h_,b);if(f)var
+n=f[1],l=function(b){function
 c(f){function
 c(g){var
 c=a[6];if(c){var
 d=c[1],b=q(function(b){var
-c=a[2];return F(ew(function(a){return K(b,a)}),c)},f),e=a[1][3][3],h=e?1:e,i=aa(d),j=[0,[0,[0,b,F(ew(function(a){return K(g,a)}),d),i,h]]],k=W(b,ch(b));return O(G(function(a){return P(a[1],a[2])},k),vk,j)}return vl}return i(t(X,c9,b),c)}return i(t(fL,dO,b),c)},j=a_(ig,i(U([0,dO,[0,c9,0]],0,o),l));else
+c=a[2];return F(eu(function(a){return J(b,a)}),c)},f),e=a[1][3][3],h=e?1:e,i=aa(d),j=[0,[0,[0,b,F(eu(function(a){return J(g,a)}),d),i,h]]],k=W(b,ch(b));return O(G(function(a){return P(a[1],a[2])},k),ve,j)}return vf}return i(t(X,c9,b),c)}return i(t(fE,dN,b),c)},j=a8(h_,i(U([0,dN,[0,c9,0]],0,n),l));else
 var
-j=FI;return i(j,m)};return i(a_(dV,lH(h)),m)}return R(FJ)}return FK}return i(oS(B,a,g),f)}return i(t(aN,dU,a),f)}return i(t(fN,gm,a),f)}var
-f=[0,dV,[0,bt,0]],h=[0,gm,[0,dU,0]];return i(t(function(a){return U(h,f,a)},eM,b),a)}return i(i(hN(b),f),l)}return i(t(function(a){return U(p,v,a)},gj,d),y)}return i(t(bh,gj,d),a)}return i(t(Fe,mX,d),a)}var
-b=[0,[0,k(F6),0],0];return i(t(function(a){return aR(b,a)},f2,d),a)}return i(U(Fg,[0,cr,[0,eL,0]],b),a)}var
-v=i(oR(aY),aZ);if(0===v[0]){var
+j=FC;return i(j,m)};return i(a8(dU,lz(h)),m)}return R(FD)}return FE}return i(oL(B,a,g),f)}return i(t(aL,dT,a),f)}return i(t(fG,gg,a),f)}var
+f=[0,dU,[0,bt,0]],h=[0,gg,[0,dT,0]];return i(t(function(a){return U(h,f,a)},eK,b),a)}return i(i(hH(b),f),l)}return i(t(function(a){return U(p,v,a)},gd,d),w)}return i(t(bf,gd,d),a)}return i(t(E_,mQ,d),a)}var
+b=[0,[0,k(F0),0],0];return i(t(function(a){return aP(b,a)},fV,d),a)}return i(U(Fa,[0,cr,[0,eJ,0]],b),a)}var
+v=i(oK(a1),a2);if(0===v[0]){var
 h=v[1];if(typeof
 h==="number")return 0;else{if(0===h[0]){var
-d=h[1],aV=id(d),p=d[1];if(0===p[0])var
+d=h[1],aV=h8(d),p=d[1];if(0===p[0])var
 u=1;else{var
-aB=p[2],a=p[1],ai=l3(a[1]),y=0;if(ai){var
-l=a[2],ak=0===l[0]?l3(l[1]):I(bc(l[1],0));if(ak){var
-an=g$(wk,bf(a));if(an){var
-aq=I(bc(a[4],0));if(aq){var
-aI=a[5],aJ=c$(a),ar=f7(bK(a),aJ,aI);if(ar){var
-aK=a[5],aM=a[4],aO=function(a){return eE(aM,a)},aw=G(function(a){return G(aO,a)},aK);if(aw){var
+aD=p[2],a=p[1],ai=lV(a[1]),w=0;if(ai){var
+l=a[2],ak=0===l[0]?lV(l[1]):I(ba(l[1],0));if(ak){var
+an=g5(we,bd(a));if(an){var
+aq=I(ba(a[4],0));if(aq){var
+aI=a[5],aK=c$(a),ar=f0(bK(a),aK,aI);if(ar){var
+aM=a[5],aQ=a[4],aR=function(a){return eC(aQ,a)},aw=G(function(a){return G(aR,a)},aM);if(aw){var
 j=a[7];if(0===j[0])var
 D=j[1],H=da(a[4],D),e=H?G(au,D):H;else{var
-N=j[1],aG=bf(a),S=f7(bi(a),aG,N);if(S)var
+N=j[1],aG=bd(a),S=f0(bg(a),aG,N);if(S)var
 aH=function(b){var
 c=da(a[4],b);return c?G(au,b):c},e=G(function(a){return G(aH,a)},N);else
 var
 e=S}if(e){var
 ax=a[6];if(ax){var
-o=ax[1],aS=bf(a),ay=f7(bi(a),aS,o);if(ay){var
-aT=bo(o),f=eE(aj(bo(o)),aT);y=1}else{var
-f=ay;y=1}}else
+n=ax[1],aS=bd(a),az=f0(bg(a),aS,n);if(az){var
+aT=bo(n),f=eC(aj(bo(n)),aT);w=1}else{var
+f=az;w=1}}else
 var
 b=1}else
 var
@@ -6998,34 +6971,34 @@ b=an}else
 var
 b=ak}else
 var
-b=ai;if(!y)var
+b=ai;if(!w)var
 f=b;var
-C=0;if(f)if(aB)var
-u=hr(aB[1]);else{var
+C=0;if(f)if(aD)var
+u=hl(aD[1]);else{var
 aE=1;C=1}else{var
 aE=f;C=1}if(C)var
-u=aE}if(u&&hr(aV)){var
-_=oV(d,0),ae=oV(d,1),az=d[1],aU=0===az[0]?0:az[2],a3=af(hF,aU),m=hF(id(d)),aW=d[4],aF=q(function(c){var
+u=aE}if(u&&hl(aV)){var
+_=oO(d,0),ae=oO(d,1),aC=d[1],aU=0===aC[0]?0:aC[2],a3=af(hz,aU),m=hz(h8(d)),aW=d[4],aF=q(function(c){var
 a=c[2];if(a)var
-e=0,f=[0,a[1],a[2]],b=aP(function(b9,b){if(typeof
+e=0,f=[0,a[1],a[2]],b=aN(function(b9,b){if(typeof
 b==="number")var
 c=2;else
 switch(b[0]){case
 0:var
-c=hI(m,b[1]);break;case
+c=hC(m,b[1]);break;case
 1:var
 aQ=d[1],a4=0===aQ[0]?aQ[2]:0;if(a4){var
-a5=a4[1],a6=b[3],a7=b[2],e=a5[2],a=a5[1],aA=bn(b[1],a[1]),B=0;if(aA){var
-bA=ks(a,e),az=$(function(a){if(a)var
+a5=a4[1],a6=b[3],a7=b[2],e=a5[2],a=a5[1],aB=bn(b[1],a[1]),B=0;if(aB){var
+bA=kk(a,e),az=$(function(a){if(a)var
 b=a[2],c=b?1:b;else
 var
 c=a;return c},bA);if(az)if(a7){var
-t=a7[1],bz=ks(a,e),ay=G(function(a){return G(function(b){return G(function(a){return A(b,M(t,a))},a)},a)},bz);if(ay){var
-bs=kg(a),am=bs||I(a[1]),an=am?kf(a,e,0):am;if(a[1])var
+t=a7[1],bz=kk(a,e),ay=G(function(a){return G(function(b){return G(function(a){return A(b,M(t,a))},a)},a)},bz);if(ay){var
+bs=j_(a),am=bs||I(a[1]),an=am?j9(a,e,0):am;if(a[1])var
 bt=e[1],C=q(function(b){var
-g=e[4],f=al(function(a){return x(a[1],b)},g),h=kg(a)?an:kf(a,e,[0,b]),c=q(sD,f),d=a[6],i=d?G(function(i){return G(function(j){var
+g=e[4],f=al(function(a){return z(a[1],b)},g),h=j_(a)?an:j9(a,e,[0,b]),c=q(sx,f),d=a[6],i=d?G(function(i){return G(function(j){var
 b=i,a=j;for(;;){if(b){if(a){var
-c=a[1],d=b[1],e=x(d[1],c[1]);if(e){var
+c=a[1],d=b[1],e=z(d[1],c[1]);if(e){var
 f=b1(d[2],c[2]);if(f){var
 b=b[2],a=a[2];continue}var
 g=f}else
@@ -7034,176 +7007,176 @@ g=e;var
 h=g}else
 var
 h=a;return h}return a?0:1}},c)},c):d;return[0,b,q(function(b){var
-c=ka(a,b);return[0,b[2],c]},f),i,h]},bt);else
+c=j4(a,b);return[0,b[2],c]},f),i,h]},bt);else
 var
-bu=0,bv=0,bw=kq(e),C=[0,[0,aL(n),q(function(b){var
-c=hg(e,b),d=j_(q(function(b){var
-c=ka(a,b);return c5(hf(e,b),c)},c));return[0,b,c5(at(hh(e,b)),d)]},bw),bv,an],bu];var
-p=hi(a),ao=G(sE,e[4]),bk=0;if(ao){var
+bu=0,bv=0,bw=ki(e),C=[0,[0,aJ(o),q(function(b){var
+c=ha(e,b),d=j2(q(function(b){var
+c=j4(a,b);return c5(g$(e,b),c)},c));return[0,b,c5(at(hb(e,b)),d)]},bw),bv,an],bu];var
+p=hc(a),ao=G(sy,e[4]),bk=0;if(ao){var
 aq=au(a[3]);if(aq){var
 ar=A(a[3],a[2]);if(ar){var
-av=P(r,hi(a));if(av){var
-bx=km(a),by=hi(a),D=G(function(a){return ki(by,a)},bx);bk=1}else
+av=P(s,hc(a));if(av){var
+bx=ke(a),by=hc(a),D=G(function(a){return ka(by,a)},bx);bk=1}else
 var
-o=av}else
+n=av}else
 var
-o=ar}else
+n=ar}else
 var
-o=aq}else
+n=aq}else
 var
-o=ao;if(!bk)var
-D=o;var
+n=ao;if(!bk)var
+D=n;var
 bl=0;if(D){var
 aw=A(L,t);if(aw){var
 ax=G(function(b){var
-$=al(function(a){return x(a[1],b[1])},a6),c=b[2],d=Y(function(a){return Y(function(b){return x(a[1],b[1])?0:[0,[0,a,b],0]},c)},c);return G(function(L){var
+$=al(function(a){return z(a[1],b[1])},a6),c=b[2],d=Y(function(a){return Y(function(b){return z(a[1],b[1])?0:[0,[0,a,b],0]},c)},c);return G(function(L){var
 g=L[2],h=L[1],H=bZ(function(a){var
-c=x(a[1],b[1]),d=c?x(a[2],h[1]):c;return d?x(a[3],g[1]):d},$);if(H){var
+c=z(a[1],b[1]),d=c?z(a[2],h[1]):c;return d?z(a[3],g[1]):d},$);if(H){var
 f=a[4],Y=b[4];if(f)var
 V=a[5]?[0,h,[0,g,0]]:b[2],W=f[1],I=q(function(b){var
 a=cj(W);return cJ(b[2],a)},V);else
 var
 I=f;var
-Z=z(I,Y),i=kn(r,H[1][4],Z);if(i){var
-j=i[1],_=c5(t,g[2]),k=cJ(h[2],_),u=dI(k),v=ap(function(a,b){var
-c=dI(a[2]);return hc(s(a[1][2],c),b)},u,j),w=kk(k);if(w){var
-y=G(function(a){return kk(a[2])},j);if(y){var
+Z=y(I,Y),i=kf(s,H[1][4],Z);if(i){var
+j=i[1],_=c5(t,g[2]),k=cJ(h[2],_),u=dH(k),v=ap(function(a,b){var
+c=dH(a[2]);return g8(r(a[1][2],c),b)},u,j),w=kc(k);if(w){var
+x=G(function(a){return kc(a[2])},j);if(x){var
 B=q(function(a){var
-b=kl(a[2]),c=dI(a[2]),d=aC(v,s(a[1][2],c));return[0,s(a[1][1],d),b]},j),S=kl(k),C=aC(v,u),T=function(c){var
-b=a[11],d=b?fD(Q,b[1][2],c[1][1]):a[2];return fG(p,d)},l=P(r,p),U=function(c){var
-b=a[11],d=b?fD(Q,b[1][1],c[1][1]):a[3];return fG(p,d)};if(l){var
-m=P(r,C);if(m){var
+b=kd(a[2]),c=dH(a[2]),d=aA(v,r(a[1][2],c));return[0,r(a[1][1],d),b]},j),S=kd(k),C=aA(v,u),T=function(c){var
+b=a[11],d=b?fw(Q,b[1][2],c[1][1]):a[2];return fz(p,d)},l=P(s,p),U=function(c){var
+b=a[11],d=b?fw(Q,b[1][1],c[1][1]):a[3];return fz(p,d)};if(l){var
+m=P(s,C);if(m){var
 c=B;for(;;){if(c){var
-n=J(r,c[1][1]);if(n){var
+n=K(s,c[1][1]);if(n){var
 c=c[2];continue}var
 d=n}else
 var
 d=1;if(d){var
-o=[0,[0,C,S],B],N=j8(o),O=j7(o),R=s(p,N);return J(E(j9(U,T,j6(sA,em(function(n,o){var
+o=[0,[0,C,S],B],N=j0(o),O=jZ(o),R=r(p,N);return K(E(j1(U,T,jY(su,ek(function(n,o){var
 b=o[1],c=n[1],d=b[1],e=d[2],f=d[1],g=c[1],h=g[2],i=g[1],j=P(i,f);if(j)var
 a=j;else{var
-k=x(i,f);if(k){var
+k=z(i,f);if(k){var
 l=P(h,e);if(l)var
 a=l;else{var
-m=x(h,e);if(m)return J(c[2],b[2]);var
+m=z(h,e);if(m)return K(c[2],b[2]);var
 a=m}}else
 var
-a=k}return a},O))),R),r)}var
+a=k}return a},O))),R),s)}var
 e=d;break}}else
 var
 e=m}else
 var
 e=l;return e}var
-D=y}else
+D=x}else
 var
 D=w;return D}return i}var
-K=b[3];if(K)return K;var
-F=ac(ko(a));if(F){var
-X=M(t,ko(a));return A(a[2],X)}return F},d)},C);if(ax){var
-y=G(function(a){return $(function(b){var
-d=x(b[1],a[1]),e=d?I(x(a[2],a[3])):d;if(e)var
-f=b[2],c=$(function(b){return x(b[1],a[2])},f);else
+J=b[3];if(J)return J;var
+F=ac(kg(a));if(F){var
+X=M(t,kg(a));return A(a[2],X)}return F},d)},C);if(ax){var
+x=G(function(a){return $(function(b){var
+d=z(b[1],a[1]),e=d?I(z(a[2],a[3])):d;if(e)var
+f=b[2],c=$(function(b){return z(b[1],a[2])},f);else
 var
 c=e;if(c){var
-g=b[2];return $(function(b){return x(b[1],a[3])},g)}return c},C)},a6);bl=1}else
+g=b[2];return $(function(b){return z(b[1],a[3])},g)}return c},C)},a6);bl=1}else
 var
 F=ax}else
 var
 F=aw}else
 var
 F=D;if(!bl)var
-y=F}else
+x=F}else
 var
-y=ay}else{var
+x=ay}else{var
 H=1;B=1}else{var
 H=az;B=1}}else{var
-H=aA;B=1}if(B)var
-y=H;var
-c=bW([0,y])}else
+H=aB;B=1}if(B)var
+x=H;var
+c=bW([0,x])}else
 var
 c=1;break;case
 2:var
 W=b[3],X=b[2],a8=b[1];if(a8){var
-k=a8[1];if(x(k[1],k[2]))var
-aG=fV(X,k9),bB=aG?fV(W,k9):aG,f=[0,bB];else{var
-aH=k8(X);if(aH){var
-u=aH[1],aI=k8(W);if(aI)if(x(aI[1],E(u,n))){var
-aB=eA(k,[0,u,hy]);if(aB)if(1===aB[1])var
-f=t1;else{var
-N=eA(k,[0,E(u,n),hy]),ai=0;if(N)if(1===N[1]){var
-aD=t2;ai=1}else
+k=a8[1];if(z(k[1],k[2]))var
+aG=fO(X,k1),bB=aG?fO(W,k1):aG,f=[0,bB];else{var
+aH=k0(X);if(aH){var
+u=aH[1],aI=k0(W);if(aI)if(z(aI[1],E(u,o))){var
+aC=ey(k,[0,u,hs]);if(aC)if(1===aC[1])var
+f=tV;else{var
+N=ey(k,[0,E(u,o),hs]),ai=0;if(N)if(1===N[1]){var
+aD=tW;ai=1}else
 var
-f=t3;else{var
+f=tX;else{var
 aD=N;ai=1}if(ai)var
 f=aD}else{var
-O=eA(k,[0,E(u,n),hy]);if(O)var
-aE=1!==O[1]?1:0,aF=aE?t4:aE;else
+O=ey(k,[0,E(u,o),hs]);if(O)var
+aE=1!==O[1]?1:0,aF=aE?tY:aE;else
 var
 aF=O;var
 f=aF}}else
 var
-f=t9;else
+f=t3;else
 var
-f=t_}else
+f=t4}else
 var
-f=t$}}else
+f=t5}}else
 var
-aJ=fV(X,k_),bC=aJ?fV(W,k_):aJ,f=[0,bC];var
+aK=fO(X,k2),bC=aK?fO(W,k2):aK,f=[0,bC];var
 c=bW(f);break;case
 3:var
-bV=hx(b[1],b[2]),bX=b[3],c=bW(af(function(a){return bn(bX,a)},bV));break;case
+bV=hr(b[1],b[2]),bX=b[3],c=bW(af(function(a){return bn(bX,a)},bV));break;case
 4:var
 Z=b[2],a9=b[1],bE=a9[2]?0:1,bG=bF(m,bE),bH=m[3],bI=m[2],bJ=m[1];if(au(Z))var
-aK=hE(Z),bD=aK?[0,L]:aK,a_=lt(bJ,bI,bH,function(a){return c7(a,[0,L])?up:hx(a,Z)},bD,bG,a9);else
+aL=hy(Z),bD=aL?[0,L]:aL,a_=ll(bJ,bI,bH,function(a){return c7(a,[0,L])?uj:hr(a,Z)},bD,bG,a9);else
 var
-a_=uq;var
+a_=uk;var
 c=bW(a_);break;case
 5:var
-a$=mW(d),c=a$?bW(E7(a$[1],b[1],b[2])):1;break;case
+a$=mP(d),c=a$?bW(E1(a$[1],b[1],b[2])):1;break;case
 6:var
-ba=mW(d);if(ba){var
+ba=mP(d);if(ba){var
 aa=b[1],i=ba[1];if(0===aa[0]){var
-l=aa[1],V=a1(l[1]),aX=bo(ot(i,V)),aY=J(r,l[1]),bm=0;if(aY){var
-aZ=fs(V,bi(i));if(aZ){var
-bO=dQ(aX),bP=function(a){return A(bO,a)},a0=iU(l[2],bP);if(a0){var
-bQ=function(a){return A(a,cN(aX))},a2=iU(l[3],bQ);if(a2){var
-bR=function(a){return A(a,cN(as(V,e3(i),0)))},ad=iU(l[4],bR);bm=1}else
+l=aa[1],V=aZ(l[1]),aX=bo(om(i,V)),aY=K(s,l[1]),bm=0;if(aY){var
+a0=fq(V,bg(i));if(a0){var
+bO=dP(aX),bP=function(a){return A(bO,a)},a1=iN(l[2],bP);if(a1){var
+bQ=function(a){return A(a,cN(aX))},a2=iN(l[3],bQ);if(a2){var
+bR=function(a){return A(a,cN(as(V,e1(i),0)))},ad=iN(l[4],bR);bm=1}else
 var
 w=a2}else
 var
-w=a0}else
+w=a1}else
 var
-w=aZ}else
+w=a0}else
 var
 w=aY;if(!bm)var
 ad=w}else
 var
-bS=aa[1],bT=e3(i),bU=cY(i),ad=G(function(a){return A(bS,gN(i,bT,0,a))},bU);var
+bS=aa[1],bT=e1(i),bU=cY(i),ad=G(function(a){return A(bS,gH(i,bT,0,a))},bU);var
 c=bW([0,ad])}else
 var
 c=1;break;case
 7:var
-c=a3?hI(a3[1],b[1]):1;break;case
+c=a3?hC(a3[1],b[1]):1;break;case
 8:var
-bb=b[1],bc=ie(d,bb);if(bc){var
+bb=b[1],bc=h9(d,bb);if(bc){var
 g=b[2],j=bc[1],U=function(b,a){return b?a?A(b[1],a[1]):1:a?0:1};if(typeof
 g==="number")var
 h=1;else
 switch(g[0]){case
 0:var
-aR=K(g[1],j[2]);if(aR)var
-bL=g[2],h=U(mS(j[1]),bL);else
+aR=J(g[1],j[2]);if(aR)var
+bL=g[2],h=U(mL(j[1]),bL);else
 var
 h=aR;break;case
 1:var
-aS=g[2],aT=K(g[1],j[2]),aj=0;if(aT){var
+aS=g[2],aT=J(g[1],j[2]),aj=0;if(aT){var
 aU=U([0,L],aS);if(aU)var
-h=U(aS,ia(j[1]));else{var
+h=U(aS,h5(j[1]));else{var
 aV=aU;aj=1}}else{var
 aV=aT;aj=1}if(aj)var
 h=aV;break;default:var
-aW=K(g[1],j[2]);if(aW)var
-bM=g[3],bN=g[2],h=k3(ia(j[1]),bN,bM);else
+aW=J(g[1],j[2]);if(aW)var
+bM=g[3],bN=g[2],h=kV(h5(j[1]),bN,bM);else
 var
 h=aW}if(h)var
 bY=bb?ae:_,c=bW(bY);else
@@ -7212,21 +7185,21 @@ c=1}else
 var
 c=2;break;case
 9:var
-bd=b[1],be=ie(d,bd);if(be){var
+bd=b[1],be=h9(d,bd);if(be){var
 b0=bd?ae:_,bf=bW(b0);if(bf)var
 c=bf;else{var
-ag=b[2],bg=be[1][1],b2=b[3],aP=mS(bg),R=ib(ag,ia(bg)),ak=0;if(R)if(R[1]){var
-S=ib(ag,aP),bp=0;if(S)if(S[1]){var
-v=wv;bp=1}else
+ag=b[2],bh=be[1][1],b2=b[3],aP=mL(bh),R=h6(ag,h5(bh)),ak=0;if(R)if(R[1]){var
+S=h6(ag,aP),bp=0;if(S)if(S[1]){var
+v=wp;bp=1}else
 var
-aM=ww;else
+aM=wq;else
 var
 aM=S;if(!bp)var
 v=aM}else{var
-T=ib(ag,aP),bq=0;if(T)if(T[1]){var
-v=wx;bq=1}else
+T=h6(ag,aP),bq=0;if(T)if(T[1]){var
+v=wr;bq=1}else
 var
-aN=wy;else
+aN=ws;else
 var
 aN=T;if(!bq){var
 aO=aN;ak=1}}else{var
@@ -7239,39 +7212,39 @@ c=bW(af(function(a){switch(b2){case
 var
 c=2;break;case
 10:var
-ah=b[1],bh=function(b,a){return a?1:ic(b,ah)?0:1},br=0;if(bh(1,ae)&&bh(0,_))var
-b3=b[2],b4=d[3],b5=af(function(a){return a[1]},b4),b6=d[2],b7=af(function(a){return a[1]},b6),bK=mV(b5,ic(0,ah)),c=bW([0,A(ab(ab(mV(b7,ic(1,ah)),bK),b3),L)]);else
+ah=b[1],bi=function(b,a){return a?1:h7(b,ah)?0:1},br=0;if(bi(1,ae)&&bi(0,_))var
+b3=b[2],b4=d[3],b5=af(function(a){return a[1]},b4),b6=d[2],b7=af(function(a){return a[1]},b6),bK=mO(b5,h7(0,ah)),c=bW([0,A(ab(ab(mO(b7,h7(1,ah)),bK),b3),L)]);else
 br=1;if(br)var
 c=2;break;case
 11:var
-bj=b[1];if(hr(bj))var
-b8=b[2],c=hI(hF(bj),b8);else
+bj=b[1];if(hl(bj))var
+b8=b[2],c=hC(hz(bj),b8);else
 var
 c=1;break;default:var
 c=bW([0,b[1]])}switch(b9){case
 0:return c;case
 1:return 1;default:return c?c:2}},f,e);else
 var
-b=2;return[0,c[1],b]},aW);if(d[5]&&I($(function(a){return 1===a[2]?1:0},aF)))return[1,k(F7)];return[0,aF]}return[1,k(F8)]}var
+b=2;return[0,c[1],b]},aW);if(d[5]&&I($(function(a){return 1===a[2]?1:0},aF)))return[1,k(F1)];return[0,aF]}return[1,k(F2)]}var
 aX=h[1];return[0,q(function(a){return[0,a[1],2]},aX)]}}return[1,v[1]]}function
-oW(c){var
-a=aG(c)-1|0,b=0;for(;;){if(0<=a){var
+oP(c){var
+a=aE(c)-1|0,b=0;for(;;){if(0<=a){var
 d=[0,bC(c,a),b],a=a-1|0,b=d;continue}return b}}function
-oX(a){return g6(F$,g5(jB(function(a){if(32<=a&&!(pG<a))return jE(1,a);return F(jK(F_),a)},a)))}function
-Gd(g,f){try{var
-h=qm(oW,f),a=F9(sr,oW(g),h)}catch(a){a=qc(a);if(a!==jy&&a!==jx)throw a;return Ge}if(typeof
-a==="number")return Gf;else{if(0===a[0]){var
+oQ(a){return g0(F5,gZ(jt(function(a){if(32<=a&&!(pz<a))return jw(1,a);return F(jC(F4),a)},a)))}function
+F9(g,f){try{var
+h=qg(oP,f),a=F3(sl,oP(g),h)}catch(a){a=p7(a);if(a!==jq&&a!==jp)throw a;return F_}if(typeof
+a==="number")return F$;else{if(0===a[0]){var
 b=a[1],c=function(e){var
 a=b;for(;;){if(a){var
 c=a[1][2]===e?1:0,d=a[2];if(c)return c;var
 a=d;continue}return 0}};if(c(1))var
 d=1;else
 var
-e=c(2),d=e?3:e;return[0,g5(jB(function(b){var
-c=eh(Gg,oX(b[1]));switch(b[2]){case
+e=c(2),d=e?3:e;return[0,gZ(jt(function(b){var
+c=eg(Ga,oQ(b[1]));switch(b[2]){case
 0:var
-a=Ga;break;case
+a=F6;break;case
 1:var
-a=Gb;break;default:var
-a=Gc}return eh(a,c)},b)),d]}return[0,[0,eh(Gh,oX(a[1])),0],2]}}Hp(function(b){var
-a=Gd(b,0);return g6(Gi,[0,y(ai+a[2]),a[1]])});jA(0);return}(globalThis));
+a=F7;break;default:var
+a=F8}return eg(a,c)},b)),d]}return[0,[0,eg(Gb,oQ(a[1])),0],2]}}Hj(function(b){var
+a=F9(b,0);return g0(Gc,[0,w(ai+a[2]),a[1]])});js(0);return}(globalThis));

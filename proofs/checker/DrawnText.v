@@ -88,7 +88,7 @@ Definition read_interval (ps : list pool) (v : json) : read drawn :=
   let* l := get not_negative k_lower ls in
   let* up := get read_ends k_upper ms in
   let* low := get read_ends k_lower ms in
-  let ss := match all_of sample_of ps with Some ss => ss | None => [] end in
+  let ss := match all_of sample_of ps with Some ss => if is_short ss then ss else [] | None => [] end in (* of what is not judged no ends *)
   let up := PlainEnds.completed (PlainEnds.plain_of (PlainEnds.reach_of u)) ss up in
   let low := PlainEnds.completed PlainEnds.range_of ss low in
   let* p := get (read_pair ps) k_pair ms in

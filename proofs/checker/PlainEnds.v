@@ -7,6 +7,7 @@ From Coq Require Import ZArith QArith List.
 From mathcomp Require Import ssreflect ssrfun ssrbool.
 From FairauditKernel Require Import Fractions.
 From FairauditChecker Require Import Nats Tails Chance.
+From FairauditChecker Require PairLaw.
 Import ListNotations.
 
 Set Implicit Arguments.
@@ -45,7 +46,7 @@ Definition reach_of (level : Q) : Z :=
 (* ---- The ends of n draws of which k are successes, in parts ---- *)
 
 (* The least integer that is not negative and whose square is at least a quotient *)
-Definition root_above (v d : Z) : Z := let least := above v d in if least <=? 0 then 0 else Z.sqrt (least - 1) + 1.
+Definition root_above (v d : Z) : Z := let least := above v d in if least <=? 0 then 0 else PairLaw.root (least - 1) + 1.
 
 (* The least j for which p = j/parts is above z = k/n and n (p - z)^2 >= 2 v reach/parts, v being the greatest t (1 - t) between them *)
 Definition plain_above (n k reach : Z) : Z :=
