@@ -36,7 +36,9 @@ COUNTED = {
     r"and about ([\d,]+) lines of its script": lines(SCRIPT) - lines(SCRIPT, until="// ---- The verified program"),
     r"about ([\d,]+) lines on what the bytes of a file say": lines(*in_checker("Json.v"), until="==== The program")
     + lines(*in_checker("ReadingSound.v", "CertificateSound.v"), until="==== Proofs")
-    + lines(*in_checker("Reading.v", "TableText.v", "ClassText.v", "DrawnText.v", "BetsText.v", "DriftText.v", "Document.v", "TargetText.v"))
+    + lines(
+        *in_checker("Reading.v", "TableText.v", "ClassText.v", "DrawnText.v", "BetsText.v", "DriftText.v", "Document.v", "TargetText.v")
+    )
     + lines(*in_checker("Certificate.v")),
     r"and about ([\d,]+) on what that means": lines(*in_checker("Table.v", "Statements.v", "Meaning.v"))
     + lines(*in_checker("NatsSound.v"), until="---- Proofs")
