@@ -15,12 +15,14 @@ from certificate_changes import redigested
 from certificate_kinds import true_labels, weighted
 from class_certificates import by_hand as of_class
 from class_certificates import entries
+from forged_samples import OF_SAMPLES, Forged
+from forged_statements import OF_STATEMENTS
+from forged_units import paired
 from plain_certificates import COUNTS, LIMITS, edited, make
 from policy_certificates import by_hand as of_policy
 
 import fairaudit as fa
 
-Forged = tuple[str, bytes]
 ROWS = "subject.table.rows"
 HEADER = "subject.table.header"
 
@@ -558,7 +560,10 @@ def intervals() -> Iterator[Forged]:
                         yield f"claim {i}: {key} is {value}", with_value("sample", f"claims.{i}.{key}", value)
 
 
-FAMILIES: tuple[Callable[[], Iterator[Forged]], ...] = (numbers, keys, texts, tables, figures, claims, policies, worst_cases, intervals)
+FAMILIES: tuple[Callable[[], Iterator[Forged]], ...] = (
+    *(numbers, keys, texts, tables, figures, claims, policies, worst_cases, intervals),
+    *(*OF_SAMPLES, paired, *OF_STATEMENTS),
+)
 
 
 def forged() -> Iterator[Forged]:
