@@ -1,7 +1,8 @@
 (* What it means that the checker calls a statement of a certificate true, and that it is so.
 
-   The first part has to be read, with Document.v, PolicyDocument.v, DrawnText.v, BetsText.v and Certificate.v, which say what the parts of
-   each statement are, Meaning.v, which says when a statement about a table holds, and PolicyMeaning.v, which says it of a policy behind filters. *)
+   The first part has to be read, with Document.v, PolicyDocument.v, DrawnText.v, BetsText.v, DriftText.v, TargetText.v and Certificate.v, which
+   say what the parts of each statement are, Meaning.v, which says when a statement about a table holds, PolicyMeaning.v, which says it of a
+   policy behind filters, DrawnMeaning.v, of a population, and VerdictsMeaning.v, of verdicts on it. *)
 
 From Coq Require Import ZArith QArith List.
 From mathcomp Require Import all_ssreflect all_algebra.

@@ -1,4 +1,4 @@
-(* What a certificate states of cells that move, as it stands: claims by T16 about this law.
+(* What a certificate states of cells that move, as it stands: claims by T16 about this law, and targets that are judged within a drift.
 
    This file only computes.  It follows docs/certificate-objections.md. *)
 
