@@ -453,7 +453,7 @@ def altered(pick: Pick, raw: bytes) -> bytes:
         return as_bytes(document)
     try:
         return redigested(document)
-    except (TypeError, KeyError, AttributeError):
+    except (TypeError, KeyError, AttributeError, UnicodeEncodeError):  # a table, or its digest, that was changed to something else
         return as_bytes(document)
 
 
