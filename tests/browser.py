@@ -7,6 +7,7 @@ import json
 import os
 import shutil
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -117,3 +118,11 @@ class Browser:
     def close(self) -> None:
         """End it."""
         self.driver.quit()
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """The one browser of a run."""
+    running = Browser(tmp_path_factory.mktemp("chromium"))
+    yield running
+    running.close()

@@ -9,6 +9,7 @@ from math import lcm
 from typing import Any
 
 import ppl
+import tiers
 from jsonschema import Draft202012Validator
 from plain_certificates import false_statements, make
 
@@ -60,7 +61,7 @@ class Case:
     """A random class that holds a utility chosen beforehand, on a random table."""
 
     def __init__(self, seed: int, kind: str | None = None) -> None:
-        pick = self.pick = random.Random(seed)
+        pick = self.pick = random.Random(tiers.fresh(seed))
         self.kind = kind or pick.choice(["plain", "plain", "blind", "blind", "family", "rows", "mixed"])
         self.nx, self.na, self.n = pick.randint(1, 2), pick.choice([2, 2, 3]), pick.randint(2, 3)
         cells = [(x, a) for x in range(self.nx) for a in range(self.na) if pick.random() < pick.choice([0.8, 1])]

@@ -10,6 +10,7 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
+import tiers
 from certificate_changes import other_values, places, put, same, still_true, strictly, strings
 
 import fairaudit as fa
@@ -37,7 +38,7 @@ def log_of(rows: list[tuple[Any, ...]], columns: tuple[str, ...] = ("answer", "r
 
 def drawn_log(seed: int, **said: Any) -> Tally:
     """A log of random answers, some of which decide nothing; of some cells every one may be lost."""
-    draw = random.Random(seed)
+    draw = random.Random(tiers.fresh(seed))
     rows: Counter[tuple[str, str, str]] = Counter()
     for topic in ("age", "home", "work")[: draw.randint(1, 3)]:
         for race in ("a", "b", "c")[: draw.randint(2, 3)]:
@@ -201,7 +202,10 @@ def may_be_true(original: Any, mutant: bytes) -> bool:
 
 def changed_evaluations(document: Any, seed: int, amount: int) -> Iterator[bytes]:
     """Change what is said of the log at random: one to three values, keys or lists of it, anything in the place of anything."""
-    draw, pool = random.Random(seed), [*strings(document)[:12], QUESTIONS, ANSWERS, UNITS, SAMPLES, NOTHING, "drop", "bound", "refuse"]
+    draw, pool = (
+        random.Random(tiers.fresh(seed)),
+        [*strings(document)[:12], QUESTIONS, ANSWERS, UNITS, SAMPLES, NOTHING, "drop", "bound", "refuse"],
+    )
     text = json.dumps(document)
     spots = [path for path, _ in places(document["subject"]["evaluation"])]
     for _ in range(amount):

@@ -11,6 +11,7 @@ from itertools import product
 from math import gcd
 from typing import Any
 
+import tiers
 from certificates import KINDS, random_certificate
 from mpmath import mp
 
@@ -547,7 +548,7 @@ FAMILIES: tuple[Callable[[Pick], Any], ...] = (
 def hostile(seed: int) -> bytes:
     """The document of a seed; successive seeds are of different families."""
     for attempt in range(20):
-        pick = Pick(seed * 100 + attempt)
+        pick = Pick(tiers.fresh(seed * 100 + attempt))
         made = FAMILIES[seed % len(FAMILIES)](pick)
         raw = made if isinstance(made, bytes) else json.dumps(copy.copy(made), separators=(",", ":")).encode()
         if len(raw) < 1_000_000:

@@ -11,6 +11,7 @@ from itertools import pairwise, permutations, product
 from math import prod
 from typing import Any
 
+import tiers
 from plain_certificates import INF, ratio
 from policy_certificates import Policy, hockey_stick
 
@@ -137,7 +138,7 @@ def near_by_steps(case: Compared, laws: list[list[Fraction]], drift: Fraction) -
 
 def declare(p: Policy, seed: int) -> None:
     """Declare a range of the utility, perhaps also of single contexts, perhaps floors."""
-    pick = random.Random(f"declared {seed}")
+    pick = random.Random(tiers.fresh(f"declared {seed}"))
 
     def above(value: Fraction) -> Fraction:
         return value + pick.choice([0, 0, Fraction(1, 3), 1])

@@ -23,9 +23,9 @@ def absent(what: str) -> NoReturn:
     pytest.skip(what)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def postgres() -> Iterator[str]:
-    """URL of a server that was started for these tests, with the log in a table of two parts of a name."""
+    """URL of a server that was started for all tests, with the log in a table of two parts of a name."""
     folders = sorted(Path("/usr/lib/postgresql").glob("*/bin"), key=lambda path: int(path.parent.name) if path.parent.name.isdigit() else 0)
     found = shutil.which("initdb")
     if found is None and not folders:

@@ -110,7 +110,7 @@ def result(**given: Any) -> fa.Result:
     return fa.audit({**TABLE, **given.pop("table", {})}, decision="hired", group="sex", count="n", utility="yes", **given)
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_a_run_keeps_a_result(told: dict[str, Any]) -> None:
     alone, made = told["alone"], result(max_local_ratio="5/4")
     interval = made.intervals["local"]
@@ -133,7 +133,7 @@ def test_a_run_keeps_a_result(told: dict[str, Any]) -> None:
     assert told["verified"] == [True, True]
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_a_run_holds_one_result_under_a_prefix(told: dict[str, Any]) -> None:
     assert told["again"] and told["active"]
     assert "a run holds one result under the prefix 'fairaudit', and prefix= gives another" in told["other"]
@@ -144,7 +144,7 @@ def test_a_run_holds_one_result_under_a_prefix(told: dict[str, Any]) -> None:
     assert both["tags"]["before.verdict"] == "none"
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_the_evaluator_audits_a_model(told: dict[str, Any]) -> None:
     model = told["model"]
     ratio, verdict, opportunity = told["same"]
@@ -155,12 +155,12 @@ def test_the_evaluator_audits_a_model(told: dict[str, Any]) -> None:
     assert model["run"]["params"]["fairaudit.decision"] == "prediction"
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_the_evaluator_audits_predictions_that_are_there(told: dict[str, Any]) -> None:
     assert told["static"] == {name.replace("fairaudit.", "gate."): value for name, value in told["model"]["metrics"].items()}
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_the_evaluator_answers_in_one_sentence(told: dict[str, Any]) -> None:
     assert told["typo"] == "audit has no argument utilty; did you mean utility?"
     assert told["none"] == "there are no predictions to audit; give a model, or name their column with predictions="

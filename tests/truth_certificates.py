@@ -9,6 +9,7 @@ from itertools import permutations, product
 from random import Random as Pick
 from typing import Any
 
+import tiers
 from plain_certificates import lines_of, make
 
 Counts = Mapping[tuple[int, int], Sequence[Sequence[str]]]
@@ -130,7 +131,7 @@ def with_digest(document: dict[str, Any]) -> dict[str, Any]:
 
 def random_truth_certificate(seed: int) -> dict[str, Any]:
     """A small table: single groups, missing cells, counts of 0, up to three true labels, several positive decisions."""
-    pick = Pick(f"truth {seed}")
+    pick = Pick(tiers.fresh(f"truth {seed}"))
     contexts, groups, decisions, truths = (pick.choice(sizes) for sizes in ([1, 2, 2, 3], [1, 2, 2, 3, 4], [1, 2, 2, 3], [1, 2, 2, 3]))
     cells = [cell for cell in product(range(contexts), range(groups)) if pick.random() < 0.85] or [(0, 0)]
     zeros = pick.choice([1, 2, 6])

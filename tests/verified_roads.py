@@ -18,6 +18,7 @@ from random import Random as Pick
 from typing import Any
 
 import over_policies
+import tiers
 from assumptions import complete
 from certificate_changes import other_values, places, put, redigested
 from certificate_kinds import FOUR, KINDS, as_bytes
@@ -247,7 +248,7 @@ def kind(label: str) -> str:
 
 def random_table(seed: int) -> bytes:
     """A certificate of a small table, written by definition: counts or probabilities, whole or partial, every population, any utility."""
-    pick = Pick(seed)
+    pick = Pick(tiers.fresh(seed))
     contexts, groups, decisions = pick.choice([1, 2, 2, 3]), pick.choice([2, 2, 3]), pick.choice([1, 2, 2, 3])
     population = pick.choice(["counts", "counts", "weights", "equal"])
     cells = [cell for cell in product(range(contexts), range(groups)) if pick.random() < 0.9]
@@ -292,7 +293,7 @@ def of_writer(seed: int) -> bytes:
 
 def of_draws(seed: int) -> bytes:
     """Counts of independent draws, with intervals of both ratios: a utility of two values, sometimes another one, or a declared range."""
-    pick = Pick(f"draws {seed}")
+    pick = Pick(tiers.fresh(f"draws {seed}"))
     shape = pick.choice([1, 2, 3]), pick.choice([2, 2, 3]), pick.choice([2, 3])
     most = pick.choice([6, 40, 400])
     counts = [[[pick.randint(0, most) for _ in range(shape[2])] for _ in range(shape[1])] for _ in range(shape[0])]
@@ -325,7 +326,7 @@ STRANGE = ["yes", "no", "*) False (*", '"', "\\u0041", "é", "e\u0301", "\u202er
 
 def of_true_labels(seed: int) -> bytes:
     """Counts with true labels, by definition or as they are written: positive true labels missing, with columns of contexts or without."""
-    pick = Pick(f"true labels {seed}")
+    pick = Pick(tiers.fresh(f"true labels {seed}"))
     if pick.random() < 0.5:
         return as_bytes(complete(random_truth_certificate(seed)))
     names = pick.sample(STRANGE, len(STRANGE)) if pick.random() < 0.4 else ["one", "two", "three"]
@@ -346,7 +347,7 @@ def of_true_labels(seed: int) -> bytes:
 
 def of_units(seed: int) -> bytes:
     """Groups that were seen in the same units, with one row or several each."""
-    return as_bytes(honest(Pick(f"units {seed}")))
+    return as_bytes(honest(Pick(tiers.fresh(f"units {seed}"))))
 
 
 def of_kind(seed: int) -> bytes:
@@ -376,7 +377,7 @@ SOURCES: tuple[tuple[Callable[[int], bytes], int], ...] = (
 
 
 def true_document(seed: int) -> bytes:
-    pick = Pick(f"document {seed}")
+    pick = Pick(tiers.fresh(f"document {seed}"))
     [write_one] = pick.choices([source for source, _ in SOURCES], [often for _, often in SOURCES])
     return write_one(seed)
 
@@ -486,7 +487,7 @@ POOL = [
 def documents(seeds: Iterable[int], each: int) -> Iterator[bytes]:
     """True documents, and alterations of each."""
     for seed in seeds:
-        document, pick = true_document(seed), Pick(seed)
+        document, pick = true_document(seed), Pick(tiers.fresh(seed))
         yield document
         for _ in range(each):
             yield altered(pick, document)

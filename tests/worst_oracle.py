@@ -9,6 +9,7 @@ from math import inf
 from typing import Any
 
 import numpy as np
+import tiers
 
 from fairaudit import InputError, Law
 from fairaudit.audits.worst_utility import certify_worst_case
@@ -399,7 +400,7 @@ def random_class(rng: random.Random, kind: str, law: Law) -> UtilityClass:
 
 
 def instance(kind: str, number: int, largest: int) -> tuple[Law, UtilityClass, Any]:
-    rng = random.Random(f"{kind} {number}")
+    rng = random.Random(tiers.fresh(f"{kind} {number}"))
     sizes = (1, 2, rng.randint(2, largest)) if number % 6 == 0 else (rng.randint(1, 3), rng.randint(2, 3), rng.randint(2, 6))
     law = random_law(rng, sizes)
     return law, random_class(rng, kind, law), rng.choice(["local", "local", "global"])

@@ -81,7 +81,7 @@ def test_the_same_table_has_the_same_bytes(files: Path) -> None:
     assert audited(files).certificate.text == audited(files).certificate.text
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 @given(st.integers(0, 10**6), st.sampled_from([2, 3]), st.booleans())
 def test_completions_are_of_the_log_and_have_the_ratio_that_is_said(seed: int, groups: int, intervals: bool) -> None:
     made = proxied(random.Random(seed), groups, intervals=intervals)
@@ -104,7 +104,6 @@ def test_completions_are_of_the_log_and_have_the_ratio_that_is_said(seed: int, g
             assert completion.ratio == (top / bottom if bottom else inf if top else 1)
 
 
-@pytest.mark.slow
 @given(st.integers(0, 10**6), st.sampled_from([2, 3, 4]), st.booleans(), st.sampled_from([1, 2]))
 def test_certificates_are_true_and_their_verdicts_follow(seed: int, groups: int, intervals: bool, contexts: int) -> None:
     made = proxied(random.Random(seed), groups, intervals=intervals, contexts=contexts)

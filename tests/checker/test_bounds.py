@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 import pytest
+import tiers
 from assumptions import complete
 from plain_certificates import INF, checker, edited, false_statements, lines_of, make, raw, text
 from policy_certificates import (
@@ -84,7 +85,7 @@ def test_claims_hold_for_what_they_speak_of(block: int) -> None:
         claims = [(claim, least) for claim, least in bounds(p) if least not in (None, INF)]
         e = exp_epsilon(p.A)
         for trial in range(3):
-            pick = random.Random(seed * 100 + trial)
+            pick = random.Random(tiers.fresh(seed * 100 + trial))
             others = {scope: copy.deepcopy(p) for scope in (POLICIES, GROUP_FILTERS, CONTEXT_FILTERS)}
             for i, j in p.T:
                 w = [pick.choice([0, 0, 1, 5]) for _ in range(p.n)]

@@ -7,18 +7,18 @@ from __future__ import annotations
 
 import copy
 import json
-import os
 import random
 from fractions import Fraction
 from typing import Any
 
 import pytest
+import tiers
 from assumptions import sentences
 from certificates import KINDS, random_certificate
 
 from fairaudit import checker
 
-FORGED = 3000 if os.environ.get("FAIRAUDIT_FULL") == "1" else 330
+FORGED = 3000 if tiers.FULL else 330
 BATCHES = 10
 QUANTITIES = ("local_ratio", "global_ratio", "demographic_parity", "equalized_odds", "local_ratio_supremum", "global_ratio_supremum")
 Pick = random.Random
@@ -142,7 +142,7 @@ def outcome(document: Any) -> str:
 
 @pytest.mark.parametrize("batch", range(BATCHES))
 def test_no_forged_claim_is_accepted(batch: int) -> None:
-    pick = Pick(batch)
+    pick = Pick(tiers.fresh(batch))
     accepted, forged = [], 0
     honest = [json.loads(random_certificate(seed).text) for seed in range(batch * len(KINDS), (batch + 1) * len(KINDS))]
     while forged < FORGED // BATCHES:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import tiers
 from plain_certificates import CHECKER, COUNTS, LIMITS, checker, detached, edited, make, raw
 
 from fairaudit.cli import main
@@ -182,7 +183,7 @@ SAID = (
 def test_every_way_says_the_same(way: str, tmp_path: Path, files: Path) -> None:
     """One way says all of it, the others every third thing; all of them everything with ``FAIRAUDIT_FULL=1``."""
     command = started(way, tmp_path)
-    full = way == WAYS[0] or os.environ.get("FAIRAUDIT_FULL") == "1"
+    full = way == WAYS[0] or tiers.FULL
     for arguments, code, said in SAID if full else SAID[WAYS.index(way) - 1 :: 3]:
         got, out, err = ran(command, *arguments, cwd=files)
         assert got == code, (arguments, out, err)

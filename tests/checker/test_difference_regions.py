@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import copy
 import json
-import os
 from collections.abc import Iterator
 from fractions import Fraction
 from itertools import permutations, product
 from random import Random
 from typing import Any
 
-import pytest
+import tiers
 from certificates import outcome
 from pair_oracle import rarity
 
@@ -21,7 +20,7 @@ from fairaudit.inference.pair_exact import order_scale
 
 F = Fraction
 NAMES = ("local_difference", "global_difference")
-ENOUGH = 2_000 if os.environ.get("FAIRAUDIT_FULL") == "1" else 70
+ENOUGH = 2_000 if tiers.FULL else 70
 
 
 def certified(pick: Random, *, exact: bool) -> dict[str, Any]:
@@ -176,14 +175,13 @@ def of_pairs(document: dict[str, Any], name: str, pick: Random) -> Iterator[dict
                 yield put(document, name, path, [text(q) for q in altered])
 
 
-@pytest.mark.slow
 def test_altered_evidence_is_refused() -> None:
     """Many alterations of each region, none of which the checker takes; FAIRAUDIT_FULL=1 makes 2,000 of each."""
     made = {"box": 0, "pairs": 0, "contrasts": 0}
     for seed in range(400):
         if min(made.values()) >= ENOUGH:
             break
-        pick = Random(seed)
+        pick = Random(tiers.fresh(seed))
         exact = made["pairs"] < ENOUGH and (seed % 3 == 0 or min(made["box"], made["contrasts"]) >= ENOUGH)
         document = certified(pick, exact=exact)
         assert outcome(document) == "true"
@@ -259,7 +257,7 @@ def test_no_interval_or_limit_of_a_ratio_is_taken_of_a_utility_below_0() -> None
 
 
 def test_units_of_both_contrasts_are_the_same() -> None:
-    pick = Random(5)
+    pick = Random(tiers.fresh(5))
     rows = {"u": [pick.choice("ab") for _ in range(40)], "a": [pick.choice("fm") for _ in range(40)]}
     law = fa.Law.from_log({**rows, "person": [str(pick.randrange(15)) for _ in range(40)]}, decision="u", group="a", unit="person")
     document = json.loads(fa.certify(law, {"a": 1}, difference=True, max_difference="1/2").certificate.text)
@@ -273,7 +271,7 @@ def test_units_of_both_contrasts_are_the_same() -> None:
 
 
 def test_what_proves_a_ratio_within_units_proves_no_difference() -> None:
-    pick = Random(5)
+    pick = Random(tiers.fresh(5))
     rows = [(pick.choice("ab"), g, str(who)) for who in range(60) for g in "fm" for _ in range(2)]
     table = dict(zip(("u", "g", "who"), map(list, zip(*rows, strict=True)), strict=True))
     options: dict[str, Any] = {"decision": "u", "group": "g", "unit": "who", "utility": {"a": 5}, "difference": True}

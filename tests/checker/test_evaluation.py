@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
+import tiers
 from certificate_kinds import outcome
 from evaluation_changes import QUESTIONS, SAMPLES, UNITS, audited, changed_evaluations, drawn_log, log_of, may_be_true, traded_counts
 
 import fairaudit as fa
 
 ROWS = [("A", "a", "age", 6), ("B", "a", "age", 3), ("A", "b", "age", 4), ("refused", "b", "age", 2), ("error", "b", "age", 1)]
-ALTERATIONS = 10_000 if os.environ.get("FAIRAUDIT_FULL") else 2_000
+ALTERATIONS = 10_000 if tiers.FULL else 2_000
 
 
 def document(rows: list[tuple[Any, ...]] = ROWS, errors: str = "drop", **options: Any) -> Any:

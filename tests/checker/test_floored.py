@@ -5,21 +5,20 @@ All 400 random policies: FAIRAUDIT_FULL=1 pytest -n0 tests/checker/test_floored.
 
 from __future__ import annotations
 
-import os
 import random
 from fractions import Fraction
 from typing import Any
 
 import pytest
+import tiers
 from assumptions import complete
 from plain_certificates import INF, checker, raw, text
 from policy_certificates import FLOORED, TINY, Filter, Policy, coin, stated, write
 from policy_floors import floors, greatest, priced, prices, witness
 from policy_suprema import Compared, by_steps, compared, declare, floor_in, mean_floor
 
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
-SEEDS = range(0, 400, 1 if FULL else 8)
-LARGEST = 60 if FULL else 16  # cells of a policy, for linear programs
+SEEDS = range(0, 400, 1 if tiers.FULL else 8)
+LARGEST = 60 if tiers.FULL else 16  # cells of a policy, for linear programs
 BLOCKS = 4
 
 
@@ -77,7 +76,7 @@ def test_the_greatest_ratio_with_floors_and_a_policy_that_attains_it(block: int)
 @pytest.mark.parametrize("block", range(BLOCKS))
 def test_a_multiplier_is_enough_where_one_floor_is(block: int) -> None:
     """S(k) <= (V - k) τ* over dense tables, of several releases too."""
-    pick = random.Random(block)
+    pick = random.Random(tiers.fresh(block))
 
     def excess(case: Compared, k: Fraction) -> Fraction:
         return sum((max(x - k * y for x, y in zip(p, q, strict=True)) for p, q in zip(case.p, case.q, strict=True)), Fraction(0))

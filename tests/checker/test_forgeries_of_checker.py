@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import copy
 import itertools
-import os
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
@@ -16,6 +15,7 @@ from itertools import permutations
 from typing import Any
 
 import pytest
+import tiers
 from assumptions import complete
 from plain_certificates import INF, checker, ratio, raw, text
 from policy_certificates import FLOORED, POLICIES, TINY, Policy, write
@@ -23,9 +23,8 @@ from policy_floors import Floor, floors, greatest, place, priced, prices, witnes
 from policy_suprema import Compared, by_steps, compared, declare, floor_in, laws_of, near_by_steps, ranged, sums
 
 NEAR, ANY_UTILITY, ANY_UTILITY_FLOORED = checker.claims.NEAR, checker.claims.ANY_UTILITY, checker.claims.ANY_UTILITY_FLOORED
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 BLOCKS = 3
-DEPLOYMENTS = 150 if FULL else 6
+DEPLOYMENTS = 150 if tiers.FULL else 6
 Forged = tuple[str, dict[str, Any], dict[str, Any]]  # what was done, the claim, and other members of ``declared``
 
 
@@ -390,4 +389,4 @@ def test_no_forged_claim_is_accepted(block: int) -> None:
     print("\n".join(f"{count:6} {name}" for name, count in sorted(counts.items())))
     forged = sum(count for name, count in counts.items() if not name.endswith(": true"))
     print(f"{forged} forgeries")
-    assert forged >= (3000 if FULL else 200) / BLOCKS
+    assert forged >= (3000 if tiers.FULL else 200) / BLOCKS

@@ -7,20 +7,20 @@ from __future__ import annotations
 
 import copy
 import json
-import os
 from collections.abc import Iterator
 from fractions import Fraction
 from random import Random
 from typing import Any
 
 import pytest
+import tiers
 from assumptions import complete
 from certificates import hidden, outcome, sample
 
 import fairaudit as fa
 from fairaudit import checker
 
-ALTERED = 1500 if os.environ.get("FAIRAUDIT_FULL") == "1" else 150
+ALTERED = 1500 if tiers.FULL else 150
 UNDER = "with the declared hidden context"
 TABLE = {"u": ["y", "n", "y", "n"], "a": ["f", "f", "m", "m"], "n": [30, 10, 20, 20]}
 
@@ -61,10 +61,10 @@ def other(rng: Random, text: str) -> str:
 
 
 def test_every_altered_number_of_a_claim_is_refused() -> None:
-    rng, tried, seed = Random(14), 0, 0
+    rng, tried, seed = Random(tiers.fresh(14)), 0, 0
     while tried < ALTERED:
         seed += 1
-        made = json.loads((hidden if seed % 3 else sample)(Random(seed)).text)
+        made = json.loads((hidden if seed % 3 else sample)(Random(tiers.fresh(seed))).text)
         assert outcome(made) == "true"
         for claim in claims_of(made):
             places = list(numbers(claim))

@@ -2,7 +2,6 @@
 
 import copy
 import json
-import os
 import random
 import subprocess
 import sys
@@ -15,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import tiers
 from interval_certificates import (
     ALPHA,
     COUNTS,
@@ -142,7 +142,7 @@ def method_of(cells: list[Cell], blocks: list[list[Form]], interval: dict[str, A
 
 
 def random_counts(seed: int) -> tuple[Any, random.Random]:
-    pick = random.Random(seed)
+    pick = random.Random(tiers.fresh(seed))
     n_contexts, n_groups, n = pick.randint(1, 2), pick.randint(2, 3), pick.randint(2, 3)
     size = pick.choice([1, 4, 30])
     places = [(x, a) for x in range(n_contexts) for a in range(n_groups) if pick.random() < pick.choice([0.7, 1])] or [(0, 0)]
@@ -208,9 +208,9 @@ def certified(seed: int, name: str) -> tuple[Any, list[Cell], list[list[Form]]] 
 SEEDS = range(120)
 
 
-@pytest.mark.parametrize("block", range(6 if os.environ.get("FAIRAUDIT_FULL") == "1" else 2))
+@pytest.mark.parametrize("block", range(6 if tiers.FULL else 2))
 def test_random_intervals(block: int) -> None:
-    pick = random.Random(block)
+    pick = random.Random(tiers.fresh(block))
     taken = refused = 0
     for seed, name in product(SEEDS[block::6], ("local", "global")):
         made = certified(seed, name)
@@ -222,7 +222,6 @@ def test_random_intervals(block: int) -> None:
     assert taken > 100 and refused > 300
 
 
-@pytest.mark.slow  # pays for what tests that are slow share
 def test_the_random_intervals_are_of_many_kinds() -> None:
     made = [found for seed in SEEDS for name in ("local", "global") if (found := certified(seed, name))]
     kinds = [next(iter(c["intervals"].values())) for c, _, _ in made]
@@ -279,7 +278,7 @@ def from_policy(p: Policy, draws: dict[tuple[int, int], int], name: str) -> Deri
 
 
 def test_sampled_policies() -> None:
-    pick = random.Random(1)
+    pick = random.Random(tiers.fresh(1))
     taken = refused = 0
     kinds: set[Any] = set()
     for seed in range(0, 70, 2):
@@ -502,7 +501,7 @@ def test_certificates_as_they_are_written(written: list[Path], at: int) -> None:
     certificate = json.loads(written[at].read_bytes())
     assert "local" in certificate["intervals"]
     assert accepted(certificate), false_statements(certificate)
-    pick = random.Random(at)
+    pick = random.Random(tiers.fresh(at))
     for name, found in certificate["intervals"].items():
         derive = from_counts(certificate, name)
         cells, blocks, *_ = derive(found["limits"], found.get("units")) or ([], [], False, None)
@@ -515,7 +514,7 @@ def test_certificates_as_they_are_written(written: list[Path], at: int) -> None:
 
 
 def test_how_many_samples_two_forms_rest_on() -> None:
-    pick = random.Random(4)
+    pick = random.Random(tiers.fresh(4))
     for _ in range(2_000):
         supports = [pick.sample(range(5), pick.choice([0, 1, 1, 1, 2, 3])) for _ in range(pick.randint(2, 4))]
         most = max(len({*one, *other}) for one, other in permutations(supports, 2))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import json
-import os
 import random
 from decimal import Context, Decimal, localcontext
 from fractions import Fraction
@@ -14,6 +13,7 @@ from typing import Any
 
 import jsonschema
 import pytest
+import tiers
 
 from fairaudit import checker
 from fairaudit.audits.certify import certify
@@ -25,7 +25,6 @@ from fairaudit.model.law import Law
 from fairaudit.model.utility import Utility
 
 F = Fraction
-FULL = bool(os.environ.get("FAIRAUDIT_FULL"))
 ROWS = {"f": (20, 5, 75), "m": (60, 10, 30), "n": (40, 0, 30)}
 VALUES = (F(1, 5), F(3, 5), F(1))
 RANKS = [2, 1, 3]
@@ -104,7 +103,6 @@ def holds(interval: Any) -> bool:
     return higher != under and ladder([F(k) for k in lower["knots"]], [(under, higher)], 1 / low)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("low", ["0", "1/10"])
 def test_certificates_with_joint_bets_are_true_and_fit_the_schema(low: str) -> None:
     document = json.loads(made(low))
@@ -170,9 +168,8 @@ def proves(interval: Any, low: str) -> bool:
     return True
 
 
-@pytest.mark.slow
 def test_what_is_accepted_holds_and_altered_evidence_is_refused() -> None:
-    rng, refused, wanted = random.Random(3), 0, 2_000 if FULL else 100
+    rng, refused, wanted = random.Random(tiers.fresh(3)), 0, 2_000 if tiers.FULL else 100
     while refused < wanted:
         low = rng.choice(["0", "1/10"])
         before = json.loads(made(low))["intervals"]["local"]
@@ -185,7 +182,6 @@ def test_what_is_accepted_holds_and_altered_evidence_is_refused() -> None:
                 assert holds(interval) == found, interval
 
 
-@pytest.mark.slow
 def test_evidence_of_other_shapes_is_refused() -> None:
     def change(alter: Any) -> bool:
         document = json.loads(made("0"))

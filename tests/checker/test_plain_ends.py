@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tiers
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from interval_certificates import accepted, compare_readings, figures, from_counts, plain_lower, rejected, stands, tail
@@ -86,7 +87,7 @@ def test_certificates_that_list_few_ends(utility: Any, options: Any) -> None:
         derive = from_counts(document, name)
         cells, blocks, *_ = derive(None, None) or ([], [], False, None)
         assert len(own["upper"]["cells"]) <= len(figures(cells, blocks)[0])
-        pick = random.Random(7)
+        pick = random.Random(tiers.fresh(7))
         taken, refused = compare_readings(document, name, derive, lambda changes, pick=pick: pick.sample(changes, min(12, len(changes))))
         assert refused > taken
 

@@ -9,12 +9,12 @@ import contextlib
 import copy
 import hashlib
 import json
-import os
 import random
 from time import process_time
 from typing import Any
 
 import pytest
+import tiers
 from proxy_certificates import alterations, every_kind, proxied, stated
 
 from fairaudit import checker
@@ -25,7 +25,7 @@ from fairaudit.checker import proxies
 from fairaudit.checker.proxy_ranges import Cell
 from fairaudit.model.utility import Utility
 
-ENOUGH = 10**9 if os.environ.get("FAIRAUDIT_FULL") == "1" else 250
+ENOUGH = 10**9 if tiers.FULL else 250
 
 
 def check(document: dict[str, Any]) -> bool:
@@ -43,14 +43,13 @@ def test_certificates_of_every_kind_are_true() -> None:
         assert report.verdict == made.verdict
 
 
-@pytest.mark.slow
 def test_no_alteration_passes() -> None:
     """What the checker takes nonetheless states the same: other evidence, another name of a group, a limit with the same verdict."""
     tried = 0
     for seed, made in enumerate(every_kind()):
         document = made.certificate.document
         changes = list(alterations(document))
-        for path, changed in random.Random(seed).sample(changes, min(ENOUGH, len(changes))):
+        for path, changed in random.Random(tiers.fresh(seed)).sample(changes, min(ENOUGH, len(changes))):
             tried += 1
             if check(changed):
                 assert stated(changed) == stated(document), path
@@ -75,28 +74,28 @@ def test_no_alteration_passes() -> None:
     ],
 )
 def test_what_is_no_such_certificate_is_refused_with_a_reason(change: Any, says: str) -> None:
-    document = copy.deepcopy(proxied(random.Random(0), 2).certificate.document)
+    document = copy.deepcopy(proxied(random.Random(tiers.fresh(0)), 2).certificate.document)
     change(document)
     with pytest.raises(checker.FormatError, match=says):
         checker.check(Certificate(document).text.encode("ascii"))
 
 
 def test_a_table_beside_the_certificate_is_the_same() -> None:
-    made = proxied(random.Random(1), 3, embed=False)
+    made = proxied(random.Random(tiers.fresh(1)), 3, embed=False)
     certificate = made.certificate
     assert certificate.table is not None
     raw = certificate.text.encode("ascii")
     with pytest.raises(checker.TableNeeded):
         checker.check(raw)
     assert checker.check(raw, certificate.table.lines()).ok
-    other = proxied(random.Random(2), 3, embed=False).certificate.table
+    other = proxied(random.Random(tiers.fresh(2)), 3, embed=False).certificate.table
     assert other is not None
     with contextlib.suppress(checker.FormatError):
         assert not checker.check(raw, other.lines()).ok
 
 
 def test_a_short_document_cannot_keep_the_checker_busy() -> None:
-    document = copy.deepcopy(proxied(random.Random(0), 2).certificate.document)
+    document = copy.deepcopy(proxied(random.Random(tiers.fresh(0)), 2).certificate.document)
     digits = 90_000
     document["local"][0]["low"]["mixture"] = [
         {"share": f"1/{10**400 + i}".replace("e", ""), "order": [0, 1] if i % 2 else [1, 0]} for i in range(2)
@@ -106,7 +105,6 @@ def test_a_short_document_cannot_keep_the_checker_busy() -> None:
     assert not check(document)
 
 
-@pytest.mark.slow
 def test_the_exported_checker_takes_them(tmp_path: Any) -> None:
     import subprocess
     import sys
@@ -114,7 +112,7 @@ def test_the_exported_checker_takes_them(tmp_path: Any) -> None:
     from fairaudit.cli.checking import zipped_checker
 
     (tmp_path / "checker.pyz").write_bytes(zipped_checker())
-    [path] = proxied(random.Random(0), 3).save(tmp_path / "c.json")
+    [path] = proxied(random.Random(tiers.fresh(0)), 3).save(tmp_path / "c.json")
     done = subprocess.run(
         [sys.executable, "-I", "-S", str(tmp_path / "checker.pyz"), str(path)], capture_output=True, text=True, check=False, timeout=60
     )

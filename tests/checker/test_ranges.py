@@ -5,13 +5,13 @@ All 400 random policies: FAIRAUDIT_FULL=1 pytest -n0 tests/checker/test_ranges.p
 
 from __future__ import annotations
 
-import os
 import random
 from fractions import Fraction
 from itertools import permutations
 from typing import Any
 
 import pytest
+import tiers
 from assumptions import complete
 from plain_certificates import INF, checker, ratio, raw, text
 from policy_certificates import TINY, Policy, coin, stated, write
@@ -19,7 +19,7 @@ from policy_suprema import declare, ranged
 
 ANY_UTILITY = checker.claims.ANY_UTILITY
 FLOORED = checker.claims.ANY_UTILITY_FLOORED
-SEEDS = range(0, 400, 1 if os.environ.get("FAIRAUDIT_FULL") == "1" else 5)
+SEEDS = range(0, 400, 1 if tiers.FULL else 5)
 BLOCKS = 4
 
 
@@ -58,7 +58,7 @@ def test_a_value_is_accepted_from_the_least_one_that_holds(block: int) -> None:
 
 @pytest.mark.parametrize("block", range(BLOCKS))
 def test_with_floors_a_value_is_accepted_where_the_multipliers_prove_it(block: int) -> None:
-    pick = random.Random(block)
+    pick = random.Random(tiers.fresh(block))
     for seed in SEEDS[block::BLOCKS]:
         p = Policy(seed)
         declare(p, seed)
@@ -78,7 +78,7 @@ def test_with_floors_a_value_is_accepted_where_the_multipliers_prove_it(block: i
 
 
 def test_no_policy_and_no_utility_of_the_range_exceeds_it() -> None:
-    pick = random.Random(0)
+    pick = random.Random(tiers.fresh(0))
     for seed in SEEDS:
         p = Policy(seed)
         declare(p, seed)

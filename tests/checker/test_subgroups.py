@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import copy
 import json
-import os
 import re
 from collections.abc import Iterator
 from fractions import Fraction
@@ -16,13 +15,12 @@ from time import process_time
 from typing import Any
 
 import pytest
+import tiers
 from subgroup_oracle import Case, random_case, worst
 
 from fairaudit.audits.subgroups import subgroups
 from fairaudit.checker import FormatError, TableNeeded, TooMuch, check
 from fairaudit.errors import InputError
-
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 
 
 def made(case: Case, **options: Any) -> dict[str, Any]:
@@ -42,7 +40,7 @@ def made(case: Case, **options: Any) -> dict[str, Any]:
 
 def cases(seed: str, number: int) -> Iterator[Case]:
     """Random cases that have a subgroup."""
-    rng, given = Random(seed), 0
+    rng, given = Random(tiers.fresh(seed)), 0
     while given < number:
         case = random_case(rng)
         if worst(case):
@@ -65,9 +63,9 @@ def rejected(document: dict[str, Any]) -> bool:
 
 @pytest.mark.parametrize("confidence", [None, 0.9])
 def test_true_certificates_are_accepted(confidence: float | None) -> None:
-    rng = Random("targets")
+    rng = Random(tiers.fresh("targets"))
     seen = set()
-    for case in cases(f"true {confidence}", 1000 if FULL else 60):
+    for case in cases(f"true {confidence}", 1000 if tiers.FULL else 60):
         limit = rng.choice([None, 1, "5/4", 2, 10, 100])
         document = made(case, confidence=confidence, max_ratio=limit)
         report = check(json.dumps(document).encode())
@@ -104,7 +102,7 @@ def of_frontiers(rng: Random, document: dict[str, Any]) -> Iterator[dict[str, An
 
 
 def test_an_altered_frontier_is_rejected() -> None:
-    rng, tried, wanted = Random("frontiers"), 0, 6000 if FULL else 300
+    rng, tried, wanted = Random(tiers.fresh("frontiers")), 0, 6000 if tiers.FULL else 300
     for case in cases("frontiers", 100_000):
         document = made(case, confidence=None)
         if not document["frontier"]["nodes"]:
@@ -154,8 +152,8 @@ ODD: tuple[Any, ...] = (None, [], {}, "", -1, 10**17, 10**20, 1.5, "-1/2", "inf"
 
 def test_odd_values_are_refused_in_a_sentence() -> None:
     """Whatever stands anywhere: no error but those of the format."""
-    rng = Random("odd")
-    for case in cases("odd", 400 if FULL else 25):
+    rng = Random(tiers.fresh("odd"))
+    for case in cases("odd", 400 if tiers.FULL else 25):
         document = made(case, confidence=rng.choice([None, 0.8]), max_ratio=rng.choice([None, 2]))
         paths = list(leaves(document))
         for path in rng.sample(paths, min(len(paths), 25)):
@@ -169,7 +167,7 @@ def test_odd_values_are_refused_in_a_sentence() -> None:
 
 
 def test_an_altered_document_is_rejected() -> None:
-    rng, tried, wanted = Random("documents"), 0, 20_000 if FULL else 600
+    rng, tried, wanted = Random(tiers.fresh("documents")), 0, 20_000 if tiers.FULL else 600
     for case in cases("documents", 100_000):
         document = made(case, confidence=rng.choice([None, 0.8]), max_ratio=rng.choice([None, 2, 30]))
         paths = [path for path in leaves(document) if path[0] != "versions"]

@@ -10,6 +10,7 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decima
 from typing import Any
 
 import pytest
+import tiers
 from certificate_kinds import KINDS as TABLES
 from certificates import KINDS, random_certificate
 from proxy_certificates import every_kind
@@ -24,7 +25,7 @@ SPELT = {word: n for n, word in enumerate(COUNTS)}
 
 
 def subgroup_documents() -> Iterator[dict[str, Any]]:
-    rng, given = random.Random(5), 0
+    rng, given = random.Random(tiers.fresh(5)), 0
     while given < 6:
         case = random_case(rng)
         if worst(case):
@@ -112,7 +113,7 @@ def of_decimals(text: str, rounding: str, digits: int = 4) -> str:
 
 @pytest.mark.parametrize(("towards", "rounding"), [("nearest", ROUND_HALF_EVEN), ("down", ROUND_FLOOR), ("up", ROUND_CEILING)])
 def test_rounding_is_that_of_decimals(towards: str, rounding: str) -> None:
-    rng = random.Random(towards)
+    rng = random.Random(tiers.fresh(towards))
     for _ in range(3000):
         n = rng.choice([1, -1]) * rng.randrange(1, 10 ** rng.choice([1, 2, 5, 20, 400]))
         d = rng.randrange(1, 10 ** rng.choice([1, 2, 5, 20, 400]))

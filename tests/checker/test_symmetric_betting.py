@@ -5,7 +5,6 @@ All 2,400 alterations: FAIRAUDIT_FULL=1 pytest -n0 tests/checker/test_symmetric_
 
 from __future__ import annotations
 
-import os
 import random
 from collections.abc import Iterator
 from fractions import Fraction
@@ -13,6 +12,7 @@ from math import inf, log
 from typing import Any
 
 import pytest
+import tiers
 from contrast_oracle import bets, is_just_below, symmetric, tally
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -24,7 +24,7 @@ from fairaudit.inference import symmetric_betting as writer
 from fairaudit.inference.betting import ValueCounts
 
 F = Fraction
-ALTERED = 2400 if os.environ.get("FAIRAUDIT_FULL") == "1" else 240
+ALTERED = 2400 if tiers.FULL else 240
 LEVEL = F(1, 20)
 
 few = st.lists(st.sampled_from([F(0), F(1, 3), F(1, 2), F(1)]), min_size=1, max_size=4)
@@ -59,7 +59,7 @@ def logarithm(number: tuple[int, int]) -> float:
 @settings(max_examples=30)
 @given(st.integers(0, 10**6), st.sampled_from([7, 60, 300]), st.sampled_from([7, 60, 300]), st.sampled_from([F(1, 2), F(1), F(30)]))
 def test_writer_and_checker_lose_no_more_than_their_last_bits(seed: int, n: int, m: int, limit: Fraction) -> None:
-    source = random.Random(seed)
+    source = random.Random(tiers.fresh(seed))
     x, y = cell(source, n), cell(source, m)
     for difference, kind in ((False, "ratio"), (True, "difference")):
         ours = checker.wealth_of(x, y, limit, difference)
@@ -74,7 +74,7 @@ def accepts(claim: Claim) -> bool:
 
 
 def claims() -> Iterator[Claim]:
-    source = random.Random(29)
+    source = random.Random(tiers.fresh(29))
     while True:
         x, y = cell(source, source.choice([30, 80])), cell(source, source.choice([30, 80]))
         for difference, kind, nothing in ((False, "ratio", inf), (True, "difference", F(1))):
@@ -110,7 +110,7 @@ def altered(claim: Claim) -> Iterator[Claim]:
 
 
 def test_what_the_writer_writes_is_accepted_and_what_is_altered_is_not() -> None:
-    source, tried, made = random.Random(3), 0, claims()
+    source, tried, made = random.Random(tiers.fresh(3)), 0, claims()
     while tried < ALTERED:
         claim = next(made)
         assert accepts(claim)

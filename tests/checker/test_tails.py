@@ -7,6 +7,7 @@ from math import log, sqrt
 from typing import Any
 
 import pytest
+import tiers
 from hypothesis import example, given
 from hypothesis import strategies as st
 from interval_certificates import (
@@ -59,7 +60,7 @@ def test_a_tail_that_is_the_level() -> None:
 
 def test_many_draws() -> None:
     """A hundred million draws in each of forty cells, by the quick bounds of both sides."""
-    pick = random.Random(2)
+    pick = random.Random(tiers.fresh(2))
     n = 10**8
     counts = {(x, a): pick.randint(30_000_000, 40_000_000) for x in range(20) for a in range(2)}
     weights = {cell: [str(k), str(n - k)] for cell, k in counts.items()}
@@ -69,7 +70,7 @@ def test_many_draws() -> None:
     assert max(F(hi) - F(lo) for lo, hi in found["upper"]) <= F(3, GRID)
     full = with_interval(certificate, "local", found, "binomial")
     assert accepted(full)
-    pick = random.Random(3)
+    pick = random.Random(tiers.fresh(3))
     taken, refused = compare_readings(full, "local", from_counts(full, "local"), lambda changes: pick.sample(changes, 60))
     assert taken > 10 and refused > 10
 

@@ -14,6 +14,7 @@ from time import process_time
 from typing import Any
 
 import pytest
+import tiers
 from certificates import outcome, unknown
 from unknown_rows import enumerated, random_block
 
@@ -37,7 +38,7 @@ def as_read(block: Written) -> Block:
 
 
 def test_the_checker_decides_pairs_as_all_assignments_do() -> None:
-    pick = random.Random(3)
+    pick = random.Random(tiers.fresh(3))
     for _ in range(60):
         block = random_block(pick, most=9)
         true = enumerated(block)
@@ -207,7 +208,7 @@ def redigested(document: dict[str, Any]) -> dict[str, Any]:
 def test_what_is_altered_does_not_pass(change: Change) -> None:
     done = 0
     for seed in range(ALTERED // 10):
-        pick = random.Random(seed)
+        pick = random.Random(tiers.fresh(seed))
         document = json.loads(unknown(pick).text)
         altered = copy.deepcopy(document)
         try:
@@ -223,7 +224,7 @@ def test_what_is_altered_does_not_pass(change: Change) -> None:
 
 def test_a_document_that_asks_for_too_much_is_refused() -> None:
     """Going through all assignments of very many rows is counted before it is done."""
-    document = json.loads(unknown(random.Random(5)).text)
+    document = json.loads(unknown(random.Random(tiers.fresh(5))).text)
     rows = [row for row in document["subject"]["table"]["rows"] if "unknown" in row]
     more = 10**6 - int(rows[0]["unknown"][0])
     rows[0]["unknown"][0] = str(10**6)

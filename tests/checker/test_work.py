@@ -14,6 +14,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+import tiers
 from hostile import FAMILIES, hostile
 
 import fairaudit as fa
@@ -24,8 +25,7 @@ from fairaudit.model.policy import Policy
 
 F = Fraction
 
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
-DOCUMENTS = 1000 if FULL else 2 * len(FAMILIES)
+DOCUMENTS = 1000 if tiers.FULL else 2 * len(FAMILIES)
 SECONDS, MEGABYTES = 10, 1000
 
 

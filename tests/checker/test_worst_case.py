@@ -2,7 +2,6 @@
 
 import copy
 import json
-import os
 import random
 import time
 from collections.abc import Callable
@@ -12,6 +11,7 @@ from itertools import permutations
 from typing import Any
 
 import pytest
+import tiers
 from class_certificates import (
     FAMILY,
     SCHEMA,
@@ -74,8 +74,7 @@ def closed_bound(case: Case, pair: Pair, k: Fraction) -> Fraction | None:
     return k + max(F(0), (case.gamma - case.m) * h - (k - 1) * case.m) / floor
 
 
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
-BLOCKS = 8 if FULL else 3
+BLOCKS = 8 if tiers.FULL else 3
 """All eight of them: FAIRAUDIT_FULL=1 pytest tests/checker/test_worst_case.py"""
 PER_BLOCK = 40
 
@@ -110,7 +109,7 @@ def test_least_values_and_what_is_less(block: int) -> None:
     assert finite >= PER_BLOCK // 4 and tight >= finite // 2
 
 
-@pytest.mark.slow  # pays for what tests that are slow share
+@pytest.mark.deep  # pays for what tests that are slow share
 def test_every_kind_occurs() -> None:
     seen = [solved_case(seed) for seed in range(BLOCKS * PER_BLOCK)]
     settled = [s for s in seen if s.tight]
@@ -128,11 +127,11 @@ def test_every_kind_occurs() -> None:
         lambda c: c.m > 0 and c.tau is not None,
     ]
     for i, test in enumerate(tests):
-        assert sum(bool(test(s.case)) for s in settled) >= (4 if FULL else 1), i
-    assert sum(bool(s.infinite) for s in seen) >= (10 if FULL else 3)
+        assert sum(bool(test(s.case)) for s in settled) >= (4 if tiers.FULL else 1), i
+    assert sum(bool(s.infinite) for s in seen) >= (10 if tiers.FULL else 3)
 
 
-@pytest.mark.parametrize("block", range(4 if FULL else 2))
+@pytest.mark.parametrize("block", range(4 if tiers.FULL else 2))
 def test_closed_form(block: int) -> None:
     """T3 at the least value that multipliers prove; two groups: no greater than the linear program's."""
     count = sharp = 0
@@ -390,7 +389,7 @@ def test_family_by_hand() -> None:
 
 
 def test_speed_of_t3() -> None:
-    pick = random.Random(5)
+    pick = random.Random(tiers.fresh(5))
     weights = {(x, a): [str(pick.randint(1, 99)) for _ in range(20)] for x in range(100) for a in range(30)}
     columns = {"decision": "D", "group": ["G"], "context": ["C"]}
     decisions, groups, contexts = [f"u{u}" for u in range(20)], [[f"a{a}"] for a in range(30)], [[f"x{x}"] for x in range(100)]
@@ -411,7 +410,7 @@ def test_speed_of_t3() -> None:
 
 
 def test_speed_of_lp_dual() -> None:
-    pick = random.Random(6)
+    pick = random.Random(tiers.fresh(6))
     weights = {(0, a): [str(pick.randint(1, 9)) for _ in range(50)] for a in range(20)}
     rows: dict[str, Any] = {
         "quantity": "local",

@@ -39,7 +39,6 @@ def greatest(rates: list[Fraction]) -> Fraction:
     return max(rates) / min(rates)
 
 
-@pytest.mark.slow
 def test_which_of_two_models_serves_people_better(runs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     logs = [str(runs / "first.eval"), str(runs / "second.eval")]
     made, attested = str(tmp_path / "c.json"), str(tmp_path / "a.json")
@@ -70,7 +69,6 @@ def test_which_of_two_models_serves_people_better(runs: Path, tmp_path: Path, ca
     assert f"not all were asked the same: eval.model='{SECOND}' lacks id {QUESTIONS - 1} of {QUESTIONS}" in capsys.readouterr().err
 
 
-@pytest.mark.slow
 def test_which_of_two_models_is_less_fair(runs: Path, capsys: pytest.CaptureFixture[str]) -> None:
     logs = [str(runs / "first.eval"), str(runs / "second.eval")]
     words = [*VALUE, "--group", "metadata.person.race", "--format", "json"]
@@ -120,7 +118,6 @@ def there_and_back(words: list[str], logs: list[str], change: Callable[[], objec
     return " ".join(capsys.readouterr().out.split())
 
 
-@pytest.mark.slow
 def test_an_archive_there_and_back(runs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.chdir(tmp_path)
     Path("run.eval").write_bytes((runs / "first.eval").read_bytes())

@@ -10,6 +10,7 @@ from math import prod
 from types import SimpleNamespace
 
 import pytest
+import tiers
 
 from fairaudit.exact import lifting, linear_programs
 from fairaudit.exact.lifting import MOST_UNKNOWNS, PRIME, solve_by_lifting
@@ -42,7 +43,7 @@ def some_rows(rng: random.Random, height: int, width: int, size: int) -> list[li
 
 
 def test_square_equations_are_those_of_cramer() -> None:
-    rng = random.Random(1)
+    rng = random.Random(tiers.fresh(1))
     solved = singular = 0
     for _ in range(150):
         n, size = rng.randint(1, 4), rng.choice(SIZES)
@@ -61,7 +62,7 @@ def test_square_equations_are_those_of_cramer() -> None:
 
 @pytest.mark.parametrize("size", SIZES)
 def test_more_equations_than_unknowns_agree_or_have_no_solution(size: int) -> None:
-    rng = random.Random(size)
+    rng = random.Random(tiers.fresh(size))
     n = 8
     solution = [F(rng.randint(-size, size), rng.randint(1, size)) for _ in range(n)]
     bottom = prod(v.denominator for v in solution)
@@ -94,7 +95,7 @@ def test_long_solutions_are_given_up_where_that_was_asked() -> None:
 
 
 def test_elimination_answers_the_same_whether_it_lifts_or_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    rng = random.Random(4)
+    rng = random.Random(tiers.fresh(4))
     alone = refused = free = dropped = 0
     for _ in range(400):
         n = rng.randint(1, 7)
@@ -120,7 +121,7 @@ def test_elimination_answers_the_same_whether_it_lifts_or_not(monkeypatch: pytes
 
 
 def test_full_equations_of_a_size_that_fractions_take_long_for() -> None:
-    rng = random.Random(8)
+    rng = random.Random(tiers.fresh(8))
     n = 60
     equations = [({j: F(rng.randint(-(2**30), 2**30), 7) for j in range(n)}, F(1)) for _ in range(n)]
     found = eliminate(equations, {})

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tiers
 from lying_solver import LIES, lying
 from worst_oracle import exact_program
 
@@ -39,7 +40,7 @@ def optimum(program: LinearProgram, objective: dict[int, Fraction]) -> Any:
 
 @pytest.mark.parametrize("simplices", [False, True])
 def test_weak_duality_bounds_every_optimum(simplices: bool) -> None:
-    rng = random.Random(3)
+    rng = random.Random(tiers.fresh(3))
     tight = empty = 0
     for _ in range(60):
         program = some_program(rng, simplices)
@@ -80,7 +81,7 @@ def test_feasible_is_exact() -> None:
 
 
 def test_elimination_solves_what_it_was_given() -> None:
-    rng = random.Random(5)
+    rng = random.Random(tiers.fresh(5))
     solved = refused = free = 0
     for _ in range(300):
         n = rng.randint(1, 5)
@@ -105,7 +106,7 @@ def test_elimination_solves_what_it_was_given() -> None:
 
 
 def test_elimination_gives_up_long_numbers() -> None:
-    rng = random.Random(6)
+    rng = random.Random(tiers.fresh(6))
     equations = [({j: F(rng.randrange(10**40), rng.randrange(1, 10**40)) for j in range(6)}, F(1)) for _ in range(6)]
     assert eliminate(equations, {}, most_bits=300) is None
     assert eliminate(equations, {}) is not None
@@ -114,7 +115,7 @@ def test_elimination_gives_up_long_numbers() -> None:
 @pytest.mark.parametrize("way", LIES)
 def test_an_answer_is_numbers_of_the_right_shape_or_none(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
     program = LinearProgram([F(0)] * 2, [F(1)] * 2, [([(0, F(1)), (1, F(1))], F(1))])
-    lying(monkeypatch, random.Random(1), way)
+    lying(monkeypatch, random.Random(tiers.fresh(1)), way)
     found = program.ask(np.array([-1.0, -2.0]))
     if way in ("raises", "imports", "nothing", "nan", "inf", "largest", "shape", "long", "table", "scalar", "words", "one part"):
         assert found is None

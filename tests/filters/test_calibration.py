@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import random
 from collections.abc import Sequence
 from fractions import Fraction
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import tiers
 from envelopes import result_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -32,7 +32,7 @@ from fairaudit.theorems.bound import ANY_POLICY, ANY_UTILITY, ANY_UTILITY_FLOORE
 from fairaudit.theorems.t03 import t3_approx
 
 F = Fraction
-SETTINGS = 10_000 if os.environ.get("FAIRAUDIT_FULL") == "1" else 400
+SETTINGS = 10_000 if tiers.FULL else 400
 """Random settings per rule."""
 
 
@@ -66,7 +66,7 @@ def test_the_lever_of_the_paper_and_ours(k: int, keep: float, paper: float) -> N
 @pytest.mark.parametrize("rule", ["paper", "tight", "sharp", "exact", "contraction"])
 def test_random_settings(rule: Any) -> None:
     """The formulas of the theory, solved for e^ε, against the search."""
-    rng = random.Random(rule)
+    rng = random.Random(tiers.fresh(rule))
     for _ in range(SETTINGS):
         k = rng.choice([2, 3, 5, 16, 64])
         gamma = F(rng.randint(1, 20), rng.randint(1, 4))
@@ -152,10 +152,9 @@ def worst_by_outputs(k: int, keep: Fraction, gamma: Fraction, least: Fraction, g
     return worst
 
 
-@pytest.mark.slow
 def test_the_closed_form_keeps_every_target_and_the_next_step_breaks_it() -> None:
     """Numbers of values, least utilities, gaps between groups and targets, without a floor."""
-    rng = random.Random("closed form")
+    rng = random.Random(tiers.fresh("closed form"))
     kept = missed = 0
     for _ in range(SETTINGS):
         k = rng.choice([2, 3, 4, 7, 16, 64, 200])
@@ -193,7 +192,7 @@ def worst_in_range(keeps: Sequence[tuple[int, Fraction]], numbers: Sequence[Frac
 
 def test_the_exact_rule_never_exceeds_a_target_and_the_next_step_breaks_it() -> None:
     """Greatest and least utility, a gap between groups, a floor, one or two attributes; linear programs say what is attained."""
-    rng = random.Random("exact")
+    rng = random.Random(tiers.fresh("exact"))
     feasible = infeasible = 0
     for _ in range(SETTINGS):
         sizes = [rng.choice([2, 3, 5, 16, 64])] if rng.random() < 0.8 else [rng.choice([2, 3, 4]) for _ in range(2)]
@@ -272,12 +271,11 @@ def some_groups(sizes: Sequence[int], contexts: int, decisions: Sequence[str]) -
     return fa.Policy.from_probabilities(table, decision="u", group=columns, context="x", probability="p")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("uses", ["decision", "context", "group"])
 @pytest.mark.parametrize("quantity", ["local", "global"])
 def test_a_known_utility_never_exceeds_a_target_and_the_next_step_breaks_it(uses: str, quantity: Any) -> None:
     """Against the exact linear program of the worst policy, for one and two attributes, with contexts that are spread differently."""
-    rng = random.Random(f"{uses} {quantity}")
+    rng = random.Random(tiers.fresh(f"{uses} {quantity}"))
     counts = {"kept": 0, "hidden": 0, "whole": 0}
     for _ in range(SETTINGS // 10):
         sizes = rng.choice([[2], [3], [4], [2, 2]])

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import tiers
 from envelopes import result_of
 
 import fairaudit as fa
@@ -85,7 +86,7 @@ def check(found: Design, size: int) -> list[list[Fraction]]:
 
 @pytest.mark.parametrize("seed", range(36))
 def test_a_known_policy_is_on_target_and_never_worse_than_randomized_response(seed: int) -> None:
-    rng = random.Random(seed)
+    rng = random.Random(tiers.fresh(seed))
     n, contexts = 2 + seed % 11, rng.randint(1, 4)
     policy = some_policy(rng, n, contexts)
     values = {"u": 1, "v": F(rng.randint(0, 10), 10), "w": rng.choice([F(0), F(1, 7)])}
@@ -114,7 +115,10 @@ def test_a_known_policy_is_on_target_and_never_worse_than_randomized_response(se
 def test_a_cap_alone_recovers_randomized_response(n: int, cap: str) -> None:
     factor = F(cap)
     wanted = factor / (factor + n - 1)
-    for found in (design_model_free(n, max_exp_epsilon=cap), design(some_policy(random.Random(n), n, 2), {"u": 1}, max_exp_epsilon=cap)):
+    for found in (
+        design_model_free(n, max_exp_epsilon=cap),
+        design(some_policy(random.Random(tiers.fresh(n)), n, 2), {"u": 1}, max_exp_epsilon=cap),
+    ):
         check(found, n)
         assert wanted - F(1, 10**9) < found.truth_kept <= wanted
     # The linear program finds it too, without being told.
@@ -126,7 +130,7 @@ def test_a_cap_alone_recovers_randomized_response(n: int, cap: str) -> None:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_brute_force_for_two_groups_behind_a_known_policy(seed: int) -> None:
-    rng = random.Random(seed)
+    rng = random.Random(tiers.fresh(seed))
     policy = some_policy(rng, 2, 2)
     values = {"u": F(1), "v": F(1, 2), "w": F(0)}
     weights = [rng.randint(1, 9), rng.randint(1, 9)]
@@ -242,7 +246,7 @@ def test_skewed_groups_are_served_by_the_program_and_not_by_randomized_response(
 @pytest.mark.parametrize("groups", [12, 30])
 def test_a_filter_with_hundreds_of_entries_is_solved_exactly(groups: int) -> None:
     cap = 3
-    found = design(some_policy(random.Random(groups), groups, 2), {"u": 3, "v": 2, "w": 1}, max_ratio=cap, max_exp_epsilon=cap)
+    found = design(some_policy(random.Random(tiers.fresh(groups)), groups, 2), {"u": 3, "v": 2, "w": 1}, max_ratio=cap, max_exp_epsilon=cap)
     rows = check(found, groups)
     assert sum(v > 0 for row in rows for v in row) > 90
     assert all(max(column) == cap * min(column) for column in zip(*rows, strict=True))
@@ -262,7 +266,7 @@ def test_joint_tuples() -> None:
 
 
 def test_a_target_of_one() -> None:
-    rng = random.Random(7)
+    rng = random.Random(tiers.fresh(7))
     for n, contexts in [(2, 1), (3, 1), (4, 2), (6, 3), (9, 4)]:
         policy = some_policy(rng, n, contexts)
         found = design(policy, {"u": 1, "v": 2}, max_log=0)
@@ -293,7 +297,7 @@ def test_targets_in_nats_are_rounded_down() -> None:
 def test_a_utility_that_depends_on_the_group() -> None:
     met = missed = 0
     for seed in range(20):
-        rng = random.Random(seed)
+        rng = random.Random(tiers.fresh(seed))
         n = rng.randint(2, 5)
         policy = some_policy(rng, n, rng.randint(1, 2))
         values = {(u, x, a): rng.randint(1, 6) for u in "uvw" for x in range(2) for a in range(n)}

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import random
 from fractions import Fraction
 from math import inf
 from typing import Any
 
 import pytest
+import tiers
 from lying_solver import LIES, lying
 
 import fairaudit as fa
@@ -17,7 +17,6 @@ from fairaudit.filters.design_result import Design
 from fairaudit.theorems.t03 import t3_mechanism
 
 F = Fraction
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 HIRE = fa.Policy.from_array([[["0.9", "0.1"], ["0.2", "0.8"]]], decisions=["hire", "pass"], groups=["f", "m"])
 FAR = "1e310"
 """Beyond floats."""
@@ -57,7 +56,7 @@ def stochastic(found: Design) -> list[list[Fraction]]:
 
 
 def cases(number: int) -> tuple[fa.Policy, Any, Any, dict[str, Any]]:
-    rng = random.Random(number)
+    rng = random.Random(tiers.fresh(number))
     groups = rng.randint(2, 4)
     policy = some_policy(rng, groups, rng.randint(1, 3))
     table = {(u, a): F(rng.randint(1, 6), 6) for u in ("u", "v") for a in range(groups)}
@@ -79,8 +78,8 @@ def cases(number: int) -> tuple[fa.Policy, Any, Any, dict[str, Any]]:
 
 
 def test_a_known_policy(monkeypatch: pytest.MonkeyPatch) -> None:
-    rng = random.Random(7)
-    count = 60 if FULL else 6
+    rng = random.Random(tiers.fresh(7))
+    count = 60 if tiers.FULL else 6
     met = refuted = 0
     for number in range(count):
         policy, g, utility, options = cases(number)
@@ -105,9 +104,9 @@ def test_a_known_policy(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_without_a_policy(monkeypatch: pytest.MonkeyPatch) -> None:
-    rng = random.Random(8)
-    for number in range(30 if FULL else 4):
-        case = random.Random(number)
+    rng = random.Random(tiers.fresh(8))
+    for number in range(30 if tiers.FULL else 4):
+        case = random.Random(tiers.fresh(number))
         size, level = case.randint(2, 4), case.choice([F(1, 5), F(1, 2)])
         options: dict[str, Any] = {"max_ratio": case.choice(["1.2", "1.6"]), "tau": level}
         options["population"] = [case.randint(1, 9) for _ in range(size)]
@@ -126,11 +125,10 @@ def test_without_a_policy(monkeypatch: pytest.MonkeyPatch) -> None:
             assert capped.lower_bound is None or capped.lower_bound <= capped.distortion, (number, way)
 
 
-@pytest.mark.slow
 def test_for_every_policy(monkeypatch: pytest.MonkeyPatch) -> None:
-    rng = random.Random(10)
+    rng = random.Random(tiers.fresh(10))
     met = 0
-    for number in range(40 if FULL else 6):
+    for number in range(40 if tiers.FULL else 6):
         policy, _, utility, options = cases(number)
         options["max_ratio"] = F(options["max_ratio"]) + number % 3
         calls: list[Any] = [
@@ -158,7 +156,7 @@ def test_for_every_policy(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_calibration_asks_no_solver(monkeypatch: pytest.MonkeyPatch) -> None:
-    lying(monkeypatch, random.Random(9), "raises")
+    lying(monkeypatch, random.Random(tiers.fresh(9)), "raises")
     found = fa.calibrate(max_ratio="1.4", groups=3, tau="0.3")
     assert found.achieved <= F(7, 5)
     assert fa.calibrate_policy(HIRE, {"hire": 1}, max_ratio=2).achieved <= 2
@@ -185,7 +183,7 @@ BARELY = 1 + F(1, 10**400)
 @pytest.mark.parametrize("way", ["honest", "solved"])
 def test_numbers_beyond_floats_for_a_known_policy(options: dict[str, Any], own: bool, way: str, monkeypatch: pytest.MonkeyPatch) -> None:
     if way != "honest":
-        lying(monkeypatch, random.Random(1), way)
+        lying(monkeypatch, random.Random(tiers.fresh(1)), way)
     worth: Any = {"hire": 1}
     if own:  # one group gets next to nothing, whatever is decided
         cells = [(u, x, a) for u in HIRE.law.decisions for x in HIRE.law.contexts for a in HIRE.law.groups]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import random
 from fractions import Fraction
 from itertools import permutations, product
@@ -13,6 +12,7 @@ from typing import Any
 
 import ppl
 import pytest
+import tiers
 from envelopes import result_of
 from theorem_oracle import best_in_range
 from worst_policy_oracle import Setting, by_linear_program, random_utility
@@ -27,7 +27,7 @@ from fairaudit.model.mechanism_file import read_mechanism
 from fairaudit.theorems.bound import ANY_POLICY, ANY_UTILITY, ANY_UTILITY_FLOORED
 
 F = Fraction
-CASES = 600 if os.environ.get("FAIRAUDIT_FULL") == "1" else 40
+CASES = 600 if tiers.FULL else 40
 
 Requirement = list[Fraction]
 """Coefficients of the entries of a table, row by row; their sum is at most 0."""
@@ -103,11 +103,10 @@ def some_policy(groups: int, contexts: int, decisions: int) -> fa.Policy:
     )
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("uses", ["decision", "context", "group"])
 @pytest.mark.parametrize("quantity", ["local", "global"])
 def test_a_known_utility_against_the_program_over_all_policies(uses: str, quantity: Any) -> None:
-    rng = random.Random(f"{uses} {quantity}")
+    rng = random.Random(tiers.fresh(f"{uses} {quantity}"))
     kept = missed = 0
     for _ in range(CASES):
         groups, contexts, decisions = rng.choice([(2, 1, 2), (2, 1, 3), (2, 2, 2), (3, 1, 2), (3, 1, 3), (3, 2, 2)])
@@ -142,10 +141,9 @@ def test_a_known_utility_against_the_program_over_all_policies(uses: str, quanti
     assert missed or uses == "decision" or (uses, quantity) == ("context", "local")
 
 
-@pytest.mark.slow
 def test_a_range_against_the_program_over_all_utilities() -> None:
     """K + (γ − K − m)·H_{R*} ≤ m·(R* − 1): every set of releases at which the most is paid is a requirement."""
-    rng = random.Random("range")
+    rng = random.Random(tiers.fresh("range"))
     kept = missed = 0
     for _ in range(CASES):
         groups, target = rng.choice([2, 3, 4]), 1 + F(rng.randint(0, 60), 20)
@@ -175,7 +173,6 @@ def test_a_range_against_the_program_over_all_utilities() -> None:
     assert min(kept, missed) >= CASES // 20
 
 
-@pytest.mark.slow
 def test_equal_groups_need_randomized_response_in_closed_form() -> None:
     """The closed form of calibration, without its grid; for 64 groups no linear program is asked."""
     for found in (
@@ -190,11 +187,10 @@ def test_equal_groups_need_randomized_response_in_closed_form() -> None:
     assert (nothing.truth_kept, nothing.achieved) == (1, F(10, 3))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 def test_a_floor_with_a_least_utility_and_a_gap(seed: int) -> None:
     """On target by linear programs; more truth than without the floor, and no less than with a lower one."""
-    rng = random.Random(seed)
+    rng = random.Random(tiers.fresh(seed))
     groups, target = rng.choice([2, 3]), F(rng.randint(24, 40), 20)
     least, gap = F(rng.randint(0, 2), 10), F(rng.choice([0, rng.randint(1, 2)]), 40)
     options: dict[str, Any] = {

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import copy
 import json
-import os
 import random
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -18,6 +17,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tiers
 from certificates import outcome
 from contrast_oracle import bets
 from hypothesis import given, settings
@@ -39,9 +39,8 @@ from fairaudit.inference.table_comparisons import global_comparison, local_compa
 
 F = Fraction
 HALF = F(1, 2)
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
-REPETITIONS = 2_000 if FULL else 25
-ALTERED = 2_400 if FULL else 150
+REPETITIONS = 2_000 if tiers.FULL else 25
+ALTERED = 2_400 if tiers.FULL else 150
 ENDS = st.sampled_from(["together", "each", "lower", "upper"])
 Draws = list[Fraction]
 
@@ -171,7 +170,7 @@ def test_ends_err_no_more_than_they_say(setting: str, ends: Any) -> None:
     """At a confidence of 1/2, where errors are seen, and at 95 %."""
     draw, true = SETTINGS[setting]
     source = np.random.default_rng(41)
-    for confidence, count in (("1/2", REPETITIONS), ("0.95", REPETITIONS if FULL else 8)):
+    for confidence, count in (("1/2", REPETITIONS), ("0.95", REPETITIONS if tiers.FULL else 8)):
         misses = [0, 0]
         for _ in range(count):
             found = contrasts(draw(source), confidence, ends=ends)
@@ -192,14 +191,14 @@ SHAPES: list[tuple[Any, float, int, float]] = [
 ]
 
 
-@pytest.mark.parametrize("case", range(len(SHAPES)) if FULL else (0, 2, 4))
+@pytest.mark.parametrize("case", range(len(SHAPES)) if tiers.FULL else (0, 2, 4))
 def test_upper_ends_are_as_narrow_as_another_simulation_found_them(case: int) -> None:
     shape, ratio, n, expected = SHAPES[case]
     source = np.random.default_rng(42)
-    count = (400 if n == 50 else 200) if FULL else 25
+    count = (400 if n == 50 else 200) if tiers.FULL else 25
     ends = [float(contrasts(compared(shape(source, n), shape(source, n) / ratio), ends="upper").upper) for _ in range(count)]
     print(f"median {np.median(ends):.4f}, {expected} elsewhere")
-    assert np.median(ends) == pytest.approx(expected, rel=0.03 if FULL else 0.1)
+    assert np.median(ends) == pytest.approx(expected, rel=0.03 if tiers.FULL else 0.1)
 
 
 def test_narrower_errors_are_nested() -> None:
@@ -363,7 +362,7 @@ def test_no_more_steps_are_taken_than_are_expected(seed: int, sizes: tuple[int, 
 
 def test_as_many_values_as_are_taken_are_checked() -> None:
     """Both intervals of a table in which no two draws of a cell are alike."""
-    n = 2_700 if FULL else 250
+    n = 2_700 if tiers.FULL else 250
     rows = [(str(i), "fm"[i % 2]) for i in range(2 * n)]
     law = fa.Law.from_log({"u": [u for u, _ in rows], "a": [a for _, a in rows]}, decision="u", group="a")
     worth = {u: str(F(int(u) * int(u) % 10_007, 10_007)) for u, _ in rows}

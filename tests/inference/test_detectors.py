@@ -102,7 +102,6 @@ def stream(rng: Any, means: tuple[float, float], limit: Fraction, length: int, w
     return None
 
 
-@pytest.mark.slow
 def test_false_alarms_are_no_more_often_than_stated() -> None:
     """At the boundary of both directions: the limit is 1 and the means are the same."""
     length, streams = 200, 200
@@ -114,7 +113,6 @@ def test_false_alarms_are_no_more_often_than_stated() -> None:
         assert sum(pairs <= share * length for pairs in until) <= binom.isf(0.001, streams, share)
 
 
-@pytest.mark.slow
 def test_a_ratio_of_five_thirds_is_seen_within_500_pairs() -> None:
     rng = np.random.default_rng(5)
     found = [stream(rng, (0.5, 0.3), F(5, 4), 20_000, warm=500) for _ in range(15)]

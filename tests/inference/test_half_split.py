@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import copy
 import json
-import os
 from collections.abc import Callable
 from fractions import Fraction
 from math import comb
@@ -17,6 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 import split_oracle
+import tiers
 from certificates import outcome
 from hypothesis import assume, given
 from hypothesis import strategies as st
@@ -34,8 +34,7 @@ from fairaudit.inference.table_comparisons import global_comparison, local_compa
 from fairaudit.reports.text import verdict
 
 F = Fraction
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
-ALTERED, TABLES = (2000, 2000) if FULL else (120, 250)
+ALTERED, TABLES = (2000, 2000) if tiers.FULL else (120, 250)
 LABEL = st.one_of(st.sampled_from("fmo"), st.text(st.characters(exclude_categories=("Cs",)), max_size=4).map("l{}l".format))
 
 
@@ -176,7 +175,7 @@ def test_one_of_many_contexts_is_found() -> None:
     pick, found = np.random.default_rng(4), {"bonferroni": 0, "half-split": 0}
     means = np.full((50, 8), 0.5)
     means[7, 3] = 0.25
-    tables = 300 if FULL else 40
+    tables = 300 if tiers.FULL else 40
     for _ in range(tables):
         own = compared(pick.binomial(200, means), 200)
         for select in found:

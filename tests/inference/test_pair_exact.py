@@ -5,13 +5,13 @@ All outcomes of every setting: FAIRAUDIT_FULL=1 pytest -n0 tests/inference/test_
 
 from __future__ import annotations
 
-import os
 from fractions import Fraction
 from math import inf
 from random import Random
 
 import numpy as np
 import pytest
+import tiers
 from hypothesis import given
 from hypothesis import strategies as st
 from pair_oracle import levels_of_rejection, rarity, score_ends
@@ -21,7 +21,6 @@ from fairaudit.inference import pair_exact
 from fairaudit.inference.pair_exact import Contrast, Pair, order_scale, pair_excludes, pair_upper, proves
 
 F = Fraction
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 LEVEL = F(1, 20)
 SCALE = F(25, 16)
 CONTRASTS: tuple[Contrast, ...] = ("ratio", "difference")
@@ -61,12 +60,12 @@ def chance_of_error(setting: tuple[str, int, str, int, str, str], level: Fractio
     """P(the true contrast is excluded): outcomes far from the level by the oracle but for a sample, in a full run all by the kernel."""
     mean, n, other, m = F(setting[0]), setting[1], F(setting[2]), setting[3]
     limit = mean / other if contrast == "ratio" else mean - other
-    worst = levels_of_rejection(n, m, float(limit), float(level), SCALE, contrast == "difference", 2000 if FULL else 500)
+    worst = levels_of_rejection(n, m, float(limit), float(level), SCALE, contrast == "difference", 2000 if tiers.FULL else 500)
     chance = np.outer(binom.pmf(np.arange(n + 1), n, float(mean)), binom.pmf(np.arange(m + 1), m, float(other)))
     found, random = 0.0, Random(n)
     for k, j in np.ndindex(worst.shape):
         excluded, close = worst[k, j] <= float(level), not (worst[k, j] <= 0.9 * float(level) or worst[k, j] > float(level))
-        if FULL or (close and chance[k, j] > 1e-9) or random.random() < 0.004:
+        if tiers.FULL or (close and chance[k, j] > 1e-9) or random.random() < 0.004:
             by_kernel = pair_excludes(Pair(k, n, j, m, SCALE, contrast), limit, level) is not None
             assert by_kernel == excluded or close
             excluded = by_kernel
@@ -83,7 +82,7 @@ def test_the_chance_of_error_is_the_published_one(setting: tuple[str, int, str, 
 
 
 @pytest.mark.parametrize(
-    "setting", [SETTINGS[i] for i in ((0, 3, 9, 13) if not FULL else range(16))], ids=lambda s: "-".join(map(str, s[:4]))
+    "setting", [SETTINGS[i] for i in ((0, 3, 9, 13) if not tiers.FULL else range(16))], ids=lambda s: "-".join(map(str, s[:4]))
 )
 @pytest.mark.parametrize("level", [F(1, 2), LEVEL])
 def test_the_chance_of_error_of_a_difference_is_at_most_the_level(setting: tuple[str, int, str, int, str, str], level: Fraction) -> None:

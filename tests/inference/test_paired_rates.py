@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from fractions import Fraction
 from math import inf
 from typing import Any
 
 import numpy as np
 import pytest
+import tiers
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
@@ -18,7 +18,6 @@ from fairaudit.inference.paired_rates import greatest_change, paired_rates, unit
 F = Fraction
 ONE, NONE = F(1), F(0)
 ALPHA = F(1, 10)
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 
 
 def profiles(old: Any, new: Any) -> dict[Any, int]:
@@ -97,13 +96,13 @@ def test_one_group_has_nothing_to_compare() -> None:
     assert greatest_change({(("x",), ("f",)): {(ONE, NONE): 9}, (("y",), ("f",)): {(NONE, ONE): 9}}, ONE, ALPHA) == 1
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 @pytest.mark.parametrize("same", [0.0, 0.9, 1.0])
 def test_the_quotient_of_ratios_is_covered_however_logs_hang_together(same: float) -> None:
     """Three groups of two contexts; the second log repeats an answer of the first with the chance `same`."""
     generator = np.random.default_rng(7)
     means = {"f": (0.5, 0.6), "m": (0.5, 0.5), "x": (0.5, 0.5)}
-    times, misses = 2000 if FULL else 40, 0
+    times, misses = 2000 if tiers.FULL else 40, 0
     for _ in range(times):
         cells = {}
         for context in "ab":

@@ -9,6 +9,7 @@ from itertools import permutations
 from pathlib import Path
 
 import pytest
+import tiers
 from envelopes import result_of
 
 from fairaudit import InputError, certify, read_csv
@@ -45,7 +46,7 @@ def test_effects_of_a_choice_that_only_looks_at_the_profile() -> None:
 def test_fixed_slots_are_warned_about() -> None:
     found = read_allocation({"shown": ["ann bob"] * 50, "won": ["ann"] * 40 + ["bob"] * 10}, slots="shown", winner="won")
     assert "cannot be told apart" in found.warnings[0]
-    rng = random.Random(2)
+    rng = random.Random(tiers.fresh(2))
     skewed = ["ann bob" if rng.random() < 0.9 else "bob ann" for _ in range(500)]
     found = read_allocation({"shown": skewed, "won": ["ann"] * 500}, slots="shown", winner="won")
     assert "not balanced" in found.warnings[0]
@@ -96,7 +97,7 @@ def test_orders_that_are_missing_or_too_frequent(
 
 def test_random_orders_are_not_warned_about() -> None:
     """At most 1 of 1,000 logs; of 300 small and large ones none was."""
-    rng = random.Random(11)
+    rng = random.Random(tiers.fresh(11))
     for size, runs in ((2, 5), (2, 400), (3, 4), (3, 30), (3, 600), (4, 50), (4, 500), (8, 60)):
         for _ in range(40):
             names = [f"p{i}" for i in range(size + rng.choice((0, 0, 2)))]
@@ -189,7 +190,7 @@ def choices(folder: Path, rows: int = 4000) -> list[dict[str, str]]:
 
     import duckdb
 
-    rng = random.Random(3)
+    rng = random.Random(tiers.fresh(3))
     orders = [rng.sample([f"p{i}" for i in range(11)], 11) for _ in range(40)]
     drawn = [(orders[rng.randrange(40)], rng.choice("xü"), rng.randrange(15, 80)) for _ in range(rows)]
     listed = [{"shown": " ".join(order), "won": order[rng.randrange(4)], "job": job, "age": str(age)} for order, job, age in drawn]

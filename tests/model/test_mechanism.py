@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime
-import os
 from collections import Counter
 from fractions import Fraction
 from typing import Any
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+import tiers
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import chi2
@@ -23,7 +23,6 @@ from fairaudit.privacy.epsilon_delta import exp_epsilon
 F = Fraction
 FALSE_ALARM = 1e-6
 DRAWS = 1_000_000
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 
 
 def fits(counts: Counter[Any], probabilities: dict[Any, F], draws: int) -> bool:
@@ -67,7 +66,7 @@ def test_the_chi_square_test_notices_a_wrong_probability() -> None:
 
 def test_sticky_and_fresh_releases_mixed() -> None:
     """Sticky draws never change and fresh ones keep their distribution: 200,000 releases, two million with FAIRAUDIT_FULL=1."""
-    draws = 1_000_000 if FULL else 100_000
+    draws = 1_000_000 if tiers.FULL else 100_000
     mechanism = RandomizedResponse("abc", keep_probability="0.7")
     store: dict[Any, Any] = {}
     first: dict[int, Any] = {}

@@ -7,6 +7,7 @@ from math import prod
 from random import Random
 
 import pytest
+import tiers
 
 from fairaudit.privacy.columns import Budget, Column, TooManyColumns, joined_columns, merged_columns, powered_columns
 
@@ -29,7 +30,7 @@ def random_columns(rng: Random) -> tuple[Column, ...]:
 
 
 def test_a_power_is_the_product_written_out() -> None:
-    rng = Random("powers")
+    rng = Random(tiers.fresh("powers"))
     for _ in range(400):
         columns, times = random_columns(rng), rng.randint(1, 4)
         written_out = merged_columns((prod(p for p, _ in some), prod(q for _, q in some)) for some in product(columns, repeat=times))
@@ -37,7 +38,7 @@ def test_a_power_is_the_product_written_out() -> None:
 
 
 def test_a_power_of_powers_and_a_product_of_powers() -> None:
-    rng = Random("powers of powers")
+    rng = Random(tiers.fresh("powers of powers"))
     for _ in range(60):
         columns, more = random_columns(rng), random_columns(rng)
         assert powered_columns(powered_columns(columns, 2), 3) == powered_columns(columns, 6)

@@ -11,6 +11,7 @@ from random import Random
 from typing import Any
 
 import pytest
+import tiers
 
 from fairaudit.cli import main
 from fairaudit.errors import InputError
@@ -39,7 +40,7 @@ def test_the_ratio_may_exceed_one() -> None:
 
 
 def test_random_tables_are_as_plain_fractions_have_them() -> None:
-    rng = Random("air")
+    rng = Random(tiers.fresh("air"))
     for _ in range(60):
         counts = {(g,): (rng.randint(0, n), n) for g in "abc" if (n := rng.randint(1, 40))}
         found = adverse_impact(decisions(counts), ["approved"], ["b"])
@@ -93,7 +94,7 @@ def test_a_control_group_without_people_is_refused() -> None:
 
 def test_the_commands_of_the_guide_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    rng = Random("credit")
+    rng = Random(tiers.fresh("credit"))
     rows = [f"{rng.choice(('approved', 'denied'))},{rng.choice(('white', 'black', 'asian'))},{rng.choice('fm')}" for _ in range(300)]
     Path("applications.csv").write_text("decision,race,sex\n" + "\n".join(rows) + "\n")
     (block,) = re.findall(r"^```sh\n(.*?)^```", GUIDE.read_text("utf-8"), re.MULTILINE | re.DOTALL)

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import os
 import random
 from collections.abc import Collection, Iterator
 from itertools import product
 
 import numpy as np
 import pytest
+import tiers
 from attacker import agreeing
 
 from fairaudit.publications.circulation import Arc, is_small, published
 
-TABLES = 3_000 if os.environ.get("FAIRAUDIT_FULL") else 60
+TABLES = 3_000 if tiers.FULL else 60
 
 SHAPES = ((2, 2), (2, 3), (3, 3), (2, 7), (3, 8), (4, 4))
 
@@ -65,7 +65,7 @@ def told(arcs: dict[str, Arc], known: Collection[str], least: int) -> Iterator[t
 
 
 def test_every_small_count_can_be_anything_below_the_least_one_on_random_tables() -> None:
-    rng = random.Random(0)
+    rng = random.Random(tiers.fresh(0))
     small = hidden = 0
     for i in range(TABLES):
         least = rng.choice((2, 3, 5, 10))
@@ -75,7 +75,7 @@ def test_every_small_count_can_be_anything_below_the_least_one_on_random_tables(
         hidden += len(arcs) - len(chosen)
         for kind in (0, 1):
             found = [name for name, arc in arcs.items() if arc.parts[kind] < least]
-            for name in found if os.environ.get("FAIRAUDIT_FULL") else rng.sample(found, min(2, len(found))):
+            for name in found if tiers.FULL else rng.sample(found, min(2, len(found))):
                 small += 1
                 for value in {0, least - 1, rng.randrange(least)}:
                     assert possible(arcs, chosen, name, kind, value)
@@ -84,7 +84,7 @@ def test_every_small_count_can_be_anything_below_the_least_one_on_random_tables(
 
 def test_who_was_promised_that_small_counts_are_open_learns_no_more() -> None:
     """Else a count that must be 4 or more were known not to be small, and so to be 10 or more, and others to be the less."""
-    rng = random.Random(6)
+    rng = random.Random(tiers.fresh(6))
     hidden = 0
     for i in range(TABLES // 2):
         least = rng.choice((2, 5, 10))
@@ -108,7 +108,7 @@ def test_a_cell_that_its_margins_and_the_promise_would_tell_is_open() -> None:
 
 def test_the_attack_succeeds_where_only_what_is_small_itself_is_withheld() -> None:
     """Otherwise the attack above would show nothing."""
-    rng = random.Random(1)
+    rng = random.Random(tiers.fresh(1))
     broken = 0
     for i in range(60):
         arcs = two_ways(rng, *SHAPES[i % len(SHAPES)], scale=15)
@@ -120,7 +120,7 @@ def test_the_attack_succeeds_where_only_what_is_small_itself_is_withheld() -> No
 
 def test_nothing_is_withheld_without_need() -> None:
     """Of a group that is not small itself, after those before it: one more would tell a small count."""
-    rng = random.Random(2)
+    rng = random.Random(tiers.fresh(2))
     needed = 0
     for i in range(18):
         least = rng.choice((2, 5))
@@ -136,7 +136,7 @@ def test_nothing_is_withheld_without_need() -> None:
 
 def test_every_value_between_the_ends_occurs_by_enumeration() -> None:
     """All tables of two rows and three columns of counts up to 9 that agree with what is published, no margin of which is above 9."""
-    rng = random.Random(3)
+    rng = random.Random(tiers.fresh(3))
     every = np.indices((10,) * 6).reshape(6, -1)
     of = {"row 0": [0, 1, 2], "row 1": [3, 4, 5], "column 0": [0, 3], "column 1": [1, 4], "column 2": [2, 5]}
     withheld = 0
@@ -169,7 +169,11 @@ def test_the_worked_example_of_the_rule_loses_four_cells_of_its_intersections() 
 
 
 def test_nothing_is_withheld_where_nothing_is_small() -> None:
-    arcs = {name: Arc(arc.tail, arc.head, (20, 20)) for name, arc in two_ways(random.Random(4), 2, 2, 5).items() if name.startswith("cell")}
+    arcs = {
+        name: Arc(arc.tail, arc.head, (20, 20))
+        for name, arc in two_ways(random.Random(tiers.fresh(4)), 2, 2, 5).items()
+        if name.startswith("cell")
+    }
     arcs |= margins(arcs)
     assert published(arcs, order_of(arcs), 10) == {*arcs}
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from random import Random
 
 import pytest
+import tiers
 
 import fairaudit as fa
 from fairaudit.errors import FalseCertificate, InputError, TableNeeded
@@ -41,7 +42,7 @@ def test_people_are_counted_over_all_contexts(tmp_path: Path) -> None:
 
 
 def test_random_logs_are_counted_as_a_loop_counts_them(tmp_path: Path) -> None:
-    rng = Random("logs")
+    rng = Random(tiers.fresh("logs"))
     for _ in range(15):
         rows = [(rng.choice("yn"), rng.choice("fm"), rng.choice("abc"), rng.choice("xyz")) for _ in range(rng.randint(20, 200))]
         table = dict(zip(("out", "sex", "race", "dept"), map(list, zip(*rows, strict=True)), strict=True))

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import os
 from decimal import ROUND_HALF_UP, Decimal, localcontext
 from fractions import Fraction
 from random import Random
 
+import tiers
+
 from fairaudit.publications.display import deviations_text, half_up, rate_text, ratio_text
 
-PAIRS = 1_000_000 if os.environ.get("FAIRAUDIT_FULL") else 10_000
+PAIRS = 1_000_000 if tiers.FULL else 10_000
 FOUR_FIFTHS, ONE = Fraction(4, 5), Fraction(1)
 
 
@@ -24,7 +25,7 @@ def near(rng: Random) -> Fraction:
 
 
 def test_no_ratio_is_moved_across_four_fifths_or_one() -> None:
-    rng = Random("ratios")
+    rng = Random(tiers.fresh("ratios"))
     met = 0
     for _ in range(PAIRS):
         ratio = near(rng)
@@ -40,7 +41,7 @@ def test_no_ratio_is_moved_across_four_fifths_or_one() -> None:
 
 
 def test_rounding_is_half_up() -> None:
-    rng = Random("half up")
+    rng = Random(tiers.fresh("half up"))
     for _ in range(2_000):
         value, digits = Fraction(rng.randint(-(10**6), 10**6), rng.choice((8, 40, 1000, rng.randint(1, 999)))), rng.randint(0, 4)
         with localcontext(prec=60) as context:
@@ -64,7 +65,7 @@ def test_rates_are_percentages() -> None:
 
 
 def test_deviations_do_not_cross_two() -> None:
-    rng = Random("two")
+    rng = Random(tiers.fresh("two"))
     for _ in range(2_000):
         square = 4 + Fraction(rng.randint(-100, 100), 10 ** rng.randint(2, 9))
         shown = Fraction(deviations_text(square))

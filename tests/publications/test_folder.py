@@ -99,6 +99,7 @@ def test_numbers_stay_numbers_and_formulas_do_not() -> None:
     ]
 
 
+@pytest.mark.core
 def test_a_spreadsheet_computes_nothing(tmp_path: Path) -> None:
     office = shutil.which("soffice")
     if office is None:
@@ -185,14 +186,6 @@ def test_what_was_left_out_is_said(tmp_path: Path) -> None:
     assert "9 of 36 decisions have a missing label and were left out" in (tmp_path / "out" / "index.html").read_text("utf-8")
 
 
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> object:
-    browser = Browser(tmp_path_factory.mktemp("profile"))
-    yield browser
-    browser.close()
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(("width", "dark"), [(1100, False), (360, True)])
 def test_a_browser_shows_the_page_and_asks_for_nothing(width: int, dark: bool, browser: Browser, tmp_path: Path) -> None:
     pytest.importorskip("axe_core_python", reason="axe-core-python is not installed (it is in the extra dev)")
@@ -207,7 +200,6 @@ def test_a_browser_shows_the_page_and_asks_for_nothing(width: int, dark: bool, b
     assert browser.driver.execute_async_script(script) == []
 
 
-@pytest.mark.slow
 def test_a_print_shows_every_figure(browser: Browser, tmp_path: Path) -> None:
     pypdf = pytest.importorskip("pypdf", reason="pypdf is not installed (it is in the extra test)")
     publish(certificate(tmp_path / "c.json", ("women", "men", "others")), tmp_path / "out")

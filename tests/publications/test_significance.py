@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import os
 from fractions import Fraction
 from math import comb
 from random import Random
 
 import numpy as np
 import pytest
+import tiers
 from scipy.stats import chi2_contingency, fisher_exact
 
 from fairaudit.publications import significance
 from fairaudit.publications.significance import LEVEL, Pair, fisher, holm, judged
 
-PAIRS = 12_000 if os.environ.get("FAIRAUDIT_FULL") else 400
+PAIRS = 12_000 if tiers.FULL else 400
 
 
 def random_pair(rng: Random, most: int) -> Pair:
@@ -34,7 +34,7 @@ def plain_fisher(pair: Pair) -> Fraction:
 
 
 def test_fisher_and_deviations_are_those_of_scipy() -> None:
-    rng = Random("scipy")
+    rng = Random(tiers.fresh("scipy"))
     for i in range(PAIRS):
         pair = random_pair(rng, (6, 40, 300, 3000)[i % 4])
         table = table_of(pair)
@@ -50,7 +50,7 @@ def test_fisher_and_deviations_are_those_of_scipy() -> None:
 
 
 def test_holm_is_that_of_the_values_of_scipy() -> None:
-    rng = Random("families")
+    rng = Random(tiers.fresh("families"))
     for _ in range(PAIRS // 4):
         pairs = [random_pair(rng, rng.choice((8, 60, 300))) for _ in range(rng.randint(2, 8))]
         ps = [float(fisher_exact(table_of(pair)).pvalue) for pair in pairs]
@@ -66,7 +66,7 @@ def test_holm_is_that_of_the_values_of_scipy() -> None:
 
 
 def test_fisher_is_its_definition() -> None:
-    rng = Random("definition")
+    rng = Random(tiers.fresh("definition"))
     for _ in range(300):
         pair = random_pair(rng, 30)
         found = fisher(pair)
@@ -76,7 +76,7 @@ def test_fisher_is_its_definition() -> None:
 def test_bounds_hold_the_exact_probability(monkeypatch: pytest.MonkeyPatch) -> None:
     """What is done for great numbers, done for small ones, where the definition can be computed."""
     monkeypatch.setattr(significance, "FEW", 0)
-    rng = Random("bounds")
+    rng = Random(tiers.fresh("bounds"))
     for i in range(400):
         pair = random_pair(rng, (12, 80)[i % 2])
         if i % 3 == 0:  # of groups of one size each weight occurs twice
@@ -148,7 +148,7 @@ def test_four_fifths_and_two_deviations_at_their_limits() -> None:
 
 
 def test_the_shortfall_and_the_least_number_are_what_they_say() -> None:
-    rng = Random("shortfall")
+    rng = Random(tiers.fresh("shortfall"))
     for _ in range(500):
         pair = random_pair(rng, 60)
         s, n, h, m = pair.selected, pair.applicants, pair.other_selected, pair.other_applicants
@@ -165,7 +165,7 @@ def test_the_shortfall_and_the_least_number_are_what_they_say() -> None:
 
 def test_holm_is_its_definition() -> None:
     """The greatest p by which a hypothesis falls in the step-down procedure, over all that fall before it."""
-    rng = Random("holm")
+    rng = Random(tiers.fresh("holm"))
     for _ in range(300):
         ps = [Fraction(rng.randint(0, 30), 100) for _ in range(rng.randint(1, 7))]
         found = holm(ps)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import io
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import pytest
+import tiers
 from browser import Browser
 from certificate_changes import changed_values
 from certificate_kinds import FOUR, KINDS, admissions, fifty_by_forty, many_columns, outcome, small_counts
@@ -20,7 +21,6 @@ import fairaudit as fa
 from fairaudit.reports.page import html
 
 GOLDEN = Path(__file__).parents[1] / "golden"
-FULL = bool(os.environ.get("FAIRAUDIT_FULL"))
 HOSTILE = (
     "<script>window.hit = 1</script>",
     "</script><script>window.hit = 2</script>",
@@ -40,13 +40,6 @@ HOSTILE = (
     "e\u0301",
     "é",
 )
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    running = Browser(tmp_path_factory.mktemp("chromium"))
-    yield running
-    running.close()
 
 
 def saved(directory: Path, text: str) -> Path:
@@ -216,15 +209,15 @@ def test_without_its_table_nothing_is_claimed(browser: Browser, tmp_path: Path) 
 
 
 @pytest.mark.parametrize(
-    "kind", [*KINDS, *POLICIES, undecided] if FULL else [small_counts, many_columns, behind_filters, given_truth, undecided]
+    "kind", [*KINDS, *POLICIES, undecided] if tiers.FULL else [small_counts, many_columns, behind_filters, given_truth, undecided]
 )
 def test_the_page_is_not_green_on_false_statements(kind: Callable[..., fa.Result], browser: Browser, tmp_path: Path) -> None:
     """What the Python checker finds false is false in the page, or not checked there; so is a certificate that it refuses."""
     result = kind(**FOUR)
     page = html(result.certificate)
-    step = 29 if FULL else 211
+    step = 29 if tiers.FULL else 211
     changed = changed_values(json.loads(result.certificate.text), 5, step)
-    picked = [mutant for mutant in changed if outcome(mutant) == "false"][: 200 if FULL else 10]
+    picked = [mutant for mutant in changed if outcome(mutant) == "false"][: 200 if tiers.FULL else 10]
     assert picked
     states = []
     for mutant in picked:

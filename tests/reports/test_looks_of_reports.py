@@ -8,16 +8,16 @@ from __future__ import annotations
 import base64
 import io
 import json
-import os
 import random
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import pytest
+import tiers
 from attested import statement_about as statement_of
 from browser import Browser
 from certificate_kinds import (
@@ -124,13 +124,6 @@ KINDS |= {"attested": lambda: asked(confidence=None), "attested subgroups": subg
 SCRIPTLESS = ("subgroups", "attested subgroups", "proxies")
 
 
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    running = Browser(tmp_path_factory.mktemp("chromium"))
-    yield running
-    running.close()
-
-
 @cache
 def page(kind: str) -> str:
     made = KINDS[kind]().certificate
@@ -175,7 +168,7 @@ WHOLLY = ("with targets", "labels", "filters", "attested")
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "fifty by forty"])
 def test_axe_finds_nothing(kind: str, shown: Callable[..., Browser]) -> None:
     pytest.importorskip("axe_core_python", reason="axe-core-python is not installed (it is in the extra dev)")
-    every = kind in WHOLLY or os.environ.get("FAIRAUDIT_FULL") == "1"
+    every = kind in WHOLLY or tiers.FULL
     for width, dark in LOOKS if every else [LOOKS[list(KINDS).index(kind) % len(LOOKS)]]:
         assert violations(shown(kind, width, dark=dark)) == [], (width, dark)
 

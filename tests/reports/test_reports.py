@@ -17,6 +17,7 @@ from math import inf
 from pathlib import Path
 
 import pytest
+import tiers
 from certificate_kinds import FOUR, KINDS, admissions, infinite, small_counts, weighted
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -387,7 +388,7 @@ def test_without_extras_the_core_works_and_the_rest_says_what_to_install(tmp_pat
         assert not list(tmp_path.glob("p.*"))
 
 
-@pytest.mark.skipif(not os.environ.get("FAIRAUDIT_FULL"), reason="installs a clean environment; set FAIRAUDIT_FULL=1")
+@pytest.mark.skipif(not tiers.FULL, reason="installs a clean environment; set FAIRAUDIT_FULL=1")
 def test_a_clean_environment_without_extras(tmp_path: Path) -> None:
     root = Path(__file__).resolve().parents[2]
     venv.create(tmp_path / "venv", with_pip=True)

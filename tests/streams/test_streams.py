@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 import math
-import os
 import random
 import re
 import signal
@@ -19,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import tiers
 from envelopes import envelopes, result_of
 
 import fairaudit
@@ -31,7 +31,6 @@ from fairaudit.streams.state import State
 from fairaudit.streams.stream import Monitor
 from fairaudit.tables.engines.logs import read_log
 
-FULL = bool(os.environ.get("FAIRAUDIT_FULL"))
 SETTINGS = Settings(group=("sex",), context=("job",), decision="answer", utility={"yes": "1"})
 OPTIONS = ["--decision", "answer", "--group", "sex", "--context", "job", "--utility", "yes"]
 
@@ -617,7 +616,7 @@ def test_the_mix_of_contexts_touches_the_global_ratio_alone(tmp_path: Path) -> N
     assert only.withdrawn == frozenset({"global"})
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_joint_bets_are_declared_and_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log, state = write(tmp_path / "log.jsonl", events(3_000)), tmp_path / "s.db"
     asked = ["monitor", str(log), "--state", str(state), *OPTIONS, "--max-local-ratio", "6/5"]
@@ -652,7 +651,7 @@ def worsened(before: int = 8_000, after: int = 3_000) -> list[dict[str, Any]]:
 DETECTING = [*OPTIONS, "--time", "at", "--max-local-ratio", "5/4"]
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_a_detector_says_since_when_the_ratio_is_above_the_limit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Withdrawn is what was said about the whole stream; the certificate is about the decisions since the alarm, and claims no change."""
     log, state = write(tmp_path / "log.jsonl", worsened()), tmp_path / "s.db"
@@ -683,7 +682,7 @@ def test_a_detector_says_since_when_the_ratio_is_above_the_limit(tmp_path: Path,
     assert "CHANGED" in said and "since the alarm: " in said and "20000 pairs of decisions per direction or more in the mean" in said
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_a_detector_goes_on_where_it_was_stopped(tmp_path: Path) -> None:
     listed = worsened()
     chosen = Settings(**{**vars(SETTINGS), "targets": {"max_local_ratio": "5/4"}, "run_length": 20_000, "time": "at"})
@@ -699,7 +698,7 @@ def test_a_detector_goes_on_where_it_was_stopped(tmp_path: Path) -> None:
     assert (whole.part.n, whole.total.n) == (parts.part.n, parts.total.n) and whole.part.events == 11_000 - detected[0][0]["events"]
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_a_ratio_that_was_always_above_the_limit_is_not_said_to_change(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     rng = random.Random(4)
     listed = [{"job": "cook", "sex": s, "answer": "yes" if rng.random() < (0.5 if s == "f" else 0.25) else "no"} for s in "fm" * 3_000]
@@ -709,7 +708,7 @@ def test_a_ratio_that_was_always_above_the_limit_is_not_said_to_change(tmp_path:
     assert "changed" not in alarm and entries[-1]["verdict"] == "exceeds" and set(entries[-1]["ratio"]) == {"local", "global"}
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_without_a_target_or_with_units_there_is_no_detector(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log = write(tmp_path / "log.jsonl", events(50, person=lambda k: k))
     for options, code in (
@@ -740,7 +739,7 @@ def test_a_state_that_began_without_a_detector_goes_on_without(tmp_path: Path, c
 
 # Kills
 
-KILLS = 50 if FULL else 3
+KILLS = 50 if tiers.FULL else 3
 
 
 def start(log: Path, state: Path, letters: Path) -> subprocess.Popen[bytes]:
@@ -751,7 +750,7 @@ def start(log: Path, state: Path, letters: Path) -> subprocess.Popen[bytes]:
 
 def test_kills_at_random_moments_lose_nothing_and_count_nothing_twice(tmp_path: Path) -> None:
     rng = random.Random(8)
-    listed: list[Any] = events(60_000 if FULL else 30_000, id=lambda k: k)
+    listed: list[Any] = events(60_000 if tiers.FULL else 30_000, id=lambda k: k)
     for k in range(80):
         listed.insert(97 * k, f"broken {k}")
     log = write(tmp_path / "log.jsonl", listed)

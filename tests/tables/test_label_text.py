@@ -28,6 +28,7 @@ from uuid import UUID
 
 import numpy as np
 import pytest
+import tiers
 from servers import absent
 
 from fairaudit import InputError, Law, certify
@@ -35,8 +36,7 @@ from fairaudit.tables.engines.logs import read_log, survey_log
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.tally import Tally
 
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
-TABLES = int(os.environ.get("FAIRAUDIT_LABELS", "2100" if FULL else "40"))
+TABLES = int(os.environ.get("FAIRAUDIT_LABELS", "2100" if tiers.FULL else "40"))
 ZONES = ("America/New_York", "Asia/Kolkata", "Europe/Paris")
 COLUMNS = ("u", "a", "x")
 BATCH = 10
@@ -479,7 +479,7 @@ def test_one_certificate_of_typed_tables_in_servers_and_time_zones(postgres: str
     if shutil.which("java") is None:
         absent("Spark needs Java, and there is none on this machine")
     pytest.importorskip("pyspark", reason="PySpark is not installed")
-    batches = TABLES // BATCH if FULL else 2
+    batches = TABLES // BATCH if tiers.FULL else 2
     certificates, refusals = judged(in_zones(batches, FAIRAUDIT_LABELS_POSTGRES=postgres, FAIRAUDIT_LABELS_SPARK="UTC"), batches)
     print(dict(certificates), refusals.most_common(20))
     assert not refusals and min(certificates["postgres"], certificates["spark"]) >= 3 * BATCH * (batches // 2)

@@ -9,6 +9,7 @@ from random import Random
 
 import mpmath
 import pytest
+import tiers
 from theorem_oracle import (
     F,
     at,
@@ -99,7 +100,7 @@ def test_below_one_in_k_the_closed_form_would_be_too_low_and_is_refused() -> Non
 
 
 def test_any_mechanism_equals_the_best_policy_even_when_every_group_keeps_the_floor() -> None:
-    rng = Random("exact")
+    rng = Random(tiers.fresh("exact"))
     for _ in range(60):
         rows, mechanism = random_filter(rng)
         t = F(rng.randint(1, 10), 10)
@@ -153,7 +154,7 @@ def lines(rows: list[list[Fraction]], slopes: list[Fraction]) -> list[tuple[Frac
 
 
 def test_a_curve_below_both_orders_is_sound_and_its_symmetric_form_is_sharper() -> None:
-    rng, sharper = Random("curves"), 0
+    rng, sharper = Random(tiers.fresh("curves")), 0
     for _ in range(150):
         rows, _ = random_filter(rng)
         f = lines(rows, [rng.choice([F(1, 3), F(1, 2), F(1), F(3, 2), F(2), F(4)]) for _ in range(2)])
@@ -167,7 +168,7 @@ def test_a_curve_below_both_orders_is_sound_and_its_symmetric_form_is_sharper() 
 
 
 def test_the_curve_of_one_ordered_pair_needs_the_other_order_too() -> None:
-    rng, wrong = Random("one order"), 0
+    rng, wrong = Random(tiers.fresh("one order")), 0
     for _ in range(150):
         size = rng.randint(1, 4)
         p, q = random_row(rng, size), random_row(rng, size)
@@ -267,7 +268,7 @@ def test_the_concentrated_form_encloses_the_formula_from_above(rho: object, t: o
 
 
 def test_the_divergences_bound_real_filters() -> None:
-    rng = Random("divergences")
+    rng = Random(tiers.fresh("divergences"))
     for _ in range(80):
         size = rng.randint(2, 4)
         rows = [random_row(rng, size, zeros=False) for _ in range(rng.randint(2, 3))]
@@ -309,7 +310,7 @@ def test_the_general_form_holds_beats_t1_and_is_proved_by_its_multipliers() -> N
 
 def test_the_general_form_is_the_best_pair_of_responses() -> None:
     """Linear program: h and h' in [0, γ], |h − h'| ≤ K, greatest E_P h / E_Q h' with E_Q h' ≥ τ."""
-    rng = Random("general")
+    rng = Random(tiers.fresh("general"))
     for _ in range(60):
         n = rng.randint(1, 3)
         rows = [random_row(rng, n), random_row(rng, n)]

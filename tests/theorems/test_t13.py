@@ -5,7 +5,6 @@ All 5,000 random settings: FAIRAUDIT_FULL=1 pytest -n0 tests/theorems/test_t13.p
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
@@ -16,6 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tiers
 from hypothesis import given
 from hypothesis import strategies as st
 from theorem_oracle import F, Table, random_row, response_rows
@@ -39,9 +39,7 @@ from fairaudit.theorems.t13_exact import best_sums, envelope
 from fairaudit.theorems.t13_laws import LEVELS, filter_laws
 from fairaudit.theorems.t13_policy import attaining_policy
 
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
-
-SETTINGS, OUTPUTS = (5_040, 48) if FULL else (120, 12)
+SETTINGS, OUTPUTS = (5_040, 48) if tiers.FULL else (120, 12)
 
 TWO_THIRDS = [[F(2, 3), F(1, 3)], [F(1, 3), F(2, 3)]]
 
@@ -83,10 +81,10 @@ def settings() -> Iterator[tuple[Setting, str]]:
     kinds = list(product(["decision", "context", "group", "group"], QUANTITIES, [1, 1, 1, 2, 3]))
     for seed in range(SETTINGS):
         uses, quantity, releases = kinds[seed % len(kinds)]
-        yield random_setting(Random(f"t13 {seed}"), uses=uses, releases=releases, most_outputs=OUTPUTS), quantity
+        yield random_setting(Random(tiers.fresh(f"t13 {seed}")), uses=uses, releases=releases, most_outputs=OUTPUTS), quantity
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_value_and_place_are_those_of_an_exact_linear_program_and_a_policy_attains_them() -> None:
     seen: dict[str, int] = {}
     for setting, quantity in settings():
@@ -109,32 +107,34 @@ def test_value_and_place_are_those_of_an_exact_linear_program_and_a_policy_attai
     assert len(seen) == 4
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_a_linear_program_and_an_enumeration_of_policies_agree() -> None:
     for seed in range(25):
-        setting = random_setting(Random(f"both {seed}"), uses="group", most_groups=3, most_outputs=8)
+        setting = random_setting(Random(tiers.fresh(f"both {seed}")), uses="group", most_groups=3, most_outputs=8)
         for _, _, _, (tops, lows) in setting.sums("local"):
             if len(tops[0]) ** len(tops) <= 300:
                 assert by_enumeration((tops, lows)) == by_linear_program((tops, lows))
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_no_policy_exceeds_the_value_and_one_attains_it(quantity: str) -> None:
     """Every deterministic policy, for every pair of groups at once."""
-    for seed in range(1000 if FULL else 15):
-        rng = Random(f"all {quantity} {seed}")
+    for seed in range(1000 if tiers.FULL else 15):
+        rng = Random(tiers.fresh(f"all {quantity} {seed}"))
         setting = random_setting(rng, uses="group", most_groups=4, releases=rng.choice([1, 1, 2]), most_outputs=6)
         sums = [sums for _, _, _, sums in setting.sums(quantity)]
         if sums:
             assert found(setting, quantity).value == max(map(by_enumeration, sums))
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_what_is_issued_is_the_supremum_and_no_other_bound_is_below_it() -> None:
     below, closer = 0, 0
-    for seed in range(1500 if FULL else 30):
-        setting = random_setting(Random(f"issued {seed}"), uses=["decision", "context", "group"][seed % 3], most_outputs=OUTPUTS)
+    for seed in range(1500 if tiers.FULL else 30):
+        setting = random_setting(
+            Random(tiers.fresh(f"issued {seed}")), uses=["decision", "context", "group"][seed % 3], most_outputs=OUTPUTS
+        )
         deployment, table = setting.subject()
         issued = guarantees(Case(deployment, deployment.law, table, {}), None, all_bounds=True)
         for quantity in QUANTITIES:
@@ -189,7 +189,7 @@ def test_filters_that_say_nearly_all_or_nothing(rows: Table) -> None:
 
 def test_without_the_group_it_is_t4_and_without_a_floor_the_greatest_likelihood_ratio() -> None:
     for seed in range(30):
-        rng = Random(f"free {seed}")
+        rng = Random(tiers.fresh(f"free {seed}"))
         setting = random_setting(rng, uses="decision", releases=1)
         values = setting.utility[0][0]
         deployment, table = setting.subject()
@@ -215,7 +215,7 @@ def test_randomized_response_has_a_closed_form(k: int, keep: Fraction) -> None:
 
 def test_ties_go_to_the_first_in_input_order() -> None:
     """All contexts and pairs are alike but for the order of decisions and for a factor."""
-    rng = Random("ties")
+    rng = Random(tiers.fresh("ties"))
     base = [F(1), F(2), F(5), F(7)]
     rows = [[rng.sample(base, 4) for _ in range(3)] for _ in range(3)]
     setting = Setting([response_rows(3, F(3, 5))], [[list(base)] * 3, [[3 * v for v in reversed(base)]] * 3, *rows])
@@ -245,11 +245,11 @@ def test_groups_without_mass_are_not_compared_globally() -> None:
     assert greatest_ratio(*alone.subject(), "global") is None
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_numbers_beyond_floats() -> None:
     """Masses, utilities and filters far outside float64 change nothing: what floats cannot decide is left to integers."""
     for seed in range(12):
-        rng = Random(f"far {seed}")
+        rng = Random(tiers.fresh(f"far {seed}"))
         tiny = [F(1, 10 ** rng.choice([3, 200, 400])) for _ in range(2)]
         rows = [[1 - tiny[0], tiny[0]], [tiny[1], 1 - tiny[1]]]
         utility = [
@@ -267,7 +267,7 @@ def test_numbers_beyond_floats() -> None:
 
 def test_several_releases_are_the_rows_of_all_of_them_together() -> None:
     for seed in range(12):
-        rng = Random(f"several {seed}")
+        rng = Random(tiers.fresh(f"several {seed}"))
         setting = random_setting(rng, uses="group", most_groups=4, releases=2, most_outputs=36)
         flat = replace(setting, factors=[setting.rows_a], releases=1, responses=())
         for quantity in QUANTITIES:
@@ -338,7 +338,7 @@ def random_columns(rng: Random) -> tuple[tuple[int, int], ...]:
 
 def test_sums_are_those_of_all_decisions() -> None:
     for seed in range(100):
-        rng = Random(f"sums {seed}")
+        rng = Random(tiers.fresh(f"sums {seed}"))
         columns = joined_columns(random_columns(rng), random_columns(rng))
         blocks = [[(rng.randint(0, 5), rng.randint(0, 5)) for _ in range(rng.randint(1, 5))] for _ in range(2)]
         value = F(rng.randint(1, 30), rng.randint(1, 10))
@@ -352,7 +352,7 @@ def test_sums_are_those_of_all_decisions() -> None:
 
 @pytest.mark.parametrize("above", [0, 1 << 45])
 def test_pairs_that_are_alike_are_one_with_the_least_rank(above: int) -> None:
-    rng = Random("alike")
+    rng = Random(tiers.fresh("alike"))
     found, least = t13_problems._Found(repeats=True), dict[int, int]()
     for start in (0, 1000, 500):
         keys, ranks = [above + rng.randint(0, 40) for _ in range(100)], rng.sample(range(start, (1 << 20) + start), 100)
@@ -366,7 +366,7 @@ def test_pairs_that_are_alike_are_one_with_the_least_rank(above: int) -> None:
 def test_a_few_ratios_stand_for_all_of_them_on_the_safe_side() -> None:
     """Sums over the ratios that stay are at least those over all, but for the error that is stated, and keep the masses."""
     for seed in range(20):
-        rng = Random(f"levels {seed}")
+        rng = Random(tiers.fresh(f"levels {seed}"))
         factors = [[random_row(rng, 4, zeros=rng.random() < 0.3) for _ in range(3)] for _ in range(2)]
         each = [Mechanism.from_array(rows, list("xyz"), list("abcd")).factors[0] for rows in factors]
         laws = filter_laws(Mechanism(tuple(each)), 1)

@@ -5,7 +5,6 @@ All random settings: FAIRAUDIT_FULL=1 pytest -n0 tests/theorems/test_t13_floors.
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import permutations
@@ -16,6 +15,7 @@ from typing import Any
 import numpy as np
 import ppl
 import pytest
+import tiers
 from theorem_oracle import F, Row, Table, random_row, response_rows
 from worst_policy_oracle import Setting, random_setting, ratio
 
@@ -31,8 +31,6 @@ from fairaudit.theorems.supremum import Floors, Supremum
 from fairaudit.theorems.t13_exact import envelope
 from fairaudit.theorems.t13_floors import greatest_ratio_above
 from fairaudit.theorems.t13_one_k import least_bound
-
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 
 Dense = list[Row]
 """Numbers by output (x̃,ã) and decision."""
@@ -261,14 +259,14 @@ USES = ("decision", "context", "group", "group")
 QUANTITIES: tuple[Quantity, ...] = ("local", "global")
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 @pytest.mark.parametrize("uses", ["decision", "context", "group"])
 @pytest.mark.parametrize("quantity", ["local", "global"])
 def test_the_value_is_that_of_exact_linear_programs(quantity: Quantity, uses: str) -> None:
     """Exact, attained, and proved as a certificate would have it."""
     seen: dict[str, int] = {}
-    for seed in range(600 if FULL else 25):
-        case = random_case(Random(f"floors {quantity} {uses} {seed}"), uses)
+    for seed in range(600 if tiers.FULL else 25):
+        case = random_case(Random(tiers.fresh(f"floors {quantity} {uses} {seed}")), uses)
         found = greatest_ratio_above(*case.subject(), quantity, case.floors)
         places = case.places(quantity)
         if found is None:
@@ -281,15 +279,15 @@ def test_the_value_is_that_of_exact_linear_programs(quantity: Quantity, uses: st
     assert "one k" in seen and ("programs" in seen or (quantity, uses) == ("local", "decision")), seen
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 @pytest.mark.parametrize("quantity", ["local", "global"])
 def test_without_linear_programs_it_is_a_bound(quantity: Quantity, monkeypatch: pytest.MonkeyPatch) -> None:
     """As behind filters that are too large: what k prove, exact only where a policy is found that attains it."""
     monkeypatch.setattr(t13_floors, "EXACT_VARIABLES", 0)
     monkeypatch.setattr(t13_floors, "MAX_ENTRIES", -1)
     seen = set()
-    for seed in range(400 if FULL else 20):
-        case = random_case(Random(f"large {quantity} {seed}"), USES[seed % 4])
+    for seed in range(400 if tiers.FULL else 20):
+        case = random_case(Random(tiers.fresh(f"large {quantity} {seed}")), USES[seed % 4])
         found = greatest_ratio_above(*case.subject(), quantity, case.floors)
         if found is not None:
             check(case, quantity, found)
@@ -300,12 +298,12 @@ def test_without_linear_programs_it_is_a_bound(quantity: Quantity, monkeypatch: 
     assert {(True, True), (False, False)} <= seen
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 @pytest.mark.parametrize("quantity", ["local", "global"])
 def test_several_releases_are_those_of_the_product_written_out(quantity: Quantity) -> None:
     seen = set()
-    for seed in range(300 if FULL else 15):
-        case = random_case(Random(f"releases {quantity} {seed}"), USES[seed % 4], releases=2)
+    for seed in range(300 if tiers.FULL else 15):
+        case = random_case(Random(tiers.fresh(f"releases {quantity} {seed}")), USES[seed % 4], releases=2)
         found = greatest_ratio_above(*case.subject(), quantity, case.floors)
         if found is not None:
             check(case, quantity, found)
@@ -315,7 +313,7 @@ def test_several_releases_are_those_of_the_product_written_out(quantity: Quantit
     assert {(True, True), (False, True)} <= seen
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 @pytest.mark.parametrize("lies", [False, True])
 def test_a_solver_saves_time_and_changes_nothing(monkeypatch: pytest.MonkeyPatch, lies: bool) -> None:
     monkeypatch.setattr(mixtures, "WORTH_ASKING", 0)
@@ -324,7 +322,7 @@ def test_a_solver_saves_time_and_changes_nothing(monkeypatch: pytest.MonkeyPatch
         monkeypatch.setattr(mixtures, "ask_solver", lambda c, a, b, *_: (rng.random(len(c)), rng.random(len(b)) * 9))
     programs = 0
     for seed in range(15):
-        case = random_case(Random(f"asked {seed}"), "group")
+        case = random_case(Random(tiers.fresh(f"asked {seed}")), "group")
         for quantity in QUANTITIES:
             if case.places(quantity):
                 found = case.solved(quantity)
@@ -405,7 +403,7 @@ def test_a_policy_below_the_floors_is_refused_and_utilities_that_are_open_are_no
 def test_one_k_is_the_best_that_there_is() -> None:
     """No k proves less: the sums are convex in k, so that those where the best decisions change, and both ends, are enough to look at."""
     for seed in range(200):
-        rng = Random(f"k {seed}")
+        rng = Random(tiers.fresh(f"k {seed}"))
         rows = [random_row(rng, 4, zeros=rng.random() < 0.4) for _ in range(2)]
         columns = merged_columns([(int(p * 5040), int(q * 5040)) for p, q in zip(*rows, strict=True)])
         blocks = [[(rng.randint(0, 5), rng.randint(0, 5)) for _ in range(rng.randint(1, 4))] for _ in range(2)]

@@ -5,7 +5,6 @@ All 2,000 random deployments: FAIRAUDIT_FULL=1 pytest -n0 tests/theorems/test_t1
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import partial
@@ -18,6 +17,7 @@ import numpy as np
 import ppl
 import pytest
 import theorem_oracle
+import tiers
 from theorem_oracle import F, Row, random_deployment, random_row, ratio, response_rows
 
 from fairaudit.errors import InputError
@@ -29,7 +29,7 @@ from fairaudit.theorems import t13_near
 from fairaudit.theorems.t13 import greatest_ratio
 from fairaudit.theorems.t13_near import DriftRadius, drift_radius, greatest_ratio_near, read_drift
 
-CASES = 2000 if os.environ.get("FAIRAUDIT_FULL") == "1" else 60
+CASES = 2000 if tiers.FULL else 60
 QUANTITIES = ("local", "global")
 
 Weights = dict[tuple[int, int], Row]
@@ -159,7 +159,7 @@ def random_drift(rng: Random, d: theorem_oracle.Deployment) -> Fraction:
 
 def cases(count: int, name: str) -> Iterator[tuple[Random, theorem_oracle.Deployment, Deployment, UtilityTable]]:
     for seed in range(count):
-        rng = Random(f"{name} {seed}")
+        rng = Random(tiers.fresh(f"{name} {seed}"))
         d = random_deployment(rng, uses=rng.choice(["decision", "context", "group", "group"]), least=rng.choice([F(0), F(0), F(1, 3)]))
         filtered = rng.random() < 0.6
         if not filtered:
@@ -218,7 +218,7 @@ def test_the_radius_of_the_example_by_hand() -> None:
 # Against linear programs
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_it_is_the_optimum_of_a_linear_program_and_the_policy_attains_it(quantity: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(t13_near, "FEW", 1)
@@ -252,7 +252,7 @@ def test_it_is_the_optimum_of_a_linear_program_and_the_policy_attains_it(quantit
     assert min(seen.values()) > CASES // 60
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_without_drift_it_is_the_ratio_of_the_policy_and_it_grows_with_the_drift() -> None:
     for _, d, deployment, utility in cases(40, "ends"):
         for quantity, measured in (("local", d.local), ("global", None)):
@@ -264,7 +264,7 @@ def test_without_drift_it_is_the_ratio_of_the_policy_and_it_grows_with_the_drift
             assert measured is None or numbers[0] == measured
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_with_full_drift_every_pair_of_deterministic_policies_is_covered() -> None:
     for _, d, deployment, utility in cases(25, "deterministic"):
         reached = list(own(d))
@@ -282,7 +282,7 @@ def test_with_full_drift_every_pair_of_deterministic_policies_is_covered() -> No
 # Radii
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_the_radius_is_where_the_verdict_changes(quantity: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(t13_near, "FEW", 1)
@@ -338,7 +338,7 @@ def exceeding(rng: Random, d: theorem_oracle.Deployment, compared: Sequence[Any]
     return any(ratio(total(policy, p), total(policy, q)) > limit for _, p, q in compared)
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_a_limit_on_the_logarithm_is_rounded_inward() -> None:
     seen = set()
     for rng, _, deployment, utility in cases(60, "logarithms"):
@@ -393,7 +393,7 @@ def test_a_limit_of_parity_and_one_beyond_all_numbers() -> None:
 def test_floats_that_cannot_tell_leave_the_decision_to_integers() -> None:
     """Utilities and odds of very different sizes: ratios far beyond what floats resolve."""
     for seed in range(12 if CASES < 1000 else 200):
-        rng = Random(f"wide {seed}")
+        rng = Random(tiers.fresh(f"wide {seed}"))
         d = random_deployment(rng, uses=rng.choice(["decision", "context", "group"]), masses=False)
         d.utility = [[[v * F(10) ** rng.randint(-200, 200) for v in row] for row in block] for block in d.utility]
         keep = rng.choice([F(1, 2), 1 - F(1, 10**30), F(1, 10**400), F(3, 4) + F(1, 10**17)])

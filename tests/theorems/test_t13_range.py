@@ -5,13 +5,13 @@
 
 from __future__ import annotations
 
-import os
 from itertools import permutations
 from math import inf, lcm
 from random import Random
 from typing import Any
 
 import pytest
+import tiers
 from theorem_oracle import F, Row, best_in_range, deployments, kron, pure, random_filter, random_row, stick, table_filter
 
 from fairaudit.errors import InputError
@@ -29,7 +29,7 @@ from fairaudit.theorems.t13_range import (
     t13_range,
 )
 
-TIMES = 20 if os.environ.get("FAIRAUDIT_FULL") == "1" else 1
+TIMES = 20 if tiers.FULL else 1
 
 
 def attained(p: Row, q: Row, declared: UtilityRange, floor: F) -> Any:
@@ -45,7 +45,7 @@ def random_range(rng: Random) -> UtilityRange:
 
 
 def test_the_values_are_those_of_exact_linear_programs() -> None:
-    rng = Random("range")
+    rng = Random(tiers.fresh("range"))
     for _ in range(150 * TIMES):
         rows, mechanism = random_filter(rng, groups=2)
         declared = random_range(rng)
@@ -69,7 +69,7 @@ def holds(p: Row, q: Row, declared: UtilityRange, v: F) -> bool:
 
 
 def test_the_least_value_that_holds_and_nothing_below() -> None:
-    rng = Random("least")
+    rng = Random(tiers.fresh("least"))
     for _ in range(300 * TIMES):
         rows, mechanism = random_filter(rng)
         declared = random_range(rng)
@@ -86,7 +86,7 @@ def test_the_least_value_that_holds_and_nothing_below() -> None:
 
 def test_what_it_contains() -> None:
     """K = 0 is T4; m = 0 is T2 without a floor, and T3 with one; m = 0 < K is nothing."""
-    rng = Random("contains")
+    rng = Random(tiers.fresh("contains"))
     for _ in range(150 * TIMES):
         rows, mechanism = random_filter(rng)
         declared = random_range(rng)
@@ -126,7 +126,7 @@ def test_no_deployment_exceeds_it(least: F) -> None:
 
 
 def test_the_population_is_that_of_the_joint_rows() -> None:
-    rng = Random("joint")
+    rng = Random(tiers.fresh("joint"))
     for _ in range(80 * TIMES):
         rows, mechanism = random_filter(rng)
         count, contexts = len(rows), rng.randint(1, 3)

@@ -5,7 +5,6 @@ All 5,000 programs and 20,000 factors: FAIRAUDIT_FULL=1 pytest -n0 tests/theorem
 
 from __future__ import annotations
 
-import os
 from fractions import Fraction
 from itertools import product
 from math import inf
@@ -13,6 +12,7 @@ from random import Random
 from typing import Any
 
 import pytest
+import tiers
 from hypothesis import given
 from hypothesis import strategies as st
 from theorem_oracle import F, maximize, ratio
@@ -20,9 +20,8 @@ from theorem_oracle import F, maximize, ratio
 from fairaudit.errors import InputError
 from fairaudit.theorems.t14 import HiddenContext, attaining, balanced_strength, frontier, least_change, least_ratio
 
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
-PROGRAMS = 5_000 if FULL else 300
-FACTORS = 20_000 if FULL else 2_000
+PROGRAMS = 5_000 if tiers.FULL else 300
+FACTORS = 20_000 if tiers.FULL else 2_000
 DIRECTIONS = ("both", "higher", "lower")
 STRENGTHS = (F(1), F(5, 4), F(2), F(3), F(7, 2), F(20))
 
@@ -52,7 +51,7 @@ def greatest_quotient(values: list[Fraction], k: Fraction, direction: str) -> An
 
 def test_the_bound_is_the_optimum_of_a_linear_program() -> None:
     """Over all laws of a factor, for values of it that take both ends of what m allows, with ties, zeros, and values between."""
-    rng = Random(14)
+    rng = Random(tiers.fresh(14))
     for _ in range(PROGRAMS):
         hidden = random_hidden(rng)
         finite = isinstance(hidden.m, Fraction)
@@ -105,7 +104,7 @@ def spread(values: list[Fraction]) -> Any:
 
 def test_no_random_factor_leaves_less_and_some_come_near() -> None:
     """Laws and expectations at random, zeros and values that one group never has included; k and m are what they turn out to need."""
-    rng, tried, nearest = Random(15), 0, inf
+    rng, tried, nearest = Random(tiers.fresh(15)), 0, inf
     while tried < FACTORS:
         size, sharp = rng.randint(2, 4), rng.random() < 0.3
         p, q = random_law(rng, size, zeros=True), random_law(rng, size, zeros=True)

@@ -9,6 +9,7 @@ from fractions import Fraction
 from math import inf
 
 import pytest
+import tiers
 from unknown_rows import Enumerated, enumerated, quotient, random_block
 
 from fairaudit.theorems.t15 import Block, Pair, greatest, greatest_of, least_apart, levels, rows_until_above, rows_until_below
@@ -33,7 +34,7 @@ def found(pair: Pair | None) -> Pair:
 
 @pytest.fixture(scope="module")
 def blocks() -> list[tuple[Block, Enumerated]]:
-    pick = random.Random(15)
+    pick = random.Random(tiers.fresh(15))
     return [(block, enumerated(block)) for block in (random_block(pick) for _ in range(TABLES))]
 
 
@@ -86,7 +87,7 @@ def test_levelling_finds_assignments_that_keep_the_limits(blocks: list[tuple[Blo
 
 @pytest.mark.parametrize("limit", [F(1), F(5, 4), F(2)])
 def test_what_tips_a_limit(limit: Fraction) -> None:
-    pick = random.Random(16)
+    pick = random.Random(tiers.fresh(16))
     for _ in range(TABLES // 5):
         block = random_block(pick, most=6)
         by_rows = [enumerated(block.freely(rows)) for rows in range(block.unknown + 1)]

@@ -5,21 +5,20 @@ All of it as often as promised: FAIRAUDIT_FULL=1 pytest -n0 tests/theorems/test_
 
 from __future__ import annotations
 
-import os
 import random
 from collections.abc import Sequence
 from fractions import Fraction
 from math import inf, isclose
 
 import pytest
+import tiers
 from proxy_oracle import Program, Row, most_beyond, random_rows, random_shares
 
 from fairaudit.errors import InputError
 from fairaudit.theorems.t15_cells import Cells, beyond, level, mixture_means, proxy_cells, ratio
 from fairaudit.theorems.t15_proxies import Completion, proxy_ends
 
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
-TABLES, SMALL, INTERVALS = (500, 120, 500) if FULL else (60, 12, 40)
+TABLES, SMALL, INTERVALS = (500, 120, 500) if tiers.FULL else (60, 12, 40)
 
 
 def known(rows: Sequence[Row]) -> list[Row]:
@@ -113,15 +112,15 @@ def test_the_example_of_the_page() -> None:
     assert (found.least.value, found.greatest.value) == (1, Fraction(19, 6))
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 @pytest.mark.parametrize("groups", [2, 3, 4])
 def test_ends_are_those_of_linear_programs(groups: int) -> None:
-    rng = random.Random(groups)
+    rng = random.Random(tiers.fresh(groups))
     beyond_pairs = sum(compare_with_programs(random_rows(rng, groups), exact=False) for _ in range(TABLES))
     assert (beyond_pairs > 0) == (groups > 2)
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 @pytest.mark.parametrize("groups", [2, 3])
 def test_ends_are_exactly_those_of_small_programs(groups: int) -> None:
     rng = random.Random(10 + groups)
@@ -129,7 +128,7 @@ def test_ends_are_exactly_those_of_small_programs(groups: int) -> None:
         compare_with_programs(random_rows(rng, groups, cells=2), exact=True)
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 @pytest.mark.parametrize("groups", [2, 3, 4])
 def test_each_end_is_attained_by_a_constructed_completion(groups: int) -> None:
     rng = random.Random(20 + groups)
@@ -138,7 +137,7 @@ def test_each_end_is_attained_by_a_constructed_completion(groups: int) -> None:
 
 
 def test_many_groups_are_levelled() -> None:
-    rng = random.Random(3)
+    rng = random.Random(tiers.fresh(3))
     for _ in range(5):
         check_attained(random_rows(rng, 6))
 
@@ -152,7 +151,7 @@ def test_what_nobody_gets_is_alike_and_what_only_some_can_get_is_infinite() -> N
     assert apart.pairs[0, 1] == ((Fraction(0), True), (Fraction(0), True))
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 @pytest.mark.parametrize("groups", [2, 3, 4])
 def test_intervals_are_sound_and_their_completions_possible(groups: int) -> None:
     rng = random.Random(30 + groups)
@@ -178,7 +177,7 @@ def test_intervals_are_sound_and_their_completions_possible(groups: int) -> None
     assert sharp
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 @pytest.mark.parametrize("groups", [2, 3, 4])
 def test_means_within_intervals_are_those_of_linear_programs_and_sharp_where_two_are_had_at_once(groups: int) -> None:
     rng = random.Random(45 + groups)
@@ -199,7 +198,7 @@ def test_means_within_intervals_are_those_of_linear_programs_and_sharp_where_two
 
 def test_an_end_that_is_called_sharp_is_reached() -> None:
     """By shares on a grid that holds the ends: where the slices fit the greatest ratio is there, and never is it beyond."""
-    rng = random.Random(40)
+    rng = random.Random(tiers.fresh(40))
     reached = 0
     for _ in range(30):
         rows = random_rows(rng, 2, intervals=True, cells=2)
@@ -223,7 +222,7 @@ def test_an_end_that_is_called_sharp_is_reached() -> None:
 
 
 def test_known_shares_as_intervals_say_the_same() -> None:
-    rng = random.Random(50)
+    rng = random.Random(tiers.fresh(50))
     rows = random_rows(rng, 3)
     wider = [(gains, low, tuple(min(Fraction(1), share + Fraction(1, 10**9)) for share in high)) for gains, low, high in rows]
     exact, loose = proxy_ends(proxy_cells(rows, 3)), proxy_ends(proxy_cells(wider, 3))
@@ -231,7 +230,7 @@ def test_known_shares_as_intervals_say_the_same() -> None:
 
 
 def test_levelling_mixes_few_orders() -> None:
-    rng = random.Random(60)
+    rng = random.Random(tiers.fresh(60))
     for _ in range(20):
         cells: Cells = proxy_cells(random_rows(rng, 5), 5)
         mixture = level(cells)

@@ -11,6 +11,7 @@ from math import inf
 from typing import Any, Literal
 
 import pytest
+import tiers
 
 import fairaudit as fa
 from fairaudit.measures.ratios import global_fairness, local_fairness
@@ -108,7 +109,7 @@ def ratio(top: Fraction, bottom: Fraction) -> Fraction | float:
 
 
 def tables(seed: int) -> list[Table]:
-    pick = random.Random(seed)
+    pick = random.Random(tiers.fresh(seed))
     return [Table(pick) for _ in range(CASES)]
 
 
@@ -120,7 +121,7 @@ def test_a_radius_is_where_the_verdict_flips(quantity: Literal["local", "global"
         measured = (local_fairness if quantity == "local" else global_fairness)(made.law, made.table)
         if measured is None:
             continue
-        pick = random.Random(i)
+        pick = random.Random(tiers.fresh(i))
         for limit in (F(pick.choice([1, 1, 2, 3, 4]), pick.choice([1, 2, 3])), measured.ratio):
             if limit < 1 or limit == inf:
                 continue
@@ -181,7 +182,7 @@ def test_a_radius_of_a_limit_on_the_logarithm_is_rounded_inwards(quantity: Liter
 @pytest.mark.parametrize("quantity", ["local", "global"])
 def test_worst_and_best_within_a_drift(quantity: Literal["local", "global"]) -> None:
     for i, made in enumerate(tables(3)):
-        drift = F(random.Random(i).choice([0, 1, 2, 5, 20]), 20)
+        drift = F(random.Random(tiers.fresh(i)).choice([0, 1, 2, 5, 20]), 20)
         found = drifted_extremes(Moving(made.law, made.table, quantity), drift)
         if found is None:
             continue
@@ -194,7 +195,7 @@ def test_worst_and_best_within_a_drift(quantity: Literal["local", "global"]) -> 
 
 
 def test_moved_laws_are_near_and_attain_the_ends() -> None:
-    pick = random.Random(4)
+    pick = random.Random(tiers.fresh(4))
     for _ in range(10 * CASES):
         decisions = pick.choice([2, 3, 4])
         weights, values = [pick.choice([0, 1, 1, 2, 7]) for _ in range(decisions)], [pick.choice([0, 1, 2]) for _ in range(decisions)]

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from itertools import product
 from math import inf, prod
@@ -13,6 +12,7 @@ from random import Random
 
 import numpy as np
 import pytest
+import tiers
 from theorem_oracle import F, best_over_pairs, random_filter, random_row, table_filter
 
 from fairaudit.errors import InputError
@@ -26,7 +26,7 @@ from fairaudit.theorems.t13 import greatest_ratio
 from fairaudit.theorems.t13_exact import best_sums, envelope
 from fairaudit.theorems.t17 import LastRelease, last_release, t17
 
-TIMES = 50 if os.environ.get("FAIRAUDIT_FULL") == "1" else 1
+TIMES = 50 if tiers.FULL else 1
 
 COIN = RandomizedResponse(["a", "b"], keep_probability="11/20")
 
@@ -49,7 +49,7 @@ def test_where_the_targets_of_the_page_break(target: object, releases: int) -> N
 
 
 def test_the_value_is_the_supremum_on_the_product_written_out() -> None:
-    rng = Random("t17")
+    rng = Random(tiers.fresh("t17"))
     for _ in range(40 * TIMES):
         rows, mechanism = random_filter(rng)
         times = 2 if len(rows[0]) > 3 else 3
@@ -61,7 +61,7 @@ def test_the_value_is_the_supremum_on_the_product_written_out() -> None:
 
 
 def test_the_rows_of_several_releases_are_those_of_the_product() -> None:
-    rng = Random("rows of T17")
+    rng = Random(tiers.fresh("rows of T17"))
     for _ in range(60 * TIMES):
         rows, mechanism = random_filter(rng)
         times = rng.randint(1, 2 if len(rows[0]) > 3 else 4)
@@ -88,14 +88,20 @@ def deployment(rng: Random, mechanism: Mechanism, groups: Sequence[str], release
 def test_the_greatest_ratio_over_policies_is_that_of_the_product_written_out() -> None:
     compared = 0
     for seed in range(60 * TIMES):
-        rng = Random(f"policies {seed}")
+        rng = Random(tiers.fresh(f"policies {seed}"))
         rows, _ = random_filter(rng)
         if len(rows[0]) < 2:
             continue
         groups, times = [str(a) for a in range(len(rows))], 2 if len(rows[0]) > 3 else 3
         odds = [random_row(rng, rng.choice([1, 2]))] * 2 if seed % 3 else [random_row(rng, 2), random_row(rng, 2)]
         several, once = (
-            deployment(Random(seed), Mechanism.from_array(np.array(table, dtype=object), groups, range(len(table[0]))), groups, n, odds)
+            deployment(
+                Random(tiers.fresh(seed)),
+                Mechanism.from_array(np.array(table, dtype=object), groups, range(len(table[0]))),
+                groups,
+                n,
+                odds,
+            )
             for table, n in ((rows, times), (dense(rows, times), 1))
         )
         drawn = {(u, x, a): F(rng.randint(0, 4), rng.randint(1, 3)) for u in "uvw" for x in "xy" for a in groups}
@@ -129,7 +135,7 @@ def test_for_a_free_utilities_it_is_that_of_their_range(groups: int, keep: str, 
 
 @pytest.mark.parametrize("most", [5, 60])
 def test_sums_over_few_and_many_ratios_are_those_of_the_best_decisions(most: int) -> None:
-    rng = Random("many ratios")
+    rng = Random(tiers.fresh("many ratios"))
     for _ in range(30):
         columns = merged_columns([(rng.randint(0, most), rng.randint(0, most)) for _ in range(most * most // 4)] + [(1, 1)])
         worth = [[(rng.randint(0, 5), rng.randint(0, 5)) for _ in range(4)] for _ in range(rng.randint(1, 3))]
@@ -151,7 +157,7 @@ def test_without_a_floor_or_a_least_utility_only_epsilon_is_left() -> None:
 
 
 def test_values_do_not_decrease_in_the_number_of_releases() -> None:
-    rng = Random("monotone T17")
+    rng = Random(tiers.fresh("monotone T17"))
     for _ in range(25 * TIMES):
         _, mechanism = random_filter(rng)
         constants = {"gamma": 3, "m": F(rng.randint(1, 4), 4), "tau": rng.choice([0, F(3, 2), 2]), "gap": rng.choice([0, F(1, 3)])}

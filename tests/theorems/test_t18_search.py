@@ -5,19 +5,19 @@
 
 from __future__ import annotations
 
-import os
 from itertools import combinations
 from math import lcm, prod
 from random import Random
 
 import numpy as np
 import pytest
+import tiers
 from subgroup_oracle import Case, family, random_case, worst
 
 from fairaudit.errors import InputError
 from fairaudit.theorems.t18_search import Rows, conjunctions, entries, every_conjunction, most_unequal
 
-CASES = 2000 if os.environ.get("FAIRAUDIT_FULL") == "1" else 200
+CASES = 2000 if tiers.FULL else 200
 
 
 def rows_of(case: Case, factor: int = 1) -> tuple[Rows, int, list[list[str]]]:
@@ -41,7 +41,7 @@ def rows_of(case: Case, factor: int = 1) -> tuple[Rows, int, list[list[str]]]:
 @pytest.mark.parametrize("factor", [1, (1 << 70) + 1], ids=["short", "long"])
 def test_the_search_finds_what_loops_find(factor: int) -> None:
     """Long utilities do not fit into a float."""
-    rng, pruned = Random("subgroups"), 0
+    rng, pruned = Random(tiers.fresh("subgroups")), 0
     for _ in range(CASES):
         case = random_case(rng)
         rows, scale, labels = rows_of(case, factor)
@@ -57,7 +57,7 @@ def test_the_search_finds_what_loops_find(factor: int) -> None:
 
 
 def test_every_conjunction_is_listed() -> None:
-    rng = Random("every")
+    rng = Random(tiers.fresh("every"))
     for _ in range(CASES // 4):
         case = random_case(rng)
         rows, scale, _ = rows_of(case)
@@ -90,7 +90,7 @@ def test_a_planted_subgroup_comes_first() -> None:
 
 
 def test_progress_reaches_the_end() -> None:
-    rng, told = Random("progress"), list[float]()
+    rng, told = Random(tiers.fresh("progress")), list[float]()
     rows, _, _ = rows_of(random_case(rng))
     most_unequal(rows, 2, 1, report=lambda share, _: told.append(share or 0))
     assert told == sorted(told)

@@ -8,7 +8,6 @@ FAIRAUDIT_FULL=1 runs 2,000 repetitions of each setting, and medians of 400 to 1
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from fractions import Fraction
 from math import log
@@ -16,13 +15,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tiers
 from scipy import stats
 
 from fairaudit.inference import paired_betting, symmetric_betting
 from fairaudit.inference.betting import ValueCounts
 from fairaudit.inference.paired_betting import Contrasts, contrasts, crossing
 
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 F = Fraction
 Draws = np.ndarray[Any, np.dtype[Any]]
 Generator = np.random.Generator
@@ -81,7 +80,7 @@ INDEPENDENT: dict[str, tuple[Cells, float, float]] = {
 @pytest.mark.parametrize("setting", PAIRED)
 def test_contrasts_of_units_err_with_at_most_the_level(setting: str, claim: Any) -> None:
     draw, ratio, difference = PAIRED[setting]
-    source, count, limit = np.random.default_rng(20), 4_000 if FULL else 300, ratio if claim == "ratio" else difference
+    source, count, limit = np.random.default_rng(20), 4_000 if tiers.FULL else 300, ratio if claim == "ratio" else difference
     won = [paired_betting.log_wealth(pair(*draw(source)), limit, claim) for _ in range(count)]
     for level in (0.5, 0.05, 0.025):
         judge(sum(each >= -log(level) for each in won), count, level)
@@ -91,7 +90,7 @@ def test_contrasts_of_units_err_with_at_most_the_level(setting: str, claim: Any)
 @pytest.mark.parametrize("setting", INDEPENDENT)
 def test_contrasts_of_cells_err_with_at_most_the_level(setting: str, claim: Any) -> None:
     draw, ratio, difference = INDEPENDENT[setting]
-    source, count, limit = np.random.default_rng(21), 2_000 if FULL else 100, ratio if claim == "ratio" else difference
+    source, count, limit = np.random.default_rng(21), 2_000 if tiers.FULL else 100, ratio if claim == "ratio" else difference
     won = []
     for _ in range(count):
         x, y = draw(source)
@@ -103,7 +102,7 @@ def test_contrasts_of_cells_err_with_at_most_the_level(setting: str, claim: Any)
 @pytest.mark.parametrize("claim", ["ratio", "difference"])
 def test_units_that_are_missing_where_it_hurts_make_no_error(claim: Any) -> None:
     """A refusal is hidden: the unit is missing in the lower group where it got nothing, in the higher one where it got all."""
-    source, count, won = np.random.default_rng(22), 4_000 if FULL else 300, []
+    source, count, won = np.random.default_rng(22), 4_000 if tiers.FULL else 300, []
     for _ in range(count):
         x, y = (source.random(60) < p for p in (0.6, 0.4))
         profiles: dict[Any, int] = {}
@@ -118,7 +117,7 @@ def test_units_that_are_missing_where_it_hurts_make_no_error(claim: Any) -> None
 @pytest.mark.parametrize(("ratio", "expected"), [(1, 1.119), (1.25, 1.427)])
 def test_six_repeats_of_a_hundred_units_are_as_narrow_as_elsewhere(ratio: float, expected: float) -> None:
     source = np.random.default_rng(23)
-    pairs = [pair(*repeated(source, 100, ratio)) for _ in range(1_000 if FULL else 200)]
+    pairs = [pair(*repeated(source, 100, ratio)) for _ in range(1_000 if tiers.FULL else 200)]
     ends = [crossing(lambda limit, p=p: paired_betting.log_wealth(p, limit), F(1, 20), "ratio") for p in pairs]  # type: ignore[misc]
     print(f"median {np.median(ends):.4f}, {expected} elsewhere")
     assert np.median(ends) == pytest.approx(expected, rel=0.03)
@@ -145,8 +144,8 @@ THREE, SKEW, WIDE = (
 def test_contrasts_of_cells_are_as_narrow_as_elsewhere(shape: Any, ratio: float, n: int, expected: float) -> None:
     source = np.random.default_rng(24)
     ends = []
-    for _ in range((400 if n == 50 else 200) if FULL else 100 if n == 50 else 24):
+    for _ in range((400 if n == 50 else 200) if tiers.FULL else 100 if n == 50 else 24):
         x, y = cell(shape(source, n)), cell(shape(source, n) / ratio)
         ends.append(max(crossing(symmetric_betting.log_wealth(*cells), F(1, 20), "ratio") for cells in ((x, y), (y, x))))
     print(f"median {np.median(ends):.4f}, {expected} elsewhere")
-    assert np.median(ends) == pytest.approx(expected, rel=0.03 if FULL else 0.06)
+    assert np.median(ends) == pytest.approx(expected, rel=0.03 if tiers.FULL else 0.06)

@@ -5,19 +5,18 @@ FAIRAUDIT_FULL=1 runs 2,000 repetitions of each setting.
 
 from __future__ import annotations
 
-import os
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import pytest
+import tiers
 from scipy import stats
 
 import fairaudit as fa
 from fairaudit.audits.reading import Reading
 from fairaudit.audits.two_logs import compare_logs
 
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 ALPHA = 0.1
 UNITS = 120
 
@@ -26,7 +25,6 @@ def log(ids: list[str], groups: list[str], answers: Any) -> dict[str, list[str]]
     return {"id": ids, "group": groups, "answer": ["yes" if got else "no" for got in answers]}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("same", [0.0, 1.0])
 @pytest.mark.parametrize("unit", [(), ("id",)])
 def test_the_wrong_answer_is_rare_where_it_is_hardest(same: float, unit: tuple[str, ...]) -> None:
@@ -35,7 +33,7 @@ def test_the_wrong_answer_is_rare_where_it_is_hardest(same: float, unit: tuple[s
     ids, groups = [f"{group}{i}" for group in "fm" for i in range(UNITS)], [group for group in "fm" for _ in range(UNITS)]
     old = np.repeat([0.4, 0.5], UNITS)
     new = np.repeat([0.4, 0.6], UNITS)
-    times, wrong = 2000 if FULL else 15, {"less fair": 0, "no less fair": 0}
+    times, wrong = 2000 if tiers.FULL else 15, {"less fair": 0, "no less fair": 0}
     reading = Reading("answer", ("group",), unit=unit)
     asked = {"independent": False, "missing_units": "worst"}
     for _ in range(times):

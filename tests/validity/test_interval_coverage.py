@@ -6,7 +6,6 @@ million. FAIRAUDIT_FULL=1 runs 2,000 repetitions of each setting.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from fractions import Fraction
 from itertools import permutations
@@ -15,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tiers
 from scipy import stats
 
 from fairaudit import Law, Policy, RandomizedResponse, Utility, certify
@@ -26,7 +26,6 @@ from fairaudit.inference.policy_comparisons import policy_comparison
 from fairaudit.inference.ratio_intervals import default_region, ratio_interval
 from fairaudit.inference.table_comparisons import local_comparison
 
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 ALPHA = 0.1
 ERROR = 1e-6
 F = Fraction
@@ -34,7 +33,7 @@ Generator = np.random.Generator
 
 
 def repetitions(reduced: int) -> int:
-    return 2_000 if FULL else reduced
+    return 2_000 if tiers.FULL else reduced
 
 
 def judge(misses: int, count: int, alpha: float = ALPHA) -> None:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
-
 import numpy as np
+import tiers
 from independent_logs import SHAPES
 
 from fairaudit.model.replication import STEPS, copies_note
 
-LOGS = 200 if os.environ.get("FAIRAUDIT_FULL") else 20  # of each of eleven shapes
+LOGS = 200 if tiers.FULL else 20  # of each of eleven shapes
 
 
 def test_false_alarms_are_as_rare_as_stated() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from fractions import Fraction
 from math import log, sqrt
 from statistics import NormalDist
@@ -10,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tiers
 from scipy.stats import binom
 
 from fairaudit.inference.anytime import Arrivals, stream_interval
@@ -19,8 +19,7 @@ from fairaudit.inference.levels import pair_levels, weight
 from fairaudit.model.law import Law
 from fairaudit.model.utility import Utility
 
-FULL = bool(os.environ.get("FAIRAUDIT_FULL"))
-STREAMS, EVENTS = (2_000, 10_000) if FULL else (200, 2_000)
+STREAMS, EVENTS = (2_000, 10_000) if tiers.FULL else (200, 2_000)
 ALPHA = Fraction(1, 20)
 UNIT = (Fraction(0), Fraction(1))
 NEVER_BY_CHANCE = 0.001  # of a procedure whose error is α, this share would fail the test
@@ -102,7 +101,7 @@ def joint_excluded(scenario: str, number: int, events: int, rng: np.random.Gener
     return found
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 @pytest.mark.parametrize("scenario", SCENARIOS)
 def test_joint_bets_exclude_the_truth_in_no_more_streams_than_stated(scenario: str) -> None:
     """At 95 % and, where an error rate is seen, at 50 %."""
@@ -167,7 +166,7 @@ def detection(p: float, q: float, number: int, rng: np.random.Generator, expecte
 
 @pytest.mark.parametrize(("p", "q"), [(0.6, 0.4), (0.3, 0.2), (0.06, 0.04)])
 def test_a_ratio_of_three_halves_is_seen_soon(p: float, q: float) -> None:
-    found = detection(p, q, 1_000 if FULL else 60, np.random.default_rng(3))
+    found = detection(p, q, 1_000 if tiers.FULL else 60, np.random.default_rng(3))
     known = fixed_n(p, q, float(ALPHA), 0.8)
     print(f"{p} against {q}: mean {found.mean():.0f}, median {np.median(found):.0f}, 80 % {np.quantile(found, 0.8):.0f}; knew {known:.0f}")
-    assert found.mean() <= 2 * known * (1 if FULL else 1.15)
+    assert found.mean() <= 2 * known * (1 if tiers.FULL else 1.15)

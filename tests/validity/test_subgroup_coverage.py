@@ -5,18 +5,18 @@
 
 from __future__ import annotations
 
-import os
 from fractions import Fraction
 from itertools import combinations, product
 
 import numpy as np
 import pytest
+import tiers
 
 from fairaudit.inference.cells import Cell
 from fairaudit.inference.subgroup_ends import both_ends, ratio_ends
 from fairaudit.theorems.t18_search import Rows, conjunctions, entries, every_conjunction
 
-LOGS = 2000 if os.environ.get("FAIRAUDIT_FULL") == "1" else 40
+LOGS = 2000 if tiers.FULL else 40
 
 SIZES = (2, 3, 2)
 

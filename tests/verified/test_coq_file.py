@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import copy
 import json
-import os
 import re
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import pytest
+import tiers
 from built_proofs import make_proofs, run_coq
 from class_certificates import Case, Solved, tampered, true_certificate
 from plain_certificates import checker, lines_of, raw
@@ -41,7 +41,7 @@ NASTY = [
 EVERY_POLICY = ("local_ratio_supremum", "any policy behind this filter")
 ANY_UTILITY = ("local_ratio", "any policy behind this filter, any utility of the declared range")
 CLOSED = "Closed under the global context\n"
-SEEDS = range(60) if os.environ.get("FAIRAUDIT_FULL") == "1" else (19,)
+SEEDS = range(60) if tiers.FULL else (19,)
 
 
 def without_comments(text: str) -> str:
@@ -211,7 +211,7 @@ def test_what_is_not_proved_is_listed() -> None:
             assert (f"(* claims[{i}]:" in opening) is not stated or claim["by"] not in ("T14", "T16")
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 @pytest.mark.parametrize("seed", range(0, 60, 3))
 def test_every_statement_is_written_or_listed(seed: int) -> None:
     """What the checker found of a certificate stands in the file, but for what says which table it is about."""
@@ -344,7 +344,7 @@ def test_coq_proves_what_is_true_of_a_table_and_not_what_was_altered(compiled: P
         assert by_coq(compiled, tmp_path, text.replace(old, new)) is None, old
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_coq_proves_rates_and_not_what_was_altered(compiled: Path, tmp_path: Path) -> None:
     document = with_true_labels()
     assert by_coq(compiled, tmp_path, written(document)) == CLOSED

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import random
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import pytest
+import tiers
 from built_proofs import make_proofs, run_coq
 from plain_certificates import checker
 
@@ -17,7 +17,7 @@ from fairaudit.inference.comparisons import Comparison
 from fairaudit.inference.ratio_intervals import ratio_interval
 
 F = Fraction
-CASES = 1000 if os.environ.get("FAIRAUDIT_FULL") == "1" else 10
+CASES = 1000 if tiers.FULL else 10
 """FAIRAUDIT_FULL=1 pytest tests/whole/test_chance.py: 1,000 boxes and four alterations of each"""
 TINY = F(1, 10**9)
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import tiers
 from damage import PIECES, TABLES, damaged, filled
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -23,11 +24,10 @@ from fairaudit import InputError, Law
 from fairaudit.tables.csv import decimal_commas, read_csv
 from fairaudit.tables.engines.logs import read_log
 
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
-EXAMPLES = int(os.environ.get("FAIRAUDIT_FUZZ", "200000" if FULL else "60"))
+EXAMPLES = int(os.environ.get("FAIRAUDIT_FUZZ", "200000" if tiers.FULL else "60"))
 fuzzed = settings(
     max_examples=EXAMPLES,
-    derandomize="FAIRAUDIT_FUZZ" not in os.environ and not FULL,
+    derandomize="FAIRAUDIT_FUZZ" not in os.environ and not tiers.FULL,
     database=None,
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.large_base_example],
@@ -150,7 +150,7 @@ def test_many_small_texts_through_the_readers_of_text(folder: Path) -> None:
     pick = random.Random(20260101)
     path = folder / "many.csv"
     accepted = 0
-    for _ in range(1_000_000 if FULL else 3_000):
+    for _ in range(1_000_000 if tiers.FULL else 3_000):
         content = pick.choice(TABLES)
         for _ in range(pick.randrange(5)):
             start = pick.randrange(len(content) + 1)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import os
 import re
 import shutil
@@ -11,11 +10,10 @@ import sys
 import tomllib
 from pathlib import Path
 
-import durations
 import needs
+import parts
 import pytest
-
-import fairaudit as fa
+import tiers
 
 ROOT = Path(__file__).resolve().parents[2]
 MAKEFILE = (ROOT / "Makefile").read_text("utf-8")
@@ -46,7 +44,8 @@ def test_the_targets_of_the_makefile_are_those_of_contributing() -> None:
 def test_ci_and_the_makefile_are_no_copies_of_each_other() -> None:
     run = (ROOT / ".ci" / "run").read_text("utf-8")
     assert would_run("all") == [".ci/run"]
-    assert re.findall(r"^make ([a-z ]+)$", run, re.MULTILINE) == ["test", "lint docs"]
+    assert re.findall(r"^make ([a-z]+)$", run, re.MULTILINE) == ["test", "lint", "docs"]
+    assert re.search(r"^make deep PART=", run, re.MULTILINE)
     assert not re.search(r"\b(ruff|mypy|lint-imports|mkdocs|pip)\b", run)
 
 
@@ -91,41 +90,19 @@ def test_the_head_of_a_run_names_what_is_absent(monkeypatch: pytest.MonkeyPatch,
     assert head in shown
 
 
-# Which tests are slow
+# Tiers
 
 
-def fast_tests() -> dict[str, set[str]]:
-    """Names of the test functions that ``make check`` runs, with the modules that their files use."""
-    slow = durations.recorded()
-    found: dict[str, set[str]] = {}
-    for path in (ROOT / "tests").rglob("test_*.py"):
-        tree = ast.parse(path.read_text("utf-8"))
-        imported: set[str] = set()
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Import):
-                imported |= {each.name for each in node.names}
-            elif isinstance(node, ast.ImportFrom) and node.module:
-                imported |= {node.module, *(f"{node.module}.{each.name}" for each in node.names)}
-            elif isinstance(node, ast.Attribute) and ast.unparse(node.value) == "fa":
-                imported.add(getattr(getattr(fa, node.attr, None), "__module__", "fairaudit"))
-        for node in ast.walk(tree):
-            marks = isinstance(node, ast.FunctionDef) and {ast.unparse(each) for each in node.decorator_list}
-            if (
-                isinstance(node, ast.FunctionDef)
-                and node.name.startswith("test_")
-                and node.name not in slow
-                and "pytest.mark.slow" not in marks
-            ):
-                found.setdefault(node.name, set()).update(imported)
-    return found
+def test_every_part_of_the_mission_is_tested_by_default(cases: list[parts.Case]) -> None:
+    by_default = {part: default for part, _, default, _ in parts.table(cases)}
+    assert by_default == {part: count for part, count in by_default.items() if count >= 1}
 
 
-def test_fast_tests_reach_every_package() -> None:
-    fast = fast_tests()
-    packages = {path.parent.name for path in (ROOT / "fairaudit").glob("*/__init__.py")} | {"checker"}
-    for package in packages:
-        of_it = f"fairaudit.{package}"
-        assert any(each == of_it or each.startswith(of_it + ".") for imported in fast.values() for each in imported), package
+def test_quick_tests_reach_every_package_and_start_nothing_heavy(cases: list[parts.Case]) -> None:
+    quick = [case for case in cases if case.tier == "quick"]
+    folders = {path.parent.name for path in (ROOT / "fairaudit").glob("*/__init__.py")} - {"plugins", "verified"}
+    assert folders - {case.name.split("/")[1] for case in quick} == set()
+    assert [case.name for case in quick if case.needs] == []
 
 
 @pytest.mark.parametrize(
@@ -138,29 +115,66 @@ def test_fast_tests_reach_every_package() -> None:
         "test_the_judge_of_mutants_is_awake",
     ],
 )
-def test_fast_tests_are_no_formality(name: str) -> None:
-    assert name in fast_tests()
+def test_quick_tests_are_no_formality(name: str, cases: list[parts.Case]) -> None:
+    assert any(tiers.function(case.name) == name for case in cases if case.tier == "quick")
 
 
-def test_slow_tests_are_those_whose_cases_take_long(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    cases = [
-        ("a", "test_x[1.5-[y]]", 0.2),
+def test_a_record_that_was_not_timed_is_refused(tmp_path: Path) -> None:
+    times = [
+        ("a", "test_x[1.5-[y]]", 0.1),
         ("a", "test_x[2]", 0.2),
         ("b", "test_x", 0.1),
-        ("b", "test_y", 0.19),
+        ("b", "test_y", 0.14),
         ("m", "fairaudit.m.doc", 3),
     ]
-    lines = "".join(f'<testcase classname="{where}" name="{name}" time="{seconds}"/>' for where, name, seconds in cases)
-    (tmp_path / "report.xml").write_text(f"<testsuites><testsuite>{lines}</testsuite></testsuites>")
-    monkeypatch.setattr(durations, "RECORD", tmp_path / "slow.txt")
-    durations.main(str(tmp_path / "report.xml"))
-    assert durations.recorded(tmp_path / "slow.txt") == {"test_x": 0.4, "doc": 3.0}
+    lines = "".join(f'<testcase classname="{where}" name="{name}" time="{seconds}"/>' for where, name, seconds in times)
+    report, record = tmp_path / "report.xml", tmp_path / "times.txt"
+    report.write_text(f"<testsuites><testsuite>{lines}</testsuite></testsuites>")
+    tiers.write(tiers.measured(report), record)
+    assert tiers.recorded(record) == {"test_x": (0.3, 2), "doc": (3.0, 1)}
+    record.write_text(record.read_text().replace("3.00", "0.20"))
+    with pytest.raises(ValueError, match="is not as `make durations` wrote it"):
+        tiers.recorded(record)
+
+
+@pytest.mark.parametrize(
+    ("timed", "core", "cases", "kept"),
+    [
+        (None, False, 3, {0, 1, 2}),
+        (tiers.Timed(0.6, 3), False, 3, {0, 1, 2}),
+        (tiers.Timed(2, 8), False, 8, {0, 4}),
+        (tiers.Timed(24, 20), False, 20, {0}),
+        (tiers.Timed(60, 20), False, 20, set()),
+        (tiers.Timed(60, 20), True, 20, {0}),
+    ],
+)
+def test_a_function_runs_by_default_as_long_as_its_budget(timed: tiers.Timed, core: bool, cases: int, kept: set[int]) -> None:
+    assert tiers.kept(timed, core, cases) == kept
 
 
 def test_the_record_knows_only_tests_that_there_are() -> None:
     text = "\n".join(path.read_text("utf-8") for folder in ("tests", "fairaudit") for path in (ROOT / folder).rglob("*.py"))
     defined = set(re.findall(r"^\s*(?:def|class) (\w+)", text, re.MULTILINE)) | {path.stem for path in (ROOT / "fairaudit").rglob("*.py")}
-    assert durations.recorded().keys() <= defined
+    assert tiers.recorded().keys() <= defined
+
+
+def test_a_quick_test_that_starts_something_heavy_fails(tmp_path: Path) -> None:
+    (tmp_path / "conftest.py").write_text((ROOT / "tests" / "conftest.py").read_text("utf-8"))
+    program = tmp_path / "coqc"
+    program.write_text("#!/bin/sh\n")
+    program.chmod(0o755)
+    (tmp_path / "test_x.py").write_text(f"import subprocess\ndef test_x(): subprocess.run([{str(program)!r}], check=True)\n")
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT / "tests"), str(ROOT)])}
+    command = [sys.executable, "-m", "pytest", "-q", "-c", str(ROOT / "pyproject.toml"), "--rootdir", str(tmp_path), "-n0", str(tmp_path)]
+    for tier, outcome in (("quick", "a quick test starts coqc"), ("not deep", "1 passed")):
+        shown = subprocess.run([*command, "-m", tier], cwd=tmp_path, env=environment, capture_output=True, text=True).stdout
+        assert outcome in shown, shown
+
+
+def test_parts_of_the_deep_tier_are_its_cases_once() -> None:
+    names = [f"tests/test_a.py::test_x[{i}]" for i in range(400)]
+    counts = [sum(tiers.part_of(name, 4) == part for name in names) for part in range(4)]
+    assert sum(counts) == 400 and min(counts) >= 60
 
 
 # Hooks and workflows
@@ -192,5 +206,5 @@ def test_workflows_pin_what_they_use_and_release_only_tags() -> None:
         assert workflow["permissions"] == {"contents": "read"}
     release = yaml.safe_load((ROOT / ".github" / "workflows" / "release.yml").read_text("utf-8"))
     assert release[True] == {"push": {"tags": ["v*"]}}  # YAML 1.1 reads the key `on` as true
-    assert {"run": "make all"} in release["jobs"]["build"]["steps"]
+    assert {"run": "FAIRAUDIT_RELEASE=1 make all"} in release["jobs"]["build"]["steps"]
     assert release["jobs"]["publish"]["permissions"] == {"id-token": "write"}

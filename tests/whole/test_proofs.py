@@ -6,7 +6,6 @@ What reads only text runs everywhere; what needs Coq skips without it, or fails 
 from __future__ import annotations
 
 import json
-import os
 import random
 import re
 import shutil
@@ -20,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import tiers
 from built_proofs import PROOFS, make_proofs
 from class_certificates import TINY, Case, Solved, tampered, true_certificate
 from plain_certificates import checker, detached, raw
@@ -31,10 +31,8 @@ from fairaudit.tables.examples import example
 from fairaudit.theorems.registry import BY_ID
 
 ROOT = Path(__file__).resolve().parents[2]
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
-"""500 linear programs and 500 tampered ones instead of 60 each: FAIRAUDIT_FULL=1 pytest tests/whole/test_proofs.py"""
 BLOCKS = 10
-PER_BLOCK = 50 if FULL else 6
+PER_BLOCK = 50 if tiers.FULL else 6
 
 Index = dict[str, dict[str, dict[str, Any]]]
 STATED = re.compile(r"^(?:Theorem|Corollary) (\w+)", re.MULTILINE)
@@ -474,7 +472,7 @@ def test_equal_verdicts(block: int, built: Path, tmp_path: Path) -> None:
     assert sum(count for (kind, _), count in seen.items() if kind == "tampered") >= PER_BLOCK
 
 
-@pytest.mark.slow  # pays for what tests that are slow share
+@pytest.mark.deep  # pays for what tests that are slow share
 @pytest.mark.parametrize("quantity", ["local", "global"])
 @pytest.mark.parametrize(
     "keys",

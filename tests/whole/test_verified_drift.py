@@ -6,7 +6,6 @@ One alteration in some in .ci/run; all: FAIRAUDIT_FULL=1 pytest -s tests/whole/t
 from __future__ import annotations
 
 import json
-import os
 from collections import Counter
 from collections.abc import Iterator
 from fractions import Fraction
@@ -14,13 +13,12 @@ from pathlib import Path
 from random import Random as Pick
 from typing import Any
 
+import tiers
 from certificate_changes import put
 from certificate_kinds import as_bytes
 from verified_roads import FALSE, MALFORMED, TRUE, Tally, natively
 
 import fairaudit as fa
-
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 
 
 def with_drift() -> list[dict[str, Any]]:
@@ -135,7 +133,7 @@ def test_verdicts_under_drift(program: Path) -> None:
     forms = {(f"{unit}_{form}", sign) for unit in ("ratio", "log") for form in ("radius", "factor") for sign in ("=", ">=")}
     assert covered.keys() >= forms - {("ratio_radius", ">=")} | {("ratio", "<="), ("ratio", ">=")}
     altered = [as_bytes(changed) for document in documents_ for changed in changed_drift(document)]
-    tally.judge(program, [*map(as_bytes, documents_), *(altered if FULL else altered[::29])])
+    tally.judge(program, [*map(as_bytes, documents_), *(altered if tiers.FULL else altered[::29])])
     print(len(altered), dict(tally.codes))
     assert tally.different[:3] == []
     assert {python for python, _ in tally.codes} >= {TRUE, FALSE, MALFORMED}

@@ -6,7 +6,6 @@ One alteration in 8 in .ci/run; all: FAIRAUDIT_FULL=1 pytest -s tests/whole/test
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
@@ -14,13 +13,12 @@ from random import Random as Pick
 from typing import Any
 
 import pytest
+import tiers
 from certificate_changes import put
 from certificate_kinds import as_bytes
 from verified_roads import FALSE, MALFORMED, TRUE, Tally, natively
 
 import fairaudit as fa
-
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 
 
 def with_plain_ends() -> list[dict[str, Any]]:
@@ -85,27 +83,27 @@ def changed_ends(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
                         yield put(text, ("intervals", quantity, side, i, int(near > Fraction(end[1]))), str(near))
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_ends_of_many_draws(program: Path) -> None:
     """Beyond 5,000 draws an end has to be excluded by the bound of the page as well as by the tail itself."""
     documents_, tally = with_many_draws(), Tally()
     for judged in natively(program, [as_bytes(document) for document in documents_]):
         assert {dict(judged.statements)[f"intervals.{quantity}"] for quantity in ("local", "global")} == {True}
     altered = [as_bytes(changed) for document in documents_ for changed in changed_ends(document)]
-    tally.judge(program, [*map(as_bytes, documents_), *(altered if FULL else altered[::8])])
+    tally.judge(program, [*map(as_bytes, documents_), *(altered if tiers.FULL else altered[::8])])
     print(len(altered), dict(tally.codes))
     assert tally.different[:3] == []
     assert {python for python, _ in tally.codes} >= {TRUE, FALSE}
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_ends_in_closed_form(program: Path) -> None:
     """Intervals whose cells are not all listed are judged, and one that is narrower by a billionth as by the other checker."""
     documents_, tally = with_plain_ends(), Tally()
     for judged in natively(program, [as_bytes(document) for document in documents_]):
         assert dict(judged.statements)["intervals.local"] is True
     altered = [as_bytes(changed) for document in documents_ for changed in changed_plain_ends(document)]
-    tally.judge(program, [*map(as_bytes, documents_), *(altered if FULL else altered[::8])])
+    tally.judge(program, [*map(as_bytes, documents_), *(altered if tiers.FULL else altered[::8])])
     print(len(altered), dict(tally.codes))
     assert tally.different[:3] == []
     assert {python for python, _ in tally.codes} >= {TRUE, FALSE, MALFORMED}

@@ -6,20 +6,18 @@ One alteration in 12 in .ci/run; all: FAIRAUDIT_FULL=1 pytest -s tests/whole/tes
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import pytest
+import tiers
 from certificate_changes import put
 from certificate_kinds import as_bytes
 from verified_roads import FALSE, MALFORMED, OPEN, TRUE, Tally, natively
 
 import fairaudit as fa
-
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 
 
 def with_ladders() -> list[dict[str, Any]]:
@@ -125,7 +123,7 @@ def changed_ladders(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
             yield from (put(text, ("claims", i, *place), value) for place, value in changed_claim(claim))
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_ladders_of_pairs(program: Path) -> None:
     """Intervals by pair-exact are judged, with all that is claimed of them, and what is altered as by the other checker."""
     documents_, tally = with_ladders(), Tally()
@@ -138,14 +136,14 @@ def test_ladders_of_pairs(program: Path) -> None:
     assert {interval["lower"] is None for document in documents_ for interval in document["intervals"].values()} == {True, False}
     assert {interval["upper"] is None for document in documents_ for interval in document["intervals"].values()} == {True, False}
     altered = [as_bytes(changed) for document in documents_ for changed in changed_ladders(document)]
-    tally.judge(program, [*map(as_bytes, documents_), *(altered if FULL else altered[::12])])
+    tally.judge(program, [*map(as_bytes, documents_), *(altered if tiers.FULL else altered[::12])])
     print(len(altered), dict(tally.codes))
     assert tally.different[:3] == []
     assert {python for python, _ in tally.codes} >= {TRUE, FALSE, MALFORMED}
     assert tally.codes[FALSE, OPEN] * 2 < tally.codes[FALSE, FALSE]
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_ladders_of_many_draws(program: Path) -> None:
     """Of cells of ten thousands of draws ladders are judged; those of more draws than score ends are computed of are not."""
     found = []

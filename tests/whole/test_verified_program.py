@@ -19,6 +19,7 @@ from typing import Any
 
 import over_policies
 import pytest
+import tiers
 from assumptions import complete
 from built_proofs import PROOFS
 from certificate_changes import other_values, places, put
@@ -31,11 +32,10 @@ from verified_roads import FALSE, MALFORMED, OPEN, TRUE, Tally, documents, nativ
 
 import fairaudit as fa
 
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 BLOCKS = 10
 EACH = 49
 """Alterations of each true document."""
-PER_BLOCK = 100_000 // BLOCKS if FULL else 5 * int(os.environ.get("FAIRAUDIT_EXAMPLES", "50"))
+PER_BLOCK = 100_000 // BLOCKS if tiers.FULL else 5 * int(os.environ.get("FAIRAUDIT_EXAMPLES", "50"))
 
 
 @pytest.mark.parametrize("block", range(BLOCKS))
@@ -53,7 +53,7 @@ def test_the_same_verdicts(block: int, program: Path) -> None:
 def test_no_forged_certificate_is_accepted(family: Callable[[], Iterator[Forged]], program: Path) -> None:
     """Where what was forged is not covered, that is not said to be true."""
     forged = list(family())
-    step = 1 if FULL else max(1, len(forged) // 65)
+    step = 1 if tiers.FULL else max(1, len(forged) // 65)
     tally = Tally()
     tally.judge(program, [document for _, document in forged[::step]])
     print(family.__name__, len(forged), dict(tally.codes))
@@ -79,7 +79,7 @@ def test_hostile_files(document: bytes, code: int, program: Path, tmp_path: Path
     assert subprocess.run([str(PROOFS / "build" / "fairaudit-check"), str(path)], capture_output=True).returncode == code
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_long_numbers(program: Path) -> None:
     """Counts of 1,000 digits, and numbers of as many digits as the format has: all roads say the same, and none runs out of memory."""
     pick = Pick(0)
@@ -161,7 +161,7 @@ def test_frontiers_of_hidden_factors(program: Path) -> None:
                 covered[scope] += bool(true)
     assert {scope.split(" at ")[0] for scope, count in covered.items() if count} == {"this law", "population", "population, one-sided"}
     altered = [as_bytes(changed) for document in documents_ for changed in changed_frontiers(document)]
-    tally.judge(program, [*map(as_bytes, documents_), *(altered if FULL else altered[::9])])
+    tally.judge(program, [*map(as_bytes, documents_), *(altered if tiers.FULL else altered[::9])])
     print(len(altered), dict(tally.codes))
     assert tally.different[:3] == []
     assert {python for python, _ in tally.codes} >= {TRUE, FALSE, MALFORMED}
@@ -184,10 +184,10 @@ def changed_rates(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
             yield put(text, path, document["metrics"][name])
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_rates_with_true_labels(program: Path) -> None:
     """Every statement of a table with true labels is judged, but for intervals; all roads agree on altered ones."""
-    given = [of_true_labels(seed) for seed in range(300 if FULL else 60)]
+    given = [of_true_labels(seed) for seed in range(300 if tiers.FULL else 60)]
     covered = Counter[str]()
     for document, found in zip(given, natively(program, given), strict=True):
         names = {name for name in json.loads(document)["metrics"] if "rate" in name or "opportunity" in name or "true_label" in name}
@@ -204,15 +204,15 @@ def test_rates_with_true_labels(program: Path) -> None:
     assert len(covered) == 8
     assert all(covered.values())
     pick, tally = Pick(3), Tally()
-    for document in given[:: 1 if FULL else 6]:
+    for document in given[:: 1 if tiers.FULL else 6]:
         altered = [as_bytes(changed) for changed in changed_rates(json.loads(document))]
-        tally.judge(program, [document, *pick.sample(altered, min(len(altered), 2000 if FULL else 80))])
+        tally.judge(program, [document, *pick.sample(altered, min(len(altered), 2000 if tiers.FULL else 80))])
     print(dict(tally.codes))
     assert tally.different[:3] == []
     assert {python for python, _ in tally.codes} >= {TRUE, FALSE, MALFORMED}
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_tables_with_true_labels_at_the_edge(program: Path) -> None:
     """One group alone, nobody with the positive true label, all with it, and a table of ten thousand cells."""
     one = [["3", "1"], ["1", "6"]]
@@ -232,7 +232,7 @@ def test_tables_with_true_labels_at_the_edge(program: Path) -> None:
 
 def test_what_is_claimed_of_other_policies(program: Path) -> None:
     """T13 in all its scopes: every true certificate is found true, and every alteration gets the same verdict on all roads."""
-    documents_, tally = [over_policies.certificate(seed) for seed in range(400 if FULL else 40)], Tally()
+    documents_, tally = [over_policies.certificate(seed) for seed in range(400 if tiers.FULL else 40)], Tally()
     said = Counter[tuple[str, ...]]()
     for document, judged in zip(documents_, natively(program, [as_bytes(document) for document in documents_]), strict=True):
         assert judged.code == TRUE and all(true for _, true in judged.statements), judged
@@ -245,7 +245,7 @@ def test_what_is_claimed_of_other_policies(program: Path) -> None:
     ]
     assert {*said} == {(f"{name}_ratio{of}", sign, scope) for name in ("local", "global") for of, scope, sign in expected}
     altered = [as_bytes(changed) for i, document in enumerate(documents_) for changed in over_policies.altered(document, Pick(i))]
-    tally.judge(program, altered if FULL else altered[::12])
+    tally.judge(program, altered if tiers.FULL else altered[::12])
     print(len(altered), dict(tally.codes), dict(tally.open.most_common(5)))
     assert tally.different[:3] == []
     assert {python for python, _ in tally.codes} >= {TRUE, FALSE, MALFORMED}

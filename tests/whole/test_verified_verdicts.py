@@ -6,19 +6,18 @@ One alteration in 20 in .ci/run; all: FAIRAUDIT_FULL=1 pytest -s tests/whole/tes
 from __future__ import annotations
 
 import json
-import os
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import tiers
 from certificate_changes import put
 from certificate_kinds import admissions, as_bytes
 from verified_roads import FALSE, MALFORMED, OPEN, TRUE, Tally, in_python, natively
 
 import fairaudit as fa
 
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 LIMITS: tuple[dict[str, Any], ...] = (
     {"max_local_ratio": "5/4"},
     {"max_global_ratio": "11/10"},
@@ -161,7 +160,7 @@ def test_true_verdicts(program: Path) -> None:
 
 def test_altered_verdicts(program: Path) -> None:
     tally, changes = Tally(), [as_bytes(changed) for document in documents() for changed in altered(document)]
-    chosen = [*map(as_bytes, of_probabilities()), *(changes if FULL else changes[::20])]
+    chosen = [*map(as_bytes, of_probabilities()), *(changes if tiers.FULL else changes[::20])]
     for first in range(0, len(chosen), 1000):  # so that a process judges a thousand documents
         tally.judge(program, chosen[first : first + 1000])
     print(len(changes), dict(tally.codes), dict(tally.open))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import random
 import statistics
 from fractions import Fraction
@@ -14,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tiers
 from envelopes import result_of
 from lying_solver import LIES, lying
 from worst_oracle import CLASSES, Oracle, certificate_or_none, checks, instance, random_law, solve_or_none
@@ -26,8 +26,7 @@ from fairaudit.model.utility_class import Ball, Family, UtilityClass
 from fairaudit.worst.methods import worst_case
 
 F = Fraction
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
-INSTANCES = 500 if FULL else 24
+INSTANCES = 500 if tiers.FULL else 24
 """Random instances per class; all 500: FAIRAUDIT_FULL=1 pytest -n0 tests/worst"""
 
 
@@ -78,8 +77,8 @@ def neyman_pearson(p: list[Fraction], q: list[Fraction], of: UtilityClass) -> Fr
 
 
 def test_closed_form_on_random_laws() -> None:
-    rng = random.Random(3)
-    for number in range(1500 if FULL else 300):
+    rng = random.Random(tiers.fresh(3))
+    for number in range(1500 if tiers.FULL else 300):
         law = random_law(rng, (rng.randint(1, 4), rng.randint(2, 5), rng.randint(2, 7)))
         of = UtilityClass(
             m=rng.choice([F(0), F(1, 7), F(1, 2), F(1)]),
@@ -101,7 +100,7 @@ def test_closed_form_on_random_laws() -> None:
 
 @pytest.mark.parametrize("n", [20, 1000])
 def test_closed_form_is_exact_for_long_rows(n: int) -> None:
-    rng = random.Random(n)
+    rng = random.Random(tiers.fresh(n))
     for tau, m in ((F(1, 3), F(0)), (F(1, 50), F(1, 100)), (F(9, 10), F(1, 10))):
         table = [[rng.randint(0, 10**6) for _ in range(n)] for _ in range(3)]
         law = Law.from_array(table, kind="counts")
@@ -152,7 +151,7 @@ def test_a_tiny_floor(tau: str) -> None:
 
 
 def test_weights_of_every_size() -> None:
-    rng = random.Random(6)
+    rng = random.Random(tiers.fresh(6))
     for number in range(60):
         table = [[rng.choice([0.0, 1.0, 10.0 ** rng.randint(-300, 300), rng.random()]) for _ in range(4)] for _ in range(3)]
         table = [row if any(row) else [1.0] * 4 for row in table]
@@ -170,7 +169,7 @@ def test_weights_of_every_size() -> None:
 
 
 def test_lipschitz_constant_zero_is_blind() -> None:
-    rng = random.Random(8)
+    rng = random.Random(tiers.fresh(8))
     for _ in range(40):
         law = random_law(rng, (rng.randint(1, 2), rng.randint(2, 3), rng.randint(2, 5)))
         tau = rng.choice([None, F(1, 5), F(1, 2)])
@@ -181,7 +180,7 @@ def test_lipschitz_constant_zero_is_blind() -> None:
 
 
 def test_without_a_floor_it_is_the_supremum() -> None:
-    rng = random.Random(9)
+    rng = random.Random(tiers.fresh(9))
     for _ in range(40):
         law = random_law(rng, (2, 3, 4))
         found, known = worst_case(law, UtilityClass()), local_supremum(law)
@@ -216,7 +215,7 @@ def test_infinite_with_a_witness(of: UtilityClass, quantity: Any) -> None:
 
 def test_global_against_all_vertices() -> None:
     """The floor cuts edges of the box: every optimum lies on an edge between two 0/1 utilities."""
-    rng = random.Random(4)
+    rng = random.Random(tiers.fresh(4))
     for _ in range(30):
         law = random_law(rng, (2, 2, 3))
         tau = rng.choice([F(1, 10), F(1, 3), F(3, 4)])
@@ -261,15 +260,15 @@ def test_the_example_of_the_page() -> None:
 
 
 def test_a_lying_solver_never_makes_a_false_claim(monkeypatch: pytest.MonkeyPatch) -> None:
-    rng = random.Random(11)
+    rng = random.Random(tiers.fresh(11))
     kinds = [kind for kind in CLASSES if kind != "range"]
     cases = []
-    for number in range(8 if FULL else 2):
+    for number in range(8 if tiers.FULL else 2):
         for kind in kinds:
             law, of, quantity = instance(kind, 6 * number + 1, 6)
             cases.append((law, of, quantity, Oracle(law, of, quantity).worst()))
     refused = loose = 0
-    total = 10_000 if FULL else 600
+    total = 10_000 if tiers.FULL else 600
     for number in range(total):
         way = LIES[number % len(LIES)]
         law, of, quantity, truth = cases[number // len(LIES) % len(cases)]
@@ -462,7 +461,7 @@ def test_ball(divergence: Any, radius: str) -> None:
         else:
             spread = sum(v * float(np.log(v / w)) - v + w if v else w for v, w in zip(g, centre, strict=True))
         assert spread <= float(F(radius)) + 1e-12
-    rng = random.Random(radius)
+    rng = random.Random(tiers.fresh(radius))
     for _ in range(200):  # no utility of the ball exceeds the bound
         g = [F(w) * F(rng.randint(500, 1500), 1000) for w in reference.values()]
         spread = sum(float((v - F(w)) ** 2 / F(w)) for v, w in zip(g, reference.values(), strict=True))

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 from math import cos, pi, radians, sin
 from pathlib import Path
 
 import numpy as np
 import pytest
+import tiers
 from offices import random_office, write_office
 
 from fairaudit.errors import InputError
 from fairaudit.plugins.navigation.ground import advice, prepare
 from fairaudit.plugins.navigation.maps import rasterise
 from fairaudit.plugins.navigation.readers import Part, Points, read_points
-
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 
 
 def cloud(xyz: np.ndarray) -> Points:
@@ -54,13 +52,13 @@ def office(folder: Path, seed: int, spacing: float) -> Points:
     return cloud(read_points(folder).xyz)
 
 
-@pytest.mark.parametrize("seed", range(50 if FULL else 2))
+@pytest.mark.parametrize("seed", range(50 if tiers.FULL else 2))
 def test_a_leaning_office_has_the_area_of_the_level_one(tmp_path: Path, seed: int) -> None:
-    level = noisy(office(tmp_path / "area", seed, 0.05 if FULL else 0.08), seed)
-    base = area(level, 0.1 if FULL else 0.16)
-    for degrees in (0, 1, 3, 5, 8) if FULL else (0, 3, 8):
+    level = noisy(office(tmp_path / "area", seed, 0.05 if tiers.FULL else 0.08), seed)
+    base = area(level, 0.1 if tiers.FULL else 0.16)
+    for degrees in (0, 1, 3, 5, 8) if tiers.FULL else (0, 3, 8):
         found = prepare(spoiled(level, degrees, 10 * seed + degrees))
-        assert area(found, 0.1 if FULL else 0.16) == pytest.approx(base, rel=0.03)
+        assert area(found, 0.1 if tiers.FULL else 0.16) == pytest.approx(base, rel=0.03)
         assert any(f"leaned by {degrees}.0" in note or f"leaned by {degrees - 1}.9" in note for note in found.notes) == (degrees > 0)
         assert any("were removed" in note for note in found.notes)
 
@@ -68,7 +66,7 @@ def test_a_leaning_office_has_the_area_of_the_level_one(tmp_path: Path, seed: in
 def test_a_leaning_real_room_has_the_area_of_the_level_one(data: Path) -> None:
     level = noisy(read_points(data / "scans" / "room_scan1.txt.gz"), 0)
     base = area(prepare(level), 0.1)
-    for degrees in (0, 1, 2, 3, 5, 8) if FULL else (0, 5, 8):
+    for degrees in (0, 1, 2, 3, 5, 8) if tiers.FULL else (0, 5, 8):
         assert area(prepare(spoiled(level, degrees, degrees)), 0.1) == pytest.approx(base, rel=0.03)
 
 

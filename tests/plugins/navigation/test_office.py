@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from itertools import combinations
 from pathlib import Path
 
 import pytest
+import tiers
 from offices import Plan, hr_office, random_office, write_office
 
 from fairaudit.errors import InputError
@@ -18,7 +18,7 @@ from fairaudit.plugins.navigation.routes import flood
 networkx = pytest.importorskip("networkx")
 from fairaudit.plugins.navigation.rooms import topology, topology_json  # noqa: E402
 
-PLANS = 50 if os.environ.get("FAIRAUDIT_FULL") else 8
+PLANS = 50 if tiers.FULL else 8
 
 
 def truth(plan: Plan) -> networkx.Graph:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import io
-import os
 from itertools import combinations, groupby
 
 import numpy as np
 import pytest
+import tiers
 from numpy.typing import NDArray
 
 from fairaudit.errors import InputError
@@ -88,11 +88,10 @@ def check(picture: Picture, ends: list[tuple[int, int]], mark: float) -> None:
         assert c <= e or g <= a or d <= f or h <= b, "labels overlap"
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("first", range(0, 200, 20))
 def test_labels_of_many_scenes(first: int) -> None:
     """Of each twenty scenes seven in the suite, and all with FAIRAUDIT_FULL=1."""
-    for seed in range(first, first + 20, 1 if os.environ.get("FAIRAUDIT_FULL") else 3):
+    for seed in range(first, first + 20, 1 if tiers.FULL else 3):
         rgb, routes, names, rooms, resolution, scale = scene(seed)
         cells = [route.cells for route in routes]
         start, goals = tuple(cells[0][0].tolist()), [tuple(each[-1].tolist()) for each in cells]

@@ -25,7 +25,6 @@ def doors_of(rooms: Rooms) -> list[dict[str, object]]:
     return [door for *_, edge in rooms.graph.edges(data=True) for door in edge["doors"]]
 
 
-@pytest.mark.slow
 def test_rooms_and_doors_of_fifty_buildings() -> None:
     """Corridors, L-shaped rooms, open plans, furniture, noise, cells of 2.5 to 10 cm, walls at any angle."""
     total: Counter[str] = Counter()
@@ -82,7 +81,6 @@ def test_a_map_that_is_free_to_its_edges_is_one_room() -> None:
     assert rooms.graph.nodes["room 1"] == {"kind": "room", "at": [4.45, 4.05], "area": 28.0, "exits": []}
 
 
-@pytest.mark.slow
 @settings(max_examples=8, deadline=None)
 @given(seed=st.integers(0, 999), turns=st.integers(1, 3))
 def test_a_map_turned_by_right_angles_has_as_many_rooms(seed: int, turns: int) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import os
 import random
 import signal
 import sqlite3
@@ -14,6 +13,7 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
+import tiers
 from asking import asked, key, written
 from hypothesis import given
 from hypothesis import strategies as st
@@ -29,8 +29,6 @@ from fairaudit.plugins.vlm.journal import Journal, Work
 from fairaudit.plugins.vlm.run import Budget, run
 
 __all__ = ["key"]
-
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 
 
 def test_limits_are_kept_at_the_server(tmp_path: Path) -> None:
@@ -259,7 +257,7 @@ def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
     """The journal may grow to 320 KiB; then the file system refuses, as a full disk does."""
     path = written(tmp_path, trials=60)
     code = (
-        "import resource, signal, sys; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
+        "import resource, signal, sys; sys.dont_write_bytecode = True; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (327680, 327680));"
         "from fairaudit.cli import main; sys.exit(main(sys.argv[1:]))"
     )
@@ -282,7 +280,7 @@ def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
 
 def test_kill_at_random_moments(tmp_path: Path) -> None:
     """kill −9: no acknowledged answer is lost, none is paid for twice except those in flight, which are listed; the counts are the same."""
-    trials, kills = (500, 40) if FULL else (30, 4)
+    trials, kills = (500, 40) if tiers.FULL else (30, 4)
     path = written(tmp_path, trials=trials)
     total = 4 * trials
     generator = random.Random(20)

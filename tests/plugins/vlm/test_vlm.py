@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import json
-import os
 import random
 from collections import Counter
 from dataclasses import replace
@@ -13,6 +12,7 @@ from math import inf
 from pathlib import Path
 
 import pytest
+import tiers
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import binom
@@ -27,7 +27,6 @@ from fairaudit.plugins.vlm.makers import StandIn
 from fairaudit.plugins.vlm.run import run
 from fairaudit.plugins.vlm.shares import GRAIN, drawn, softmax
 
-FULL = os.environ.get("FAIRAUDIT_FULL") == "1"
 NONE = Setting(Fraction(1), Fraction(1))
 
 
@@ -95,7 +94,7 @@ def test_every_question_against_the_definitions(name: str, keep: str, context_ke
 
 
 @given(st.floats(-3, 3), st.lists(st.floats(-2, 2), min_size=6, max_size=6), st.sampled_from(["0.5", "0.6", "0.75", "0.95"]))
-@settings(max_examples=40 if FULL else 6)
+@settings(max_examples=40 if tiers.FULL else 6)
 def test_bounds_hold_for_random_makers(position: float, weights: list[float], keep: str) -> None:
     """T2, T12 and T10 for any stand-in: the last for a random order, whatever the position is worth."""
     experiment = altered("epsilon-a", contexts=("sick leave",), settings=(Setting(Fraction(keep), Fraction(1)),))
@@ -163,7 +162,7 @@ def test_intervals_cover(name: str, setting: Setting, more: dict[str, str], tria
     Unreadable answers mean slot 1, slot 2, or nothing that anybody knows: the interval has to contain the ratio of each such reading.
     No lower end may exceed T2, T3 or T12 of the known table (for the utilities to which they apply).
     """
-    repetitions = 200 if FULL else 25
+    repetitions = 200 if tiers.FULL else 25
     base = read_experiment(name)
     experiment = replace(base, settings=(setting,), stand_in={**base.stand_in, **more}, trials=trials)
     maker = StandIn(experiment)
@@ -272,7 +271,7 @@ def test_a_filter_that_is_drawn(tmp_path: Path) -> None:
     assert len(released) > 1
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 @given(st.lists(st.floats(-50, 50), min_size=1, max_size=5))
 def test_shares_are_those_of_exponentials_in_rationals(scores: list[float]) -> None:
     """By the series of e^x in rationals: each share is the next multiple of 2^-53 below, the greatest has what is left."""
@@ -318,7 +317,7 @@ def test_the_stand_in_as_a_policy_plug_in() -> None:
 def test_the_experiments_that_ship(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Table, certificates that the checker accepts, and the figure, at reduced size."""
     folder = tmp_path / "out"
-    trials = "100" if FULL else "2" if name.startswith("pictures") else "6"
+    trials = "100" if tiers.FULL else "2" if name.startswith("pictures") else "6"
     assert main(["experiment", "plot", name, "--folder", str(folder), "--trials", trials]) == 0
     assert "The figure is" in capsys.readouterr().out
     picture = (folder / "figure.png").read_bytes()
@@ -327,7 +326,7 @@ def test_the_experiments_that_ship(name: str, tmp_path: Path, capsys: pytest.Cap
     results = json.loads((folder / "results.json").read_text())
     certificates = sorted(folder.glob("*.certificate.json"))
     assert len(certificates) == len(results["findings"])
-    for certificate in certificates if FULL else certificates[:: max(6, len(certificates) // 10)]:
+    for certificate in certificates if tiers.FULL else certificates[:: max(6, len(certificates) // 10)]:
         assert checker.main([str(certificate)]) == 0
     for finding in results["findings"]:
         if finding["question"] != "position" and finding["exp_epsilon"] != "inf":

@@ -8,12 +8,12 @@ import json
 import random
 import re
 import shlex
-from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import pytest
+import tiers
 from browser import Browser
 from ll144_examples import (
     CUT_OFF,
@@ -101,7 +101,7 @@ def test_the_rules_examples_from_counts_to_folder(printed: Printed, tables: dict
 
 @pytest.mark.parametrize("available", [False, True])
 def test_random_logs_are_counted_as_by_hand(available: bool, tmp_path: Path) -> None:
-    draw = random.Random(5303)
+    draw = random.Random(tiers.fresh(5303))
     for turn in range(4):
         races = draw.sample(RACES, draw.randint(1, 7))
         log = [
@@ -284,13 +284,6 @@ def test_the_commands_of_the_guide_run(tmp_path: Path, monkeypatch: pytest.Monke
     summary = json.loads(Path("published/summary.json").read_text("ascii"))
     assert summary["findings"] == []
     assert [table["unknown"]["people"] for table in summary["parts"][0]["tables"]] == [14 * 7] * 3
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    running = Browser(tmp_path_factory.mktemp("chromium"))
-    yield running
-    running.close()
 
 
 @pytest.mark.parametrize(("width", "dark"), [(1100, False), (360, True)])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import random
 from collections.abc import Iterator
 from fractions import Fraction
@@ -10,13 +9,14 @@ from itertools import product
 from typing import Any
 
 import pytest
+import tiers
 
 import fairaudit as fa
 from fairaudit.publications.ll144.worst_case import WorstCase, worst_case
 
 WORST = ("local_ratio", "<=")
 
-TABLES = 5_000 if os.environ.get("FAIRAUDIT_FULL") else 600
+TABLES = 5_000 if tiers.FULL else 600
 
 
 def splits(people: int, places: int) -> Iterator[tuple[int, ...]]:
@@ -57,7 +57,7 @@ def random_table(draw: random.Random) -> tuple[list[tuple[int, int]], int, int, 
 
 
 def test_the_worst_case_is_the_least_of_everything_that_could_be() -> None:
-    draw, mixed = random.Random(144), 0
+    draw, mixed = random.Random(tiers.fresh(144)), 0
     for _ in range(TABLES):
         counts, selected, unselected, undecided = random_table(draw)
         found = worst_case(counts, selected, unselected, undecided)
@@ -67,7 +67,7 @@ def test_the_worst_case_is_the_least_of_everything_that_could_be() -> None:
 
 
 def test_people_of_known_and_of_unknown_decision_are_sent_together() -> None:
-    draw = random.Random(5)
+    draw = random.Random(tiers.fresh(5))
     for _ in range(60):
         counts = [(draw.randint(0, n), n) for n in (draw.randint(0, 6), draw.randint(1, 9))]
         found = worst_case(counts, 1, 2, 3)
@@ -76,7 +76,7 @@ def test_people_of_known_and_of_unknown_decision_are_sent_together() -> None:
 
 
 def test_it_is_the_end_that_theorem_t15_proves_of_a_ratio() -> None:
-    draw = random.Random(15)
+    draw = random.Random(tiers.fresh(15))
     for _ in range(30):
         sizes = [draw.randint(3, 40) for _ in range(draw.randint(2, 4))]
         counts = [(draw.randint(1, n - 1), n) for n in sizes]
@@ -97,7 +97,7 @@ def test_it_is_the_end_that_theorem_t15_proves_of_a_ratio() -> None:
 
 
 def test_bisection_finds_what_trying_every_split_finds() -> None:
-    draw = random.Random(7)
+    draw = random.Random(tiers.fresh(7))
     for _ in range(300):
         n, m, undecided = draw.randint(1, 10**4), draw.randint(1, 10**4), draw.randint(1, 300)
         counts = [(draw.randint(1, n), n), (draw.randint(1, m), m)]

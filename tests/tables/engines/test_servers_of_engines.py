@@ -61,7 +61,7 @@ def test_postgres_cuts_scores_as_the_rows_do(postgres: str) -> None:
     assert found.certificate.text == expected.certificate.text
 
 
-@pytest.mark.slow  # pays for what tests that are slow share
+@pytest.mark.deep  # pays for what tests that are slow share
 def test_inspect_of_postgres(postgres: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     import psycopg
 
@@ -122,6 +122,7 @@ def spark() -> Iterator[object]:
 
 
 @pytest.mark.filterwarnings("ignore")
+@pytest.mark.core
 def test_spark_gives_the_certificate_of_duckdb(spark: object, tmp_path: Path) -> None:
     import duckdb
 
@@ -353,7 +354,7 @@ def test_a_disk_that_is_full_while_spilling(tmp_path: Path) -> None:
         [sys.executable, "-m", "fairaudit", *words],
         capture_output=True,
         text=True,
-        env={**os.environ, "TMPDIR": str(scratch)},
+        env={**os.environ, "TMPDIR": str(scratch), "PYTHONDONTWRITEBYTECODE": "1"},
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (65_536, 65_536)),
     )
     assert (done.returncode, done.stdout) == (2, "")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import time
 from collections import Counter
 from fractions import Fraction
@@ -11,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import tiers
 from generated_answers import generated
 from hypothesis import given
 from hypothesis import strategies as st
@@ -21,7 +21,7 @@ from fairaudit.tables.evaluations.chat import message
 from fairaudit.tables.evaluations.choices import Asked, asked_of_log, read_choice
 
 HR = ("HR1", "HR2")
-ANSWERS = 200_000 if os.environ.get("FAIRAUDIT_FULL") else 5_000
+ANSWERS = 200_000 if tiers.FULL else 5_000
 
 
 def marks(*options: str, **more: Any) -> Asked:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import random
 import zipfile
 from collections import Counter
@@ -12,11 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import tiers
 
 import fairaudit as fa
 from fairaudit.errors import InputError
 
-SEEDS = 400 if os.environ.get("FAIRAUDIT_FULL") else 12
+SEEDS = 400 if tiers.FULL else 12
 ANSWERS = ["yes", "no", "YES", "-0.0", "0", "true", "None", "null", " yes ", "é", "1e2", "nan", "", " ", "a\u2028b\n"]
 CUT = ("length", "max_tokens", "model_length")
 DECLINED = ("content_filter", "refusal")
@@ -162,7 +162,7 @@ def of_records(folder: Path, draw: random.Random) -> Made:
 MAKERS = (of_inspect, of_batches, of_every_eval_ever, of_helm, of_promptfoo, of_harness, of_records)
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 @pytest.mark.parametrize("maker", MAKERS)
 def test_counts_are_those_of_plain_loops(tmp_path: Path, maker: Callable[[Path, random.Random], Made]) -> None:
     counted = 0
