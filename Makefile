@@ -3,7 +3,7 @@
 VENV ?= .venv
 BIN = $(VENV)/bin
 # The lowest Python of those that pyproject.toml allows and this machine has.
-LOWEST_PYTHON = $(shell for version in 3.11 3.12 3.13; do python$$version -c '' 2> /dev/null && echo python$$version && break; done)
+LOWEST_PYTHON = $(shell for version in 3.11 3.12 3.13 3.14; do python$$version -c '' 2> /dev/null && echo python$$version && break; done)
 # Commands that tests start find the code of this tree, whatever the environment has installed.
 check lint fast coverage durations gallery: export PYTHONPATH := $(CURDIR)
 
