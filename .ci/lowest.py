@@ -19,7 +19,7 @@ def lowest(text: str) -> list[str]:
     required = [*project["dependencies"], *(each for name in extras if name not in NOT_RUN for each in extras[name])]
     bounds: dict[str, str] = {}
     for requirement in required:
-        found = re.fullmatch(r"([A-Za-z0-9._-]+)(?:\[[\w,]+\])?(?:>=([\w.]+))?(?:; python_version < '[\d.]+')?", requirement)
+        found = re.fullmatch(r"([A-Za-z0-9._-]+)(?:\[[\w,]+\])?(?:>=([\w.]+))?(?:; \w+ [<=]+ '[\w.]+')?", requirement)
         if found is None or (found[2] is None) != (found[1] == project["name"]):
             raise ValueError(f"pyproject.toml requires {requirement!r}, and NAME>=VERSION is expected")
         if found[2] is not None and bounds.setdefault(found[1], found[2]) != found[2]:

@@ -152,7 +152,7 @@ class PageArtifact(EvaluationArtifact):
     """A text among the artifacts of an evaluation: the certificate, or the page."""
 
     def _save(self, output_artifact_path: str) -> None:
-        Path(output_artifact_path).write_text(self._content, encoding="utf-8")
+        Path(output_artifact_path).write_text(self._content, encoding="utf-8", newline="\n")
 
     def _load_content_from_file(self, local_artifact_path: str) -> str:
         text = Path(local_artifact_path).read_text("utf-8")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import subprocess
 from pathlib import Path
@@ -26,6 +25,7 @@ def make_proofs(target: str, so_that: str) -> Path:
 
 def build(target: str) -> Path:
     """Make a target of the proofs, in one process at a time; their folder."""
+    fcntl = pytest.importorskip("fcntl")
     (PROOFS / "build").mkdir(exist_ok=True)
     with (PROOFS / "build" / "lock").open("w") as lock:  # tests may run in several processes
         fcntl.flock(lock, fcntl.LOCK_EX)

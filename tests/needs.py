@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
@@ -11,10 +12,13 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
+import pytest
+
 TESTS = Path(__file__).resolve().parent
 DATA = TESTS.parents[1] / "shared" / "data"
 MINUTES = 5
 """What README promises for its test command on two cores."""
+POSIX = pytest.mark.skipif(os.name != "posix", reason="the signals, limits, terminals and named pipes of POSIX are not on this system")
 
 
 class Need(NamedTuple):

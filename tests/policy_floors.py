@@ -8,10 +8,12 @@ from fractions import Fraction
 from math import lcm
 from typing import Any
 
-import ppl
+import pytest
 from plain_certificates import INF, text
 from policy_certificates import Policy
 from policy_suprema import ZERO, Compared, Worth, floor_in, shares, sums, worth
+
+ppl = pytest.importorskip("ppl", reason="the Parma Polyhedra Library has wheels for Linux only")
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,7 @@ from certificate_kinds import (
     assert_accepted,
     small_counts,
 )
+from needs import POSIX
 
 import fairaudit as fa
 from fairaudit import checker
@@ -54,6 +55,7 @@ def big(seed: int, embed: bool) -> Certificate:
     return fa.certify(fa.Law.from_array(array, kind="counts"), {"0": 1}, confidence=None, embed_table=embed).certificate
 
 
+@POSIX
 def test_kill_while_saving(tmp_path: Path) -> None:
     """Killed at any moment, a save leaves the old file or the new one, and never a part of one."""
     pick = random.Random(1)
@@ -72,6 +74,7 @@ def test_kill_while_saving(tmp_path: Path) -> None:
     assert checker.main([str(target)]) == 0
 
 
+@POSIX
 def test_kill_while_saving_a_table(tmp_path: Path) -> None:
     pick = random.Random(2)
     certificate = big(3, False)

@@ -11,7 +11,7 @@ from math import inf, lcm
 from random import Random
 from typing import Any
 
-import ppl
+import pytest
 
 from fairaudit.model.law import Law
 from fairaudit.model.mechanism import Mechanism, Product, RandomizedResponse
@@ -275,6 +275,7 @@ def deployments(count: int, **options: Any) -> Iterator[tuple[Random, Deployment
 
 def maximize(size: int, target: Sequence[Any], zero: Sequence[Sequence[Any]], nonnegative: Sequence[Sequence[Any]]) -> Fraction:
     """Maximize target·v over v ≥ 0; a constraint is a row with a constant at its end: row·v + constant = 0, or ≥ 0."""
+    ppl = pytest.importorskip("ppl", reason="the Parma Polyhedra Library has wheels for Linux only")
     program = ppl.MIP_Problem(size)
 
     def expression(row: Sequence[Any]) -> Any:

@@ -10,12 +10,14 @@ from math import inf, lcm, prod
 from random import Random
 from typing import Any
 
-import ppl
+import pytest
 from theorem_oracle import F, Row, Table, kron, random_row, response_rows
 
 from fairaudit.model.mechanism import Mechanism, RandomizedResponse
 from fairaudit.model.policy import Deployment, Policy
 from fairaudit.model.utility import Utility, UtilityTable
+
+ppl = pytest.importorskip("ppl", reason="the Parma Polyhedra Library has wheels for Linux only")
 
 Sums = tuple[list[Row], list[Row]]
 """p[o][u] and q[o][u] of an ordered pair of groups."""

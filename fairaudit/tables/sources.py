@@ -22,8 +22,8 @@ class Frame(Protocol):
         """The columns or their names."""
 
 
-Table = Frame | Mapping[str, Sequence[object]]
-"""Columns by name: a frame, or a mapping of column to list."""
+Table = Frame | Mapping[str, object]
+"""Columns by name: a frame, or a mapping of column to list; to mypy, lists of texts beside lists of numbers are objects."""
 
 Path = str | os.PathLike[str]
 

@@ -16,6 +16,7 @@ import pytest
 from cryptography.hazmat.primitives.asymmetric import ec, ed448, rsa, x25519
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
 from cryptography.hazmat.primitives.serialization import BestAvailableEncryption, Encoding, NoEncryption, PrivateFormat, PublicFormat
+from needs import POSIX
 
 from fairaudit.attestations.keys import (
     LOW_ORDER,
@@ -321,7 +322,7 @@ def test_without_cryptography_one_sentence_says_what_to_install(tmp_path: Path, 
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.skipif(os.name != "posix", reason="pipes with names are those of POSIX")
+@POSIX
 def test_a_key_may_come_through_a_pipe_that_is_its_owners_alone(tmp_path: Path) -> None:
     """As from a password manager: `--sign-key <(pass show key)`."""
     made = new_key(tmp_path / "key.pem")

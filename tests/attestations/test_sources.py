@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from needs import POSIX
 
 from fairaudit.attestations.sources import refuse_credentials, take
 from fairaudit.audits.origin import database_name
@@ -91,6 +92,7 @@ def test_the_folder_of_a_delta_table_is_all_its_files(tmp_path: Path) -> None:
         taken.unchanged()
 
 
+@POSIX
 def test_a_pipe_has_no_digest_and_is_not_read(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     [source] = take(tmp_path / "pipe").sources

@@ -6,7 +6,6 @@ import copy
 import json
 import os
 import re
-import resource
 import subprocess
 import sys
 from collections import Counter
@@ -19,6 +18,7 @@ import pytest
 from envelopes import result_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from needs import POSIX
 
 from fairaudit import InputError, Law, audit, certify, checker, tally
 from fairaudit.audits.in_parts import certify_in_parts
@@ -312,8 +312,10 @@ def test_more_rows_than_were_asked_for(parquet: str) -> None:
         read_log(parquet, ["u", "a", "x"], most=159)
 
 
+@POSIX
 def test_a_full_disk_leaves_nothing(tmp_path: Path) -> None:
     """The table does not fit into the directory for temporary files."""
+    resource = pytest.importorskip("resource")
     path = write(tmp_path / "log.parquet", {"u": "varchar", "a": "varchar", "x": "integer"}, [(u, a, x * 1000) for u, a, x in ROWS])
     ended = subprocess.run(
         [sys.executable, "-m", "fairaudit", "certify", path, *COLUMNS, "--in-parts", "-o", str(tmp_path / "c.json")],

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import os
-import resource
 import sys
 import time
 from fractions import Fraction
@@ -31,6 +30,7 @@ SECONDS, MEGABYTES = 10, 1000
 
 def measured(document: bytes) -> tuple[str, float, float]:
     """What the checker says of a document in a process of its own, its seconds of work, and its megabytes of memory."""
+    resource = pytest.importorskip("resource")
     reading, writing = os.pipe()
     child = os.fork()
     if child == 0:

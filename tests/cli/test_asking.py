@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import pty
 import shlex
 import signal
 import subprocess
@@ -28,7 +27,7 @@ END, INTERRUPT = "\x04", "\x03"
 
 def on_terminal(words: list[str], answers: list[str]) -> tuple[str, int]:
     """Run the command on a terminal, and give its answers as soon as it asks."""
-    master, terminal = pty.openpty()
+    master, terminal = pytest.importorskip("pty").openpty()
     child = subprocess.Popen([sys.executable, "-m", "fairaudit", *words], stdin=terminal, stdout=terminal, stderr=terminal)
     os.close(terminal)
     said, left = b"", list(answers)

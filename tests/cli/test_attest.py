@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import pty
 import re
 import select
 import shutil
@@ -214,7 +213,7 @@ def test_a_passphrase_of_the_environment(monkeypatch: pytest.MonkeyPatch, capsys
 
 def on_terminal(*words: str, answer: str = "") -> tuple[int, str]:
     """Run the command on a terminal of its own, and give what is seen there."""
-    process, terminal = pty.fork()
+    process, terminal = pytest.importorskip("pty").fork()
     if process == 0:
         os.execv(sys.executable, [sys.executable, "-m", "fairaudit", *words])  # noqa: S606
     seen, until, answered = b"", time.monotonic() + 60, not answer

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from needs import POSIX
 
 from fairaudit import __version__
 from fairaudit.attestations.options import reading_of
@@ -294,6 +295,7 @@ main(sys.argv[1:])
 """
 
 
+@POSIX
 def test_a_command_that_is_killed_leaves_no_certificate_without_its_attestation(folder: Path) -> None:
     words = ["certify", "data/log.csv", *ROLES, "--missing", "drop", *WITH, "--no-table"]
     done = subprocess.run([sys.executable, "-c", KILLED, *words], capture_output=True, check=False)
@@ -477,6 +479,7 @@ def test_utilities_that_may_be_negative_are_recorded(folder: Path, words: list[s
     assert made.options["utility"] == {"yes": "1", "no": "-1"}
 
 
+@POSIX
 def test_a_pipe_has_no_digest(folder: Path) -> None:
     os.mkfifo(folder / "pipe")
     for _ in range(2):  # a log, and a table of counts, are read by different readers

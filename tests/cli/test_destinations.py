@@ -155,6 +155,7 @@ sys.exit(main(sys.argv[2:]))
 """
 
 
+@needs.POSIX
 def test_a_full_disc_leaves_what_was_there(log: Path) -> None:
     """The first file fits, the second does not: neither is written."""
     (log / "c.json").write_text("old")

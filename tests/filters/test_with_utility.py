@@ -10,7 +10,6 @@ from math import lcm
 from pathlib import Path
 from typing import Any
 
-import ppl
 import pytest
 import tiers
 from envelopes import result_of
@@ -25,6 +24,8 @@ from fairaudit.filters.model_free import design_model_free
 from fairaudit.filters.with_utility import design_utility
 from fairaudit.model.mechanism_file import read_mechanism
 from fairaudit.theorems.bound import ANY_POLICY, ANY_UTILITY, ANY_UTILITY_FLOORED
+
+ppl = pytest.importorskip("ppl", reason="the Parma Polyhedra Library has wheels for Linux only")
 
 F = Fraction
 CASES = 600 if tiers.FULL else 40

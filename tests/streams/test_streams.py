@@ -20,6 +20,7 @@ from typing import Any
 import pytest
 import tiers
 from envelopes import envelopes, result_of
+from needs import POSIX
 
 import fairaudit
 from fairaudit.cli import main
@@ -748,6 +749,7 @@ def start(log: Path, state: Path, letters: Path) -> subprocess.Popen[bytes]:
     return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=Path(__file__).resolve().parents[2])
 
 
+@POSIX
 def test_kills_at_random_moments_lose_nothing_and_count_nothing_twice(tmp_path: Path) -> None:
     rng = random.Random(8)
     listed: list[Any] = events(60_000 if tiers.FULL else 30_000, id=lambda k: k)

@@ -13,7 +13,6 @@ from random import Random
 from typing import Any
 
 import numpy as np
-import ppl
 import pytest
 import tiers
 from theorem_oracle import F, Row, Table, random_row, response_rows
@@ -31,6 +30,8 @@ from fairaudit.theorems.supremum import Floors, Supremum
 from fairaudit.theorems.t13_exact import envelope
 from fairaudit.theorems.t13_floors import greatest_ratio_above
 from fairaudit.theorems.t13_one_k import least_bound
+
+ppl = pytest.importorskip("ppl", reason="the Parma Polyhedra Library has wheels for Linux only")
 
 Dense = list[Row]
 """Numbers by output (x̃,ã) and decision."""

@@ -14,7 +14,6 @@ from random import Random
 from typing import Any
 
 import numpy as np
-import ppl
 import pytest
 import theorem_oracle
 import tiers
@@ -28,6 +27,8 @@ from fairaudit.model.utility import Utility, UtilityTable
 from fairaudit.theorems import t13_near
 from fairaudit.theorems.t13 import greatest_ratio
 from fairaudit.theorems.t13_near import DriftRadius, drift_radius, greatest_ratio_near, read_drift
+
+ppl = pytest.importorskip("ppl", reason="the Parma Polyhedra Library has wheels for Linux only")
 
 CASES = 2000 if tiers.FULL else 60
 QUANTITIES = ("local", "global")

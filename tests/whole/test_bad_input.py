@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 from envelopes import result_of
+from needs import POSIX
 
 from fairaudit.cli import main
 
@@ -576,6 +577,7 @@ class TestOutput:
         said = bench.refused("certify", bench.table, *options(), "-o", "/proc/self/fairaudit.json")
         assert "/proc/self/fairaudit.json cannot be written" in said
 
+    @POSIX
     def test_the_table_itself_and_pipes_are_spared(self, bench: Bench) -> None:
         bench.write(COUNTS)
         said = bench.refused("certify", bench.table, *options(), "-o", bench.table)

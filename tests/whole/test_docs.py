@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -29,6 +32,17 @@ def test_python_blocks_run(page: Path, tmp_path: Path, monkeypatch: pytest.Monke
         printed = capsys.readouterr().out
         for expected in re.findall(r"^print\(.*\)\s+# (.+)$", text, re.MULTILINE):
             assert expected in printed
+
+
+@pytest.mark.deep
+def test_the_example_of_the_readme_is_typed(tmp_path: Path) -> None:
+    """As somebody's own file, with mypy as strict as it can be."""
+    pytest.importorskip("mypy", reason="mypy is not installed (it is in the extra lint)")
+    (example,) = blocks(ROOT / "README.md", "python")
+    (tmp_path / "example.py").write_text(example)
+    command = [sys.executable, "-m", "mypy", "--strict", "--config-file", os.devnull, "--cache-dir", str(tmp_path / "cache"), "example.py"]
+    done = subprocess.run(command, cwd=tmp_path, env={**os.environ, "MYPYPATH": str(ROOT)}, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
 
 
 def test_readme_shows_the_first_result(capsys: pytest.CaptureFixture[str]) -> None:

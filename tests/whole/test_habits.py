@@ -73,6 +73,10 @@ def test_pythons_are_the_same_everywhere() -> None:
     named = [each.rpartition(" ")[2] for each in PROJECT["classifiers"] if re.search(r":: 3\.\d+$", each)]
     assert versions[1].split() == named
     assert PROJECT["requires-python"] == f">={named[0]}"
+    yaml = pytest.importorskip("yaml")
+    jobs = yaml.safe_load((ROOT / ".github" / "workflows" / "ci.yml").read_text("utf-8"))["jobs"]
+    run = [jobs["all"]["container"]["image"].removeprefix("python:"), *jobs["check"]["strategy"]["matrix"]["python"]]
+    assert [".".join(str(each).split(".")[:2]) for each in run] == named
     assert f"Python {named[0]} or later" in README and f"Python {named[0]} or later" in CONTRIBUTING
 
 
@@ -200,9 +204,15 @@ def test_workflows_pin_what_they_use_and_release_only_tags() -> None:
     for path in (ROOT / ".github" / "workflows").iterdir():
         text = path.read_text("utf-8")
         workflow = yaml.safe_load(text)
-        assert all(used == "./" or re.search(r"@v\d+\.\d+\.\d+$", used) for used in re.findall(r"uses: (\S+)", text)), path.name
-        assert re.findall(r"runs-on: (\S+)", text) == ["ubuntu-24.04"] * len(workflow["jobs"])
+        jobs = workflow["jobs"].values()
+        systems = [each for job in jobs for each in job.get("strategy", {}).get("matrix", {}).get("system", [job["runs-on"]])]
+        assert all(re.fullmatch(r"[a-z]+-[\d.]+", system) for system in systems), path.name
         assert workflow["permissions"] == {"contents": "read"}
+        steps = [step for job in jobs for step in job["steps"] if "actions/checkout@" in step.get("uses", "")]
+        assert all(step["with"] == {"persist-credentials": False} for step in steps)
+    for path in (*(ROOT / ".github" / "workflows").iterdir(), ROOT / "action.yml"):
+        for used in re.findall(r"uses: (.+)", path.read_text("utf-8")):
+            assert used == "./" or re.fullmatch(r"[\w-]+/[\w-]+@[0-9a-f]{40} # v\d+\.\d+\.\d+", used), (path.name, used)
     release = yaml.safe_load((ROOT / ".github" / "workflows" / "release.yml").read_text("utf-8"))
     assert release[True] == {"push": {"tags": ["v*"]}}  # YAML 1.1 reads the key `on` as true
     assert {"run": "FAIRAUDIT_RELEASE=1 make all"} in release["jobs"]["build"]["steps"]

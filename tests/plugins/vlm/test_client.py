@@ -18,6 +18,7 @@ from asking import asked, key, written
 from hypothesis import given
 from hypothesis import strategies as st
 from language_server import completion, pick, serving
+from needs import POSIX
 
 from fairaudit.cli import main
 from fairaudit.errors import InputError
@@ -253,6 +254,7 @@ def test_the_most_that_was_used_counts_every_fault(tmp_path: Path) -> None:
         assert journal.spent(model.key)[0] == 904 + 3007 + 13
 
 
+@POSIX
 def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
     """The journal may grow to 320 KiB; then the file system refuses, as a full disk does."""
     path = written(tmp_path, trials=60)
@@ -278,6 +280,7 @@ def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
         assert {key for key, n in server.attempts.items() if n > 1} <= first - kept
 
 
+@POSIX
 def test_kill_at_random_moments(tmp_path: Path) -> None:
     """kill −9: no acknowledged answer is lost, none is paid for twice except those in flight, which are listed; the counts are the same."""
     trials, kills = (500, 40) if tiers.FULL else (30, 4)

@@ -5,9 +5,7 @@ from __future__ import annotations
 import gzip
 import json
 import os
-import pty
 import re
-import resource
 import shutil
 import signal
 import sqlite3
@@ -20,6 +18,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from logs import COLUMNS, as_csv, certificate, counts, log
+from needs import POSIX
 from servers import absent
 
 from fairaudit import InputError, Law, audit, certify
@@ -303,15 +302,16 @@ def until_counting(terminal: int) -> bytes:
     return seen
 
 
+@POSIX
 @pytest.mark.parametrize("name", ["duckdb", "sqlite", "postgres"])
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("how", [signal.SIGINT, getattr(signal, "SIGKILL", None)])  # Windows has no SIGKILL, and the test skips there
 def test_a_query_that_is_stopped_leaves_nothing(name: str, how: signal.Signals, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     url = request.getfixturevalue("postgres") if name == "postgres" else ""
     scratch = tmp_path / "scratch"
     scratch.mkdir()
     words = endless(name, tmp_path, url)
     before = sorted(path.name for path in tmp_path.iterdir())
-    master, terminal = pty.openpty()
+    master, terminal = pytest.importorskip("pty").openpty()
     try:
         started = subprocess.Popen(words, stderr=terminal, stdout=subprocess.PIPE, env={**os.environ, "TMPDIR": str(scratch)})
         os.close(terminal)
@@ -344,8 +344,10 @@ def many_units(path: Path, rows: int) -> None:
     )
 
 
+@POSIX
 def test_a_disk_that_is_full_while_spilling(tmp_path: Path) -> None:
     """No file may grow beyond 64 kB, as on a full disk; the counting does not fit into the memory that it may use."""
+    resource = pytest.importorskip("resource")
     many_units(tmp_path / "log.parquet", 1_500_000)
     scratch = tmp_path / "scratch"
     scratch.mkdir()
@@ -363,6 +365,7 @@ def test_a_disk_that_is_full_while_spilling(tmp_path: Path) -> None:
     assert list(scratch.iterdir()) == []
 
 
+@POSIX
 def test_a_pipe_is_read_once(tmp_path: Path) -> None:
     path = tmp_path / "pipe"
     os.mkfifo(path)
@@ -381,6 +384,7 @@ def certificate_of(path: Path) -> str:
     return out.read_text()
 
 
+@POSIX
 def test_nothing_is_said_of_progress_but_on_a_terminal(tmp_path: Path) -> None:
     words = endless("duckdb", tmp_path)
     started = subprocess.Popen(words, stderr=subprocess.PIPE, stdout=subprocess.PIPE)
