@@ -49,8 +49,20 @@ def test_each_ordered_pair_attains_its_greatest_ratio(blocks: list[tuple[Block, 
             pair = greatest_of(block, higher, lower)
             assert pair.ratio == ratio, block
             i, j = pair.received
+            assert (i, j) in {(rows[higher], rows[lower]) for rows in true.received}, block
             one = F(block.sums[higher] + block.top(i), block.counts[higher] + i)
             assert quotient(one, F(block.sums[lower] + block.bottom(j), block.counts[lower] + j)) == ratio
+
+
+def test_a_group_receives_what_some_assignment_gives_it(blocks: list[tuple[Block, Enumerated]]) -> None:
+    for block, true in blocks:
+        for a, limits in enumerate(block.ranges):
+            own = {rows[a] for rows in true.received}
+            assert limits == (min(own), max(own)), block
+            means = [means[a] for means in true.means]
+            best, worst = block.best(a), block.worst(a)
+            assert best in own and F(*block.mean(a, best, block.top)) == max(means), block
+            assert worst in own and F(*block.mean(a, worst, block.bottom)) == min(means), block
 
 
 def test_the_least_ratio_is_that_of_all_assignments_and_the_pairs_bound_it(blocks: list[tuple[Block, Enumerated]]) -> None:
@@ -60,6 +72,8 @@ def test_the_least_ratio_is_that_of_all_assignments_and_the_pairs_bound_it(block
         assert (F(1) if pair is None else pair.ratio) == max([F(1), *bounds]), block
         if pair is not None and len(block.counts) == 2:
             assert pair.ratio == true.least  # sharp for two groups
+        if pair is not None:
+            assert pair.received in {(rows[pair.higher], rows[pair.lower]) for rows in true.received}, block
         exact = least_of_all(block, 10**6)
         assert exact is not None and exact[0] == true.least and ratio_of(block, exact[1]) == true.least, block
 
