@@ -184,6 +184,8 @@ class Copy:
         """Run the tests of a tier, in this process."""
         os.chdir(self.tree)
         os.environ["PYTHONPATH"] = str(self.tree)
+        os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # or every run compiles all modules
+        sys.dont_write_bytecode = False
         if not marks.startswith("not "):
             os.environ["FAIRAUDIT_DEEP"] = "1"
         moved = {str(self.root): str(self.tree), "": str(self.tree), str(self.root / "tests"): str(self.tree / "tests")}
@@ -287,10 +289,10 @@ def main() -> None:
                     survived.append(one)
             left = survived
             print(f"-m '{marks}': {len(reached.seconds)} tests; {number - len(left)} of {number} killed so far, {late} here by time")
-    for one in left:
-        line = source.count(b"\n", 0, one.start) + 1
-        old = re.sub(r"\s+", " ", source[one.start : one.end].decode())
-        print(f"survived {tested[one]} tests: {options.file}:{line}: {old} -> {one.new}")
+            for one in left:
+                line = source.count(b"\n", 0, one.start) + 1
+                old = re.sub(r"\s+", " ", source[one.start : one.end].decode())
+                print(f"survived {tested[one]} tests: {options.file}:{line}: {old} -> {one.new}", flush=True)
 
 
 if __name__ == "__main__":

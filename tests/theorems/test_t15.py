@@ -88,6 +88,25 @@ def test_no_assignment_is_more_level_than_all_groups_together_allow(blocks: list
     assert better
 
 
+def test_levels_are_where_groups_lack_as_much_as_they_can_receive(blocks: list[tuple[Block, Enumerated]]) -> None:
+    step = F(1, 10**9)
+    for block, _ in blocks:
+        groups, rows = list(zip(block.sums, block.counts, strict=True)), list(zip(block.values, block.numbers, strict=True))
+        low, high = levels(block)
+        lacking = [sum(max(F(0), at * n - s) for s, n in groups) - sum(max(F(0), v - at) * m for v, m in rows) for at in (low, low + step)]
+        beyond = [sum(max(F(0), s - at * n) for s, n in groups) - sum(max(F(0), at - v) * m for v, m in rows) for at in (high, high - step)]
+        assert lacking[0] <= 0 < lacking[1] and beyond[0] <= 0 < beyond[1], block
+
+
+def test_without_limits_every_assignment_of_so_many_rows_is_possible() -> None:
+    pick = random.Random(17)
+    for _ in range(TABLES // 15):
+        block = random_block(pick, most=6)
+        every = enumerated(free(block.counts, block.sums, block.values, block.numbers)).received
+        for rows in range(block.unknown + 1):
+            assert enumerated(block.freely(rows)).received == {given for given in every if sum(given) <= rows}, block
+
+
 def test_levelling_finds_assignments_that_keep_the_limits(blocks: list[tuple[Block, Enumerated]]) -> None:
     best = 0
     for block, true in blocks:
