@@ -12,18 +12,22 @@ from __future__ import annotations
 import argparse
 import ast
 import contextlib
+import gc
 import importlib.util
 import multiprocessing
 import os
 import random
 import re
+import resource
 import shutil
 import signal
 import sys
 import tempfile
 from collections import defaultdict
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
+from types import CodeType, FunctionType
 from typing import Any, NamedTuple
 
 import coverage
@@ -31,8 +35,8 @@ import pytest
 
 TIERS = {"default": ("not deep",), "deep": ("deep or again",), "all": ("not deep", "deep or again")}
 LONGEST = 120.0  # seconds of tests that a mutant meets in one tier
-HEAVY = ("numpy", "scipy.optimize", "scipy.special", "pandas", "duckdb")  # imported once for all runs, where tests import it
-GRACE = 30.0  # seconds beyond four times what the tests took without a mutant
+ANEW = 9  # the code of a mutant that takes effect only where its module is imported anew
+GRACE = 20.0  # seconds beyond four times what the tests took without a mutant
 LEFT_OUT = shutil.ignore_patterns(".git", ".venv", "build", "dist", ".*_cache", ".hypothesis", "__pycache__", "*.vo*", "*.glob", "*.aux")
 SWAPS = "Lt LtE GtE, LtE Lt Gt, Gt GtE LtE, GtE Gt Lt, Eq NotEq, NotEq Eq, In NotIn, NotIn In, Is IsNot, IsNot Is"
 CALCULATIONS = "Add Sub, Sub Add, Mult FloorDiv, Div Mult, FloorDiv Mult, Mod FloorDiv, Pow Mult, LShift RShift, RShift LShift"
@@ -49,13 +53,20 @@ class Mutant(NamedTuple):
     new: str
     lines: range
 
+    def put_into(self, source: bytes) -> bytes:
+        """The source with the mutant."""
+        return source[: self.start] + self.new.encode() + source[self.end :]
+
 
 class Reached(NamedTuple):
-    """What a tier says without a mutant: seconds of each test that passes, which of them reach a line, and what they import."""
+    """What a tier says without a mutant: seconds of each test that passes, which of them reach a line."""
 
     seconds: dict[str, float]
     by_line: dict[int, set[str]]
-    heavy: list[str]
+
+    def limit(self, tests: list[str]) -> float:
+        """Seconds after which a mutant counts as noticed."""
+        return GRACE + 4 * sum(self.seconds[test] for test in tests)
 
 
 def mutants(source: str) -> list[Mutant]:
@@ -139,13 +150,18 @@ def tests_of(file: Path) -> list[str]:
     return [str(path) for path in (file, *sorted(found)) if path == file or path.name.startswith("test_")]
 
 
-def in_child(work: Callable[[], Any], timeout: float | None = None) -> Any:
-    """What a function gives in a process of its own, which has imported what we have; None if it takes too long or ends otherwise."""
+def in_child(work: Callable[[], Any], limit: float | None = None) -> Any:
+    """What a function gives in a process of its own, which has imported what we have; None if it ends otherwise, or takes too long.
+
+    The limit is one of processor time, whatever else the machine has to do; ten times as long is too long in any case.
+    """
     context = multiprocessing.get_context("fork")
     receiver, sender = context.Pipe(duplex=False)
 
     def child() -> None:
         os.setsid()
+        if limit is not None:
+            resource.setrlimit(resource.RLIMIT_CPU, (int(limit) + 1, int(limit) + 1))
         for stream in (1, 2):
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
         sender.send(work())
@@ -154,7 +170,7 @@ def in_child(work: Callable[[], Any], timeout: float | None = None) -> Any:
     process.start()
     sender.close()
     try:
-        return receiver.recv() if receiver.poll(timeout) else None
+        return receiver.recv() if receiver.poll(limit and 10 * limit) else None
     except EOFError:
         return None
     finally:
@@ -192,10 +208,6 @@ class Copy:
         sys.path[:] = [str(self.tree), *(moved.get(path, path) for path in sys.path)]
         return int(pytest.main(["-q", "-n", "0", "-p", "no:cacheprovider", "-m", marks, *options, *tests], plugins=[plugin]))
 
-    def mutated(self, marks: str, tests: list[str]) -> int:
-        """Run some tests of a tier, until one fails."""
-        return self.pytest(marks, Chosen(tests), sorted({test.partition("::")[0] for test in tests}), "-x")
-
     def reached(self, marks: str) -> Reached:
         """Run a tier without a mutant."""
         tracer, plugin = coverage.Coverage(data_file=None, config_file=False, include=[str(self.file)]), Watching()
@@ -205,7 +217,23 @@ class Copy:
         tracer.stop()
         by_line = {line: set(names) for line, names in tracer.get_data().contexts_by_lineno(str(self.file)).items()}
         seconds = {test: sum(times) for test, times in plugin.passed.items() if len(times) == 3}
-        return Reached(seconds, by_line, [name for name in HEAVY if name in sys.modules])
+        return Reached(seconds, by_line)
+
+    def tried(self, marks: str, reached: Reached, left: list[Mutant], source: bytes) -> list[int | None]:
+        """Run the tests of each mutant; 0 or 5 for each that survives, None for each that takes too long."""
+        self.write(source)
+        tests = {test: None for one in left for test in chosen(reached, one.lines)}
+        if not tests:
+            return [0 for _ in left]
+        plugin = Trying(self, reached, left, source)
+        codes = in_child(lambda: (self.pytest(marks, plugin, sorted({*map(name_of, tests)})), plugin.codes)[1])
+        for place, one in enumerate(left):
+            if codes[place] == ANEW:
+                self.write(one.put_into(source))
+                tests = chosen(reached, one.lines)
+                run = partial(self.pytest, marks, Chosen(tests), sorted({*map(name_of, tests)}), "-x")
+                codes[place] = in_child(run, reached.limit(tests))
+        return codes
 
 
 class Watching:
@@ -238,14 +266,65 @@ class Chosen:
         items[:] = sorted((item for item in items if item.nodeid in self.places), key=lambda item: self.places[item.nodeid])
 
 
+class Trying:
+    """Runs the tests of each mutant in a process of its own, forked after all were collected; gives its exit code, or None."""
+
+    def __init__(self, copy: Copy, reached: Reached, left: list[Mutant], source: bytes) -> None:
+        self.copy, self.reached, self.left, self.source, self.codes = copy, reached, left, source, list[int | None]()
+
+    def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        items = {item.nodeid: item for item in session.items}
+        for one in self.left:
+            tests = chosen(self.reached, one.lines)
+            changed = one.put_into(self.source)
+            self.copy.write(changed)
+
+            def work(tests: list[str] = tests, changed: bytes = changed, one: Mutant = one) -> int:
+                at_import = any("" in self.reached.by_line.get(line, ()) for line in one.lines)
+                if at_import or not exchanged(str(self.copy.file), changed):
+                    return ANEW
+                found = [items[test] for test in tests if test in items]
+                for item, following in zip(found, [*found[1:], None], strict=True):
+                    item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
+                    if session.testsfailed:
+                        return 1
+                return 0
+
+            self.codes.append(in_child(work, self.reached.limit(tests)) if tests else 0)
+        return True
+
+
+def exchanged(file: str, source: bytes) -> bool:
+    """Whether all functions of a module that is imported already could be given the code of another source."""
+    found: defaultdict[str, list[CodeType]] = defaultdict(list)
+    codes = [compile(source, file, "exec")]
+    while codes:
+        inner = [const for const in codes.pop().co_consts if isinstance(const, CodeType)]
+        codes += inner
+        for code in inner:
+            found[code.co_qualname].append(code)
+    for each in gc.get_objects():
+        if isinstance(each, FunctionType) and each.__code__.co_filename == file:
+            try:
+                (each.__code__,) = found[each.__code__.co_qualname]
+            except ValueError:  # two of one name, or other variables of an outer function
+                return False
+    return True
+
+
+def name_of(test: str) -> str:
+    """The file of a test."""
+    return test.partition("::")[0]
+
+
 def chosen(reached: Reached, lines: range) -> list[str]:
     """Tests for a mutant of some lines, as many as take `LONGEST` seconds; of lines that imports run, all that reach any."""
     names = set().union(*(reached.by_line.get(line, set()) for line in lines))
     names = set().union(*reached.by_line.values()) if "" in names else names
-    files = {test.partition("::")[0] for test in names}
+    files = {name_of(test) for test in names}
     found, total = [], 0.0
     for seconds, test in sorted(((seconds, test) for test, seconds in reached.seconds.items()), key=lambda one: (one[1] not in names, one)):
-        if test.partition("::")[0] in files and (not found or total + seconds <= LONGEST):
+        if name_of(test) in files and (not found or total + seconds <= LONGEST):
             found.append(test)
             total += seconds
     return found
@@ -272,27 +351,19 @@ def main() -> None:
         copy = Copy(Path.cwd(), Path(folder, "tree").resolve(), options.file, options.tests)
         for marks in options.marks or TIERS[options.tier]:
             copy.write(source)
-            reached = in_child(lambda marks=marks: copy.reached(marks))  # type: ignore[misc]
+            reached = in_child(partial(copy.reached, marks))
             if reached is None:
                 sys.exit(f"{options.file}: the tests did not end without a mutant, either")
-            for name in reached.heavy:
-                importlib.import_module(name)
-            survived, late = [], 0
+            codes = copy.tried(marks, reached, left, source)
             for one in left:
-                tests = chosen(reached, one.lines)
-                tested[one] += len(tests)
-                copy.write(source[: one.start] + one.new.encode() + source[one.end :])
-                limit = GRACE + 4 * sum(reached.seconds[test] for test in tests)
-                code = in_child(lambda marks=marks, tests=tests: copy.mutated(marks, tests), limit) if tests else 0  # type: ignore[misc]
-                late += code is None
-                if code in (0, 5):
-                    survived.append(one)
-            left = survived
+                tested[one] = len(chosen(reached, one.lines))
+            late = codes.count(None)
+            left = [one for one, code in zip(left, codes, strict=True) if code in (0, 5)]
             print(f"-m '{marks}': {len(reached.seconds)} tests; {number - len(left)} of {number} killed so far, {late} here by time")
             for one in left:
                 line = source.count(b"\n", 0, one.start) + 1
                 old = re.sub(r"\s+", " ", source[one.start : one.end].decode())
-                print(f"survived {tested[one]} tests: {options.file}:{line}: {old} -> {one.new}", flush=True)
+                print(f"survived {tested[one]} tests of -m '{marks}': {options.file}:{line}: {old} -> {one.new}", flush=True)
 
 
 if __name__ == "__main__":

@@ -100,7 +100,7 @@ def test_survivors_are_listed_and_the_tree_stays_as_it_is(tmp_path: Path) -> Non
     command = [sys.executable, mutate.__file__, "toy/numbers.py", "--lines", "13", "15"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
     assert "toy/numbers.py: 8 of 8 mutants, seed 0\n" in done
-    survived = re.findall(r"^survived \d+ tests: toy/numbers.py:(\d+): (.*)$", done, re.MULTILINE)
+    survived = re.findall(r"^survived \d+ tests of -m 'not deep': toy/numbers.py:(\d+): (.*)$", done, re.MULTILINE)
     assert [(int(line), change) for line, change in survived] == [
         (13, "a < 0 -> (a <= 0)"),
         (13, "a < 0 -> False"),
@@ -109,5 +109,6 @@ def test_survivors_are_listed_and_the_tree_stays_as_it_is(tmp_path: Path) -> Non
         (14, 'raise ValueError(f"{a + 1} is negative") -> pass'),
     ]
     assert re.search(r"^-m 'not deep': 3 tests; 3 of 8 killed so far, 0 here by time$", done, re.MULTILINE)
+    assert len(re.findall(r"^survived 0 tests of -m 'deep or again': toy", done, re.MULTILINE)) == len(survived)
     assert re.search(r"^-m 'deep or again': 0 tests; 3 of 8 killed so far, 0 here by time$", done, re.MULTILINE)
     assert {str(path.relative_to(tmp_path)): path.read_text() for path in tmp_path.rglob("*") if path.is_file()} == files
