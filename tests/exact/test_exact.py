@@ -108,6 +108,7 @@ def test_the_shortest_numbers_that_are_too_long_are_refused(text: str) -> None:
 
 def test_the_longest_results_are_written() -> None:
     assert rational_text((1, 10**90_000)) == "1/1" + "0" * 90_000
+    assert common_denominator([(2, 1), (-3, 1)]) == ([2, -3], 1)
     assert common_denominator([(1, 10**100_000), (3, 1)])[0] == [1, 3 * 10**100_000]
     with pytest.raises(InputError, match="90000 digits"):
         rational_text((1, 10**90_400))
