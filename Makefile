@@ -7,7 +7,7 @@ LOWEST_PYTHON = $(shell for version in 3.11 3.12 3.13 3.14; do python$$version -
 # Commands that tests start find the code of this tree, whatever the environment has installed.
 check lint quick deep parts coverage durations gallery: export PYTHONPATH := $(CURDIR)
 
-.PHONY: help check lint quick test deep parts model all minimum coverage durations gallery docs
+.PHONY: help check lint quick test deep parts model all minimum coverage mutate durations gallery docs
 
 help: ## List the targets.
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -55,6 +55,9 @@ coverage: $(BIN)/pytest ## Lines and branches of the core that no test reaches, 
 	$(BIN)/coverage report
 	$(BIN)/coverage json -q
 	$(BIN)/python .ci/covered.py build/coverage/report.json
+
+mutate: $(BIN)/pytest ## Change FILE in MUTANTS (40) small ways, and list the changes that no test of TIER (default, deep or all) notices.
+	$(BIN)/python tests/mutate.py $(FILE) --mutants $(or $(MUTANTS),40) --tier $(or $(TIER),all)
 
 durations: $(BIN)/pytest ## Time all cases and write tests/times.txt anew, which gives each its tier; on a machine with nothing else to do.
 	$(BIN)/python -m pytest -q -m '' --junitxml=build/durations.xml

@@ -19,11 +19,13 @@ def quotient(top: Fraction, bottom: Fraction) -> Ratio:
 
 @dataclass(frozen=True)
 class Enumerated:
-    """The greatest and the least ratio, and the greatest of each ordered pair."""
+    """The greatest and the least ratio, the greatest of each ordered pair, and what groups can receive and have: rows, and means."""
 
     greatest: Ratio
     least: Ratio
     pairs: dict[tuple[int, int], Ratio]
+    received: set[tuple[int, ...]]
+    means: list[list[Fraction]]
 
 
 def enumerated(block: Block) -> Enumerated:
@@ -40,14 +42,16 @@ def enumerated(block: Block) -> Enumerated:
             states |= given if block.rest[1] else set()
             states = states if block.rest[1] else given
     found: list[list[Fraction]] = []
+    received: set[tuple[int, ...]] = set()
     for counts, sums in states:
         left = block.unknown - sum(counts)
         inside = all(low <= n <= high for low, n, high in zip(block.least, counts, block.most, strict=True))
         if inside and block.rest[0] <= left <= block.rest[1]:
+            received.add(counts)
             found.append([Fraction(s + t, n + c) for s, t, n, c in zip(block.sums, sums, block.counts, counts, strict=True)])
     ratios = [quotient(max(means), min(means)) for means in found]
     pairs = {(a, b): max(quotient(means[a], means[b]) for means in found) for a in groups for b in groups if a != b}
-    return Enumerated(max(ratios), min(ratios), pairs)
+    return Enumerated(max(ratios), min(ratios), pairs, received, found)
 
 
 def random_block(pick: random.Random, most: int = 12) -> Block:

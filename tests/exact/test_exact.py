@@ -14,7 +14,18 @@ from hypothesis import strategies as st
 from fairaudit.errors import InputError
 from fairaudit.exact.collecting import uncollected
 from fairaudit.exact.enclosures import compare_log, log_enclosure
-from fairaudit.exact.rationals import common_denominator, integer_text, parse_rational, rational, rational_text, shortened
+from fairaudit.exact.rationals import (
+    at_least,
+    common_denominator,
+    decimal_text,
+    integer_text,
+    number,
+    option_value,
+    parse_rational,
+    rational,
+    rational_text,
+    shortened,
+)
 
 
 @given(st.decimals(allow_nan=False, allow_infinity=False, places=6))
@@ -82,6 +93,50 @@ def test_results_beyond_the_limit_are_refused() -> None:
         rational_text((10**100_001, 1))
     with pytest.raises(InputError, match="denominator"):
         common_denominator([(1, 10**60_000 + 1), (1, 10**60_000 + 3)])
+
+
+@pytest.mark.parametrize("text", ["9" * 4000, "-" + "9" * 4000, "1/" + "9" * 4000, "9" * 4000 + "/7", "1e4000", "1e-4000"])
+def test_the_longest_numbers_are_read(text: str) -> None:
+    assert Fraction(*parse_rational(text)) == Fraction(text)
+
+
+@pytest.mark.parametrize("text", ["9" * 4001 + "/7", "1e4001", "1e-4001", "0." + "1" * 4000])
+def test_the_shortest_numbers_that_are_too_long_are_refused(text: str) -> None:
+    with pytest.raises(InputError, match="more than 4000 digits"):
+        parse_rational(text)
+
+
+def test_the_longest_results_are_written() -> None:
+    assert rational_text((1, 10**90_000)) == "1/1" + "0" * 90_000
+    assert common_denominator([(2, 1), (-3, 1)]) == ([2, -3], 1)
+    assert common_denominator([(1, 10**100_000), (3, 1)])[0] == [1, 3 * 10**100_000]
+    with pytest.raises(InputError, match="90000 digits"):
+        rational_text((1, 10**90_400))
+    with pytest.raises(InputError, match="100000 digits"):
+        common_denominator([(1, 10**100_400)])
+
+
+def test_a_least_value_is_accepted_and_less_is_not() -> None:
+    assert at_least("x", 2, 2) == 2
+    assert at_least("x", 0.1, 0) == Fraction(1, 10) and at_least("x", 0.5, 0, read=rational) == Fraction(1, 2)
+    with pytest.raises(InputError, match=r"^x is 1.99; a number of at least 2 is accepted$"):
+        at_least("x", 1.99, 2)
+    with pytest.raises(InputError, match=r"^x: "):
+        at_least("x", "two", 2)
+
+
+@given(st.integers(-(10**12), 10**12), st.integers(0, 30))
+def test_up_to_30_decimals_are_written_as_such(digits: int, places: int) -> None:
+    value = Fraction(digits, 10**places)
+    with_point = decimal_text(value)
+    assert Fraction(with_point) == value and "/" not in with_point
+    assert with_point == format(Decimal(with_point).normalize(), "f")
+    assert option_value(with_point) == (value.numerator, value.denominator)
+
+
+def test_other_rationals_are_written_as_quotients() -> None:
+    assert decimal_text(Fraction(1, 10**31)) == number(Fraction(1, 10**31)) == "1/1" + "0" * 31
+    assert (decimal_text(Fraction(-2, 3)), decimal_text(Fraction(-5))) == ("-2/3", "-5")
 
 
 @given(st.integers(1, 10**60), st.integers(1, 10**60))

@@ -50,8 +50,20 @@ def test_each_ordered_pair_attains_its_greatest_ratio(blocks: list[tuple[Block, 
             pair = greatest_of(block, higher, lower)
             assert pair.ratio == ratio, block
             i, j = pair.received
+            assert (i, j) in {(rows[higher], rows[lower]) for rows in true.received}, block
             one = F(block.sums[higher] + block.top(i), block.counts[higher] + i)
             assert quotient(one, F(block.sums[lower] + block.bottom(j), block.counts[lower] + j)) == ratio
+
+
+def test_a_group_receives_what_some_assignment_gives_it(blocks: list[tuple[Block, Enumerated]]) -> None:
+    for block, true in blocks:
+        for a, limits in enumerate(block.ranges):
+            own = {rows[a] for rows in true.received}
+            assert limits == (min(own), max(own)), block
+            means = [means[a] for means in true.means]
+            best, worst = block.best(a), block.worst(a)
+            assert best in own and F(*block.mean(a, best, block.top)) == max(means), block
+            assert worst in own and F(*block.mean(a, worst, block.bottom)) == min(means), block
 
 
 def test_the_least_ratio_is_that_of_all_assignments_and_the_pairs_bound_it(blocks: list[tuple[Block, Enumerated]]) -> None:
@@ -61,6 +73,8 @@ def test_the_least_ratio_is_that_of_all_assignments_and_the_pairs_bound_it(block
         assert (F(1) if pair is None else pair.ratio) == max([F(1), *bounds]), block
         if pair is not None and len(block.counts) == 2:
             assert pair.ratio == true.least  # sharp for two groups
+        if pair is not None:
+            assert pair.received in {(rows[pair.higher], rows[pair.lower]) for rows in true.received}, block
         exact = least_of_all(block, 10**6)
         assert exact is not None and exact[0] == true.least and ratio_of(block, exact[1]) == true.least, block
 
@@ -73,6 +87,25 @@ def test_no_assignment_is_more_level_than_all_groups_together_allow(blocks: list
         pair = least_apart(block)
         better += len(block.counts) > 2 and quotient(high, low) > (F(1) if pair is None else pair.ratio)
     assert better
+
+
+def test_levels_are_where_groups_lack_as_much_as_they_can_receive(blocks: list[tuple[Block, Enumerated]]) -> None:
+    step = F(1, 10**9)
+    for block, _ in blocks:
+        groups, rows = list(zip(block.sums, block.counts, strict=True)), list(zip(block.values, block.numbers, strict=True))
+        low, high = levels(block)
+        lacking = [sum(max(F(0), at * n - s) for s, n in groups) - sum(max(F(0), v - at) * m for v, m in rows) for at in (low, low + step)]
+        beyond = [sum(max(F(0), s - at * n) for s, n in groups) - sum(max(F(0), at - v) * m for v, m in rows) for at in (high, high - step)]
+        assert lacking[0] <= 0 < lacking[1] and beyond[0] <= 0 < beyond[1], block
+
+
+def test_without_limits_every_assignment_of_so_many_rows_is_possible() -> None:
+    pick = random.Random(17)
+    for _ in range(TABLES // 15):
+        block = random_block(pick, most=6)
+        every = enumerated(free(block.counts, block.sums, block.values, block.numbers)).received
+        for rows in range(block.unknown + 1):
+            assert enumerated(block.freely(rows)).received == {given for given in every if sum(given) <= rows}, block
 
 
 def test_levelling_finds_assignments_that_keep_the_limits(blocks: list[tuple[Block, Enumerated]]) -> None:
