@@ -144,7 +144,7 @@ def test_a_record_that_was_not_timed_is_refused(tmp_path: Path) -> None:
     ("timed", "core", "cases", "kept"),
     [
         (None, False, 3, {0, 1, 2}),
-        (tiers.Timed(0.6, 3), False, 3, {0, 1, 2}),
+        (tiers.Timed(0.45, 3), False, 3, {0, 1, 2}),
         (tiers.Timed(2, 8), False, 8, {0, 4}),
         (tiers.Timed(24, 20), False, 20, {0}),
         (tiers.Timed(60, 20), False, 20, set()),
