@@ -117,7 +117,10 @@ PYTHON: dict[str, tuple[Callable[[], object], str]] = {
         lambda: audit({"hired": [1, 0], "sex": ["f"]}),
         "column 'sex' has 1 values and column 'hired' 2; they must be equally long",
     ),
-    "numbers for columns": (lambda: audit({"hired": 1, "sex": 2}), "table['hired'] is 1, an int; a list is accepted"),
+    "numbers for columns": (
+        lambda: audit({"hired": 1, "sex": 2}),
+        "column 'hired' is 1, an int; a list of values, one for each row, is accepted",
+    ),
     "texts for columns": (
         lambda: audit({"hired": "yn", "sex": "fm"}),
         "column 'hired' is 'yn', a text; a list of values, one for each row, is accepted",
