@@ -17,7 +17,7 @@ from fairaudit.audits.result import Partial, Result, not_compared, pair_key
 from fairaudit.audits.sentences import Sizes, sizes
 from fairaudit.audits.targets import judged
 from fairaudit.certificates.certificate import new_salt
-from fairaudit.certificates.table import Table, WrittenTable, column_names, count_lines
+from fairaudit.certificates.table import Table, WrittenTable, column_names, count_lines, log_digests
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.rationals import Number
 from fairaudit.inference.comparisons import Comparison
@@ -189,7 +189,8 @@ def certify_in_parts(
     targets, verdict = judged(measured, limits, level, intervals)
     absent = [words(entry) for entry in first.preparation if entry["step"] in ("left out", "level")]
     left_out.sort(key=lambda entry: "groups" not in entry)
-    header = {**Table(whole, g).header, "columns": column_names(columns), "contexts": [list(label) for label in contexts]}
+    log = log_digests({"preparation": [dict(entry) for entry in prepared]} if prepared else {})
+    header = {**Table(whole, g, log=log).header, "columns": column_names(columns), "contexts": [list(label) for label in contexts]}
     if embed_table is False:
         header["salt"] = new_salt()
     return Result(

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 import unicodedata
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from .header import Columns, Header, Subject
-from .json_values import Labels, read_choice, read_list, read_object, read_string, read_strings
+from .header import OF_LOG, Columns, Header, Subject
+from .json_values import Labels, canonical_text, read_choice, read_list, read_object, read_string, read_strings
 from .rationals import ZERO, Rational, at_most, product_of, read_rational, sum_of
 from .sentences import DECISIONS_LEFT_OUT, LINES_LEFT_OUT, ROWS_LEFT_OUT, UNKNOWN_LEFT_OUT
 from .table import Table
@@ -196,6 +197,23 @@ def _read_amount(value: object, where: str, unit: str) -> Rational:
     if amount[0] == 0 or (unit != "decisions" and amount[1] != 1):
         raise malformed(where, f"must be {'positive' if unit == 'decisions' else 'a positive integer'}, not {shown(amount)}")
     return amount
+
+
+def log_digests(about: Mapping[str, object]) -> dict[str, str]:
+    """Digests of what a subject says of the log, as the header of its table names them."""
+    return {key: hashlib.sha256(canonical_text(about[key])).hexdigest() for key in OF_LOG if key in about}
+
+
+def check_log_digests(stated: Mapping[str, str], named: Mapping[str, str]) -> Iterator[Finding]:
+    """Compare what the subject says of the log with the digests in the header, which have to be there."""
+    for key in OF_LOG:
+        if key in stated and key not in named:
+            lacks = f"the header of the table lacks the key {shown(key)}, the SHA-256 of subject.{key}; certify the log again"
+            raise Incomplete(printable(lacks))
+        if key in named:
+            fault = "" if stated.get(key) == named[key] else "it has another SHA-256 than the header of the table says"
+            fault = fault if key in stated else "the subject does not have it, and the header of the table says its SHA-256"
+            yield finding_of(f"subject.{key} is the one that was counted with the table", not fault, fault)
 
 
 def check_spellings(stated: Sequence[tuple[str, Labels]], steps: Sequence[Step], table: Table) -> Iterator[Finding]:
