@@ -318,6 +318,9 @@ def read_certificate(document: object) -> Certificate:
     )
     if read.undecided is not None and (utilities is not None or change or read.of_differences or read.max_drift is not None):
         raise malformed("subject.undecided", "does not go with a class of utilities, differences, a declared drift, or a change over time")
+    dropped = [step for step in read.preparation if step.step == "left out" and step.unit != "lines"]
+    if embedded is not None and any(step.groups is None for step in dropped):
+        raise malformed("subject.preparation", "must say of which groups decisions were left out, the table being disclosed")
     log, kept = read.evaluation, () if read.undecided is None else read.undecided.decisions
     if log is not None and log.errors == "bound" and log.answers[ERROR] and ERROR not in kept:
         raise malformed("subject.undecided", f"must name the decision {shown(ERROR)}, whose meaning is to be bounded")

@@ -9,6 +9,7 @@ from .claims import LAW, Claim, without_objection
 from .drift import T16
 from .figures import EXPECTED_DIFFERENCES
 from .judgement import Facts
+from .preparation import left_out_by_group
 from .rationals import Rational
 from .summary import NAMES, assumed_for, percent, rounded, said_of_figure, said_of_table, said_of_target
 from .text import Outline
@@ -33,7 +34,7 @@ def outline_of(stated: Certificate, facts: Facts) -> Outline:
         ),
         tuple(filter(None, _figures(stated, {name: found.value for name, found in facts.metrics.items() if found is not None}))),
         assumed_for(assumed),
-        () if stated.evaluation is None else (stated.evaluation.words,),
+        tuple(filter(None, ("" if stated.evaluation is None else stated.evaluation.words, left_out_by_group(stated.preparation)))),
     )
 
 

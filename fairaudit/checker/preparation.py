@@ -7,7 +7,9 @@ import re
 import unicodedata
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import pairwise
+from typing import NamedTuple
 
 from .header import OF_LOG, Columns, Header, Subject
 from .json_values import Labels, canonical_text, read_choice, read_list, read_object, read_string, read_strings
@@ -18,6 +20,7 @@ from .text import Counted, Finding, Incomplete, compared, finding_of, malformed,
 
 Amounts = Callable[[str], Mapping[str, Rational] | None]  # of a column, how many decisions have each label
 
+SAID = 6  # groups that are named
 LONGEST_SPELLING = 1000  # characters of labels that are compared with other spellings; see ``_is_settled``
 
 
@@ -88,6 +91,14 @@ ABOVE_STEPS = ("above", MEDIAN)
 REASONS = ("unreadable line", "missing label", "unusable value", "unknown reason")  # why lines of a log could not be counted
 
 
+class LeftOutOf(NamedTuple):
+    """How many decisions (or rows) of a group were left out, and of how many."""
+
+    group: Labels
+    amount: Rational
+    of: Rational
+
+
 @dataclass(frozen=True)
 class Step:
     """One entry of ``subject.preparation``."""
@@ -102,6 +113,7 @@ class Step:
     amount: Rational = ZERO
     of: Rational = ZERO
     columns: tuple[tuple[str, Rational], ...] = ()
+    groups: tuple[LeftOutOf, ...] | None = None  # nothing where that is not disclosed
     labels: Labels = ()  # that name no group
     sentence: str = ""  # what every claim has to assume
 
@@ -138,7 +150,7 @@ def _read_step(value: object, where: str, columns: Columns) -> Step:
     units = [unit for unit in possible if isinstance(value, dict) and unit in value]
     unit = units[0] if units else "decisions"
     if name == "left out":
-        keys = ("step", "reason", "lines") if unit == "lines" else ("step", "reason", unit, "of", "columns")
+        keys = ("step", "reason", "lines") if unit == "lines" else ("step", "reason", unit, "of", "columns", "groups")
         members = read_object(value, where, keys)
         reason = read_choice(members["reason"], f"{where}.reason", REASONS if unit == "lines" else ("missing label",))
         amount = _read_amount(members[unit], f"{where}.{unit}", unit)
@@ -148,7 +160,9 @@ def _read_step(value: object, where: str, columns: Columns) -> Step:
         of = _read_amount(members["of"], f"{where}.of", unit)
         listed = read_object(members["columns"], f"{where}.columns", (), optional=_names(columns))
         by_column = tuple((column, _read_amount(item, f"{where}.columns[{shown(column)}]", unit)) for column, item in listed.items())
-        return Step(name, reason=reason, unit=unit, amount=amount, of=of, columns=by_column, sentence=template.format(**members))
+        by_group = None if members["groups"] is None else _read_groups(members["groups"], f"{where}.groups", unit, len(columns.group))
+        sentence = template.format(**members)
+        return Step(name, reason=reason, unit=unit, amount=amount, of=of, columns=by_column, groups=by_group, sentence=sentence)
     shapes = {"intervals": ("step", "column", "edges"), "level": ("step", "column", "label", unit)}
     members = read_object(value, where, shapes.get(name, ("step", "column", "label", "from")))
     column = read_choice(members["column"], f"{where}.column", _names(columns))
@@ -166,6 +180,24 @@ def _read_step(value: object, where: str, columns: Columns) -> Step:
     if not former or list(former) != sorted(set(former)) or label in former:
         raise malformed(f"{where}.from", "must be other labels in the order of their code points, each once")
     return Step(name, column, label=label, former=former)
+
+
+def _read_groups(value: object, where: str, unit: str, width: int) -> tuple[LeftOutOf, ...]:
+    """Read of which groups decisions were left out: in the order of their labels, each once."""
+    found = []
+    for i, item in enumerate(read_list(value, where)):
+        place = f"{where}[{i}]"
+        members = read_object(item, place, ("group", unit, "of"))
+        label = read_strings(members["group"], f"{place}.group")
+        amount, of = (_read_amount(members[key], f"{place}.{key}", unit) for key in (unit, "of"))
+        if len(label) != width:
+            raise malformed(f"{place}.group", f"must have {width} labels")
+        if not at_most(amount, of):
+            raise malformed(place, "leaves out more than there is")
+        found.append(LeftOutOf(label, amount, of))
+    if any(one.group >= other.group for one, other in pairwise(found)):
+        raise malformed(where, "must list groups in the order of their labels, each once")
+    return tuple(found)
 
 
 def _read_unknown(value: object, where: str, columns: Columns) -> Step:
@@ -240,6 +272,15 @@ class Unlabelled:
 NOBODY = Unlabelled((), ZERO)
 
 
+class Groups(NamedTuple):
+    """The columns of groups, their labels, how many decisions each has if that is known, and whether some have none of them."""
+
+    columns: Labels
+    labels: frozenset[Labels]
+    amounts: Mapping[Labels, Rational] | None
+    unlabelled: bool
+
+
 class _Prepared:
     """What a table shows of the preparation of its log, found once for all entries."""
 
@@ -251,7 +292,9 @@ class _Prepared:
         total: Rational | None,
         most: int,
         unknown: Unlabelled,
+        groups: Groups | None,
     ) -> None:
+        self.groups = groups
         self.sampled, self.total, self.most, self.unknown = total is not None, total, most, unknown
         self.present = {column: set(listed) for column, listed in labels.items()}
         self.of_groups = {label for column in unknown.columns for label in labels[column]}
@@ -275,9 +318,8 @@ def check_preparation(stated: Sequence[Step], table: Table) -> Iterator[Finding]
         return
     header = table.header if table.policy is None else table.policy.header
     most = table.rows * len(table.header.decisions)
-    yield from check_steps(
-        stated, _labels_by_column(header), lambda column: _amounts_of_labels(column, table), _total(table), most, _unlabelled(table)
-    )
+    labels, unknown, groups = _labels_by_column(header), _unlabelled(table), _groups_of(table, header)
+    yield from check_steps(stated, labels, lambda column: _amounts_of_labels(column, table), _total(table), most, unknown, groups)
 
 
 def check_steps(
@@ -287,9 +329,10 @@ def check_steps(
     total: Rational | None,
     most: int = 0,
     unknown: Unlabelled = NOBODY,
+    groups: Groups | None = None,
 ) -> Iterator[Finding]:
     """Check each entry against the labels of each column, how many rows have them, and how many there are, or at most so many."""
-    prepared = _Prepared(stated, labels, amounts, total, most, unknown)
+    prepared = _Prepared(stated, labels, amounts, total, most, unknown, groups)
     for i, step in enumerate(stated):
         fault = _fault_of_step(step, prepared)
         what = step.sentence.partition(";")[0] or f"{step.step} {shown(step.column)} {shown(step.label or step.edges)}"
@@ -349,6 +392,8 @@ def _fault_of_left_out(step: Step, prepared: _Prepared) -> str:
     amounts = [amount for _, amount in step.columns]
     if not amounts or not all(at_most(amount, step.amount) for amount in amounts) or not at_most(step.amount, sum_of(amounts)):
         return "the amounts of the columns do not make up the whole"
+    if step.groups is not None and prepared.groups is not None and (fault := _fault_of_groups(step, step.groups, prepared.groups)):
+        return fault
     kept = sum_of([step.of, (-step.amount[0], step.amount[1])])
     if prepared.total is None:
         return "" if 0 < kept[0] <= prepared.most else f"the table has at most {prepared.most} rows"
@@ -376,6 +421,15 @@ def left_out(steps: Iterable[Step]) -> tuple[tuple[str, Rational], ...]:
     return tuple((reason, sum_of(found)) for reason, found in amounts.items())
 
 
+def left_out_by_group(steps: Iterable[Step]) -> str:
+    """Say of which groups decisions were left out, the group that lost the greatest share first; nothing if of none that is known."""
+    listed = [(own, step.unit) for step in steps for own in step.groups or ()]
+    listed.sort(key=lambda found: -Fraction(*found[0].amount) / Fraction(*found[0].of))
+    said = [f"{shown(own.amount)} of the {shown(own.of)} {unit} on {', '.join(map(shown, own.group))}" for own, unit in listed[:SAID]]
+    more = [f"some on {len(listed) - SAID} more groups"] if len(listed) > SAID else []
+    return f"Left out for a missing label: {', '.join([*said, *more])}." if said else ""
+
+
 def counted_of(steps: Sequence[Step], table: Table) -> Counted:
     """Say what was counted of a log, and what was left out."""
     total, most = _total(table), table.rows * len(table.header.decisions)
@@ -383,6 +437,34 @@ def counted_of(steps: Sequence[Step], table: Table) -> Counted:
         kept = [sum_of([step.of, (-step.amount[0], step.amount[1])]) for step in steps if step.step == "left out" and step.unit == "rows"]
         return Counted(table.digest, "rows", kept[0] if kept else None, most, left_out(steps))
     return Counted(table.digest, "decisions", sum_of([total, _unlabelled(table).amount]), most, left_out(steps))
+
+
+def _fault_of_groups(step: Step, listed: Sequence[LeftOutOf], known: Groups) -> str:
+    """Say why decisions cannot have been left out of these groups: what is left is in the table, what is of no group lacks a label."""
+    for own in listed:
+        left = sum_of([own.of, (-own.amount[0], own.amount[1])])
+        there = known.amounts.get(own.group, ZERO) if known.amounts is not None else None
+        if there is None and own.group not in known.labels and left[0]:
+            return f"the table has no group {shown(list(own.group))}"
+        if there is not None and left != there:
+            return f"the table gives {shown(there)} of the group {shown(list(own.group))}"
+    rest = sum_of([step.amount, *((-own.amount[0], own.amount[1]) for own in listed)])
+    without = [amount for column, amount in step.columns if column in known.columns]
+    if not all(at_most(amount, rest) for amount in [ZERO, *without]):
+        return "more decisions are of groups than have a label in all of their columns"
+    if not known.unlabelled and not at_most(rest, sum_of([ZERO, *without])):
+        return "fewer decisions are of groups than have a label in all of their columns"
+    return ""
+
+
+def _groups_of(table: Table, header: Header) -> Groups:
+    """What the table shows of its groups: how many decisions each has, where they are counted by true cells."""
+    columns = header.subject.columns.group
+    amounts = None
+    if header.subject.kind == "counts":
+        figures = table.figures
+        amounts = dict(zip([header.groups[a] for a in figures.populated()], figures.masses(), strict=True))
+    return Groups(columns, frozenset(header.groups), amounts, header.unknown)
 
 
 def _total(table: Table) -> Rational | None:

@@ -220,6 +220,8 @@ def read_stated(value: object) -> Stated:
         raise malformed("findings", "must all have ends where a population is spoken of, and none elsewhere")
     subject = Subject("counts", Columns(decision, attributes, ()), "counts")
     preparation = read_preparation(about["preparation"], "subject.preparation", subject) if "preparation" in about else ()
+    if any(step.groups is not None for step in preparation):
+        raise malformed("subject.preparation", "must have null in the place of groups, which subgroups do not have")
     if named and any(step.step == MEDIAN for step in preparation):
         raise malformed("findings", "must not have ends where scores were cut at their own median, of which no two are independent")
     return Stated(

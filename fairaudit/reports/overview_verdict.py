@@ -19,7 +19,7 @@ from fairaudit.measures.limits import Quantity, limit_cells, limit_text
 from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.reports.overview_parts import Gets, Known, Parts, Seen
 from fairaudit.reports.words import clip
-from fairaudit.tables.preparation import said
+from fairaudit.tables.preparation import said, unequally_left_out
 from fairaudit.words import DRIFTING, ENDS_CROSS, HIDDEN, THE_INTERVAL, WHATEVER, WHOEVER, approximate, percent, place, plain
 
 __all__ = ["cautions", "chance", "figure", "sentences", "target_lines"]
@@ -112,7 +112,9 @@ def cautions(parts: Parts) -> tuple[str, ...]:
     else:
         pair = headline_pair(deciding, seen.ratios.get("local"), seen.ratios.get("global"))
     size = None if pair is None else seen.sizes([pair])[0]
+    prepared = law if parts.subject.deployment is None else parts.subject.deployment.policy.law
     listed = (
+        unequally_left_out(seen.preparation, prepared.groups),
         *said({"spellings": seen.spelt[:SHOW_SPELT]}),
         FOLD if seen.spelt else "",
         "" if seen.lost is None else seen.lost.caution,

@@ -18,9 +18,21 @@ from fairaudit.errors import InputError, shown
 from fairaudit.tables.cells import Cells
 from fairaudit.tables.csv import CsvTable
 from fairaudit.tables.label_text import label_text
-from fairaudit.tables.preparation import Entry, Unit, in_order, left_out, level, scored, unknown_groups, words
+from fairaudit.tables.preparation import ByGroup, Entry, Unit, in_order, left_out, level, scored, unknown_groups, words
 from fairaudit.tables.tally import Tally, counted
-from fairaudit.tables.values import Label, Locate, column, combine, encode, exact_floats, in_order_of_appearance, locator, names, numbers
+from fairaudit.tables.values import (
+    Label,
+    Locate,
+    column,
+    combine,
+    distinct,
+    encode,
+    exact_floats,
+    in_order_of_appearance,
+    locator,
+    names,
+    numbers,
+)
 
 __all__ = ["CodedTable", "LabelledRows", "label_codes", "label_is_there", "read_columns", "read_labels", "sort_labels"]
 
@@ -215,7 +227,9 @@ def read_labels(
         if not kept:
             raise InputError("every row has a missing label; nothing is left to audit")
         if amount := weighed(~keep):
-            done.append(left_out(measured_in, amount, weighed(keep) + amount, {name: weighed(absent[name]) for name in dropped}))
+            by_group = _by_group([coded[name] for name in group], list(named.values()), keep, weighed) if group else None
+            by_column = {name: weighed(absent[name]) for name in dropped}
+            done.append(left_out(measured_in, amount, weighed(keep) + amount, by_column, by_group))
         counts = counts[keep]
         coded = {name: _recode(codes[keep], texts) for name, (codes, texts) in coded.items()}
         values = {name: cells[kept] if isinstance(cells, np.ndarray) else [cells[i] for i in kept] for name, cells in values.items()}
@@ -235,6 +249,21 @@ def read_labels(
     labels = {name: [*texts, *(unknown if name in group else ())] for name, (_, texts) in coded.items()}
     preparation = in_order((*prepared, *done), labelled, labels)
     return LabelledRows(coded, counts, values, where, notes, tuple(units), preparation, known)
+
+
+def _by_group(
+    coded: Sequence[tuple[NDArray[np.int64], list[str]]], unknown: Sequence[NDArray[np.bool_]], keep: NDArray[np.bool_], weighed: _Weights
+) -> ByGroup:
+    """Of each group of which rows are not kept, how many decisions these stand for, and of how many."""
+    there = np.all([codes >= 0 for codes, _ in coded], axis=0) & ~np.any(list(unknown), axis=0)
+    lost = there & ~keep
+    if not lost.any():
+        return {}
+    codes, labels = combine([(own[there], texts) for own, texts in coded], int(there.sum()))
+    found = np.full(len(keep), -1, dtype=np.int64)
+    found[there] = codes
+    left, of = weighed.each(found, lost), weighed.each(found, np.isin(found, found[lost]) & there)
+    return {labels[a]: (amount, of[a]) for a, amount in left.items() if amount}
 
 
 def _among(known: NDArray[np.bool_], codes: NDArray[np.int64], texts: list[str]) -> tuple[NDArray[np.int64], list[str]]:
@@ -299,13 +328,33 @@ class _Weights:
             return Fraction(int(self.counts[rows].sum()))
         if isinstance(values, np.ndarray):
             return Fraction(int((values[rows] * self.counts[rows]).sum()))
+        _, listed, scale = self._listed(values, rows)
+        return Fraction(sum(listed), scale)
+
+    def each(self, codes: NDArray[np.int64], rows: NDArray[np.bool_]) -> dict[int, Fraction]:
+        """How many those of the rows with each code stand for."""
+        values = self.values
+        if isinstance(values, list):
+            at, listed, scale = self._listed(values, rows)
+            sums = dict.fromkeys(codes[rows].tolist(), 0)
+            for a, amount in zip(codes[at].tolist(), listed, strict=True):
+                sums[a] += amount
+            return {a: Fraction(amount, scale) for a, amount in sums.items()}
+        amounts = self.counts if values is None else values * self.counts
+        found, places = distinct(codes[rows])
+        sums_of = np.zeros(len(found), dtype=np.int64)
+        np.add.at(sums_of, places, amounts[rows])
+        return dict(zip(found.tolist(), map(Fraction, sums_of.tolist()), strict=True))
+
+    def _listed(self, values: list[Any], rows: NDArray[np.bool_]) -> tuple[list[int], list[int], int]:
+        """Which of the rows stand for decisions, and how many, over one denominator."""
         places = [i for i in np.flatnonzero(rows).tolist() if not self.unlabelled[i] or label_text(values[i]) is not None]
         if not places:
-            return Fraction(0)
+            return [], [], 1
         listed, scale = numbers([values[i] for i in places], self.column, lambda position: self.locate(places[position]))
         if listed.dtype.kind == "f":
             listed, scale = exact_floats(listed)
-        return Fraction(sum(n * times for n, times in zip(listed.tolist(), self.counts[places].tolist(), strict=True)), scale)
+        return places, [n * times for n, times in zip(listed.tolist(), self.counts[places].tolist(), strict=True)], scale
 
 
 def _lists(table: Any, labelled: Sequence[str], others: Sequence[str]) -> dict[str, Any]:

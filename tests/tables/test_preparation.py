@@ -56,7 +56,7 @@ def test_decisions_that_are_left_out_leave_a_trace(log: Path, tmp_path: Path, ca
     out, _ = capsys.readouterr()
     assert "Before it was counted\n  - 1,100 of 1,300 decisions have a missing label and were left out ('sex': 1,100)" in out
     document = json.loads((tmp_path / "c.json").read_text())
-    said = {"step": "left out", "reason": "missing label", "decisions": "1100", "of": "1300", "columns": {"sex": "1100"}}
+    said = {"step": "left out", "reason": "missing label", "decisions": "1100", "of": "1300", "columns": {"sex": "1100"}, "groups": []}
     assert document["subject"]["preparation"] == [said]
     sentence = "1100 of 1300 decisions have a missing label and were left out; they are taken to be no different from the others"
     assert document["claims"] and all(sentence in claim["assumptions"] for claim in document["claims"])
@@ -83,7 +83,7 @@ def test_every_reader_leaves_the_same_trace(log: Path, source: str, tmp_path: Pa
         "mapping": lambda: {name: [None if v != v else v for v in frame[name]] for name in frame},
     }[source]()
     law = fa.Law.from_log(table, decision="answer", group="sex", missing="drop")
-    expected = {"step": "left out", "reason": "missing label", "decisions": "1100", "of": "1300", "columns": {"sex": "1100"}}
+    expected = {"step": "left out", "reason": "missing label", "decisions": "1100", "of": "1300", "columns": {"sex": "1100"}, "groups": []}
     assert list(law.preparation) == [expected]
     accepted(fa.certify(law, {"yes": 1}).certificate)
     law = fa.Law.from_log(table, decision="answer", group="sex", missing="group")

@@ -242,7 +242,10 @@ def test_who_has_no_score_is_left_out_while_who_has_no_group_is_kept(missing: st
     document = accepted(fa.audit(log, score="points", above="median", group="sex", missing=missing))
     steps = {step["step"]: step for step in document["subject"]["preparation"]}
     assert steps["above median"] | {"median": "6", "of": "4"} == steps["above median"]
+    groups = steps["left out"].pop("groups")
     assert steps["left out"] == {"step": "left out", "reason": "missing label", "decisions": "2", "of": "6", "columns": {"points": "2"}}
+    of_known = [{"group": ["f"], "decisions": "1", "of": "2"}]
+    assert groups == ([*([{"group": ["(missing)"], "decisions": "1", "of": "2"}] if missing == "group" else []), *of_known])
     kept = steps["level"] if missing == "group" else steps["unknown"]
     assert kept["decisions"] == "1"
     rows = document["subject"]["table"]["rows"]
