@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +37,7 @@ from fairaudit.tables.values import (
 __all__ = ["CodedTable", "LabelledRows", "label_codes", "label_is_there", "read_columns", "read_labels", "sort_labels"]
 
 
-Missing = Literal["error", "drop", "group", "unknown"]
+Missing = Literal["error", "drop", "group", "unknown", "undecided"]
 
 MISSING_LABEL = "(missing)"
 
@@ -130,8 +130,8 @@ def read_columns(
         Label columns.
     others : sequence of str
         Columns to fetch as they are.
-    missing : {"error", "drop", "group", "unknown"}
-        What an empty label means; "unknown" is for group columns, and an error elsewhere.
+    missing : {"error", "drop", "group", "unknown", "undecided"}
+        What an empty label means; "unknown" is for group columns, "undecided" for the decision, and both are an error elsewhere.
     unit : sequence of str
         Columns of the sampling unit, which may be among the label columns.
     ordered : bool
@@ -156,8 +156,8 @@ def read_columns(
         If a column is absent or used twice, columns differ in length, or a label is not usable.
     """
     labelled = (decision, *group, *context, *names(truth))
-    of_groups: dict[str, Sequence[str]] = {"group": group, "unknown": unknown}
-    read = read_labels(table, labelled, others, missing, unit, count=count, measured_in=measured_in, **of_groups)
+    roles: dict[str, Any] = {"group": group, "unknown": unknown, "decision": decision}
+    read = read_labels(table, labelled, others, missing, unit, count=count, measured_in=measured_in, **roles)
     coded, rows, known = read.labels, len(read.counts), read.known
     u, decisions = coded[decision]
     x, contexts = combine([coded[name] for name in context], rows)
@@ -184,6 +184,7 @@ def read_labels(
     measured_in: Unit = "decisions",
     group: Sequence[str] = (),
     unknown: Sequence[str] = (),
+    decision: str | None = None,
 ) -> LabelledRows:
     """Read label columns as codes, each by itself, and fetch others; `read_columns` says what is accepted.
 
@@ -197,6 +198,8 @@ def read_labels(
     counts = counted(table, len(lists[labelled[0]]))
     where = locator(table)
     _check_missing(missing)
+    if missing == "undecided" and (decision is None or measured_in == "rows"):
+        raise InputError("missing='undecided' (--missing undecided) goes with counts and logs of decisions, and here are none")
     coded = {name: _encoded(table, lists[name], name, where) for name in labelled}
     values = {name: lists[name] for name in others}
     absent = {name: codes < 0 for name, (codes, _) in coded.items()}
@@ -210,8 +213,10 @@ def read_labels(
     dropped = labelled if missing == "drop" else [name for name in labelled if name in scored(prepared)]
     keep = ~np.any([absent[name] for name in dropped], axis=0) if dropped else np.ones(len(counts), dtype=bool)
     for name in labelled:
-        coded[name] = _missing_labels(*coded[name], name, "drop" if name in dropped else missing, where, counts)
-        if missing == "group" and name not in dropped and (amount := weighed(absent[name] & keep)):
+        levels = missing == "group" or (missing == "undecided" and name == decision)
+        own: Missing = "drop" if name in dropped else "group" if levels else "error" if missing == "undecided" else missing
+        coded[name] = _missing_labels(*coded[name], name, own, where, counts)
+        if own == "group" and (amount := weighed(absent[name] & keep)):
             done.append(level(name, MISSING_LABEL, measured_in, amount))
     rows = len(lists[labelled[0]])
     units = label_codes(table, unit, where)
@@ -275,8 +280,8 @@ def _among(known: NDArray[np.bool_], codes: NDArray[np.int64], texts: list[str])
 
 
 def _check_missing(missing: str) -> None:
-    if missing not in ("error", "drop", "group", "unknown"):
-        raise InputError(f"missing={shown(missing)} is not accepted; use 'error', 'drop', 'group' or 'unknown'")
+    if missing not in get_args(Missing):
+        raise InputError(f"missing={shown(missing)} is not accepted; use 'error', 'drop', 'group', 'unknown' or 'undecided'")
 
 
 def _occurring(unknown: Sequence[str], held: Sequence[Sequence[str]]) -> tuple[list[str], tuple[str, ...]]:
