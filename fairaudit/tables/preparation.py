@@ -27,6 +27,7 @@ __all__ = [
     "scored",
     "uncounted",
     "undisclosed",
+    "unequal_shares",
     "unequally_left_out",
     "unknown_groups",
     "unread",
@@ -127,23 +128,33 @@ def unequally_left_out(entries: Iterable[Entry], groups: Iterable[Sequence[str]]
         if entry["step"] != "left out" or not entry.get("groups"):
             continue
         unit = amount_of(entry)[1]
-        lost = [(Fraction(own[unit]) / Fraction(own["of"]), own) for own in entry["groups"]]
-        others = {tuple(label) for label in groups} - {tuple(own["group"]) for _, own in lost}
-        lost.sort(key=lambda found: -found[0])
-        if lost[0][0] - (0 if others else lost[-1][0]) <= UNEQUAL:
-            continue
-        first, *rest = [_share_text(own, unit, share) for share, own in lost[:SHOW_GROUPS]]
-        more = len(lost) - SHOW_GROUPS
-        after = [*rest, *([f"some on {more:,} more groups"] if more > 0 else []), *(["none on other groups"] if others else [])]
-        said = ", ".join([first, *after[:-1]]) + (f", and {after[-1]}" if after else "")
-        return f"Left out for a missing label: {said}. The figures are about the rest."
+        shares = {tuple(own["group"]): (Fraction(own[unit]), Fraction(own["of"])) for own in entry["groups"]}
+        if said := unequal_shares(shares, groups, unit):
+            return f"Left out for a missing label: {said}. The figures are about the rest."
     return ""
 
 
-def _share_text(own: Mapping[str, Any], unit: str, share: Fraction) -> str:
-    own = parted(own)
-    label = ", ".join(map(shown, own["group"]))
-    return f"{own[unit]} of the {own['of']} {unit} on {label} ({float(100 * share):.3g} %)"
+def unequal_shares(shares: ByGroup, groups: Iterable[Sequence[str]], unit: str = "decisions") -> str:
+    """Which part of each group is concerned, the greatest first, where two differ by more than a tenth; else nothing.
+
+    Examples
+    --------
+    >>> unequal_shares({("f",): (Fraction(1), Fraction(4)), ("m",): (Fraction(1), Fraction(2))}, [("f",), ("m",)])
+    "1 of the 2 decisions on 'm' (50 %), and 1 of the 4 decisions on 'f' (25 %)"
+    """
+    lost = sorted(((amount / of, label) for label, (amount, of) in shares.items() if amount), key=lambda found: (-found[0], found[1]))
+    others = {tuple(label) for label in groups} - {label for _, label in lost}
+    if not lost or lost[0][0] - (0 if others else lost[-1][0]) <= UNEQUAL:
+        return ""
+    first, *rest = [_share_text(label, *shares[label], unit) for _, label in lost[:SHOW_GROUPS]]
+    more = len(lost) - SHOW_GROUPS
+    after = [*rest, *([f"some on {more:,} more groups"] if more > 0 else []), *(["none on other groups"] if others else [])]
+    return ", ".join([first, *after[:-1]]) + (f", and {after[-1]}" if after else "")
+
+
+def _share_text(label: Sequence[str], amount: Fraction, of: Fraction, unit: str) -> str:
+    own = parted({unit: _text(amount), "of": _text(of)})
+    return f"{own[unit]} of the {own['of']} {unit} on {', '.join(map(shown, label))} ({float(100 * amount / of):.3g} %)"
 
 
 def unread(reason: str, lines: int) -> Entry:

@@ -87,6 +87,8 @@ def test_the_field_s_log_leaves_it_open(tmp_path: Path, capsys: pytest.CaptureFi
         "1.3",
     ]
     assert main([*words, "--confidence", "none", "-o", str(path.with_suffix(".json"))]) == 3
+    text = " ".join(capsys.readouterr().out.split())
+    assert "Undecided: 480 of the 500 decisions on 'black' (96 %), and none on other groups." in text
     document = json.loads(path.with_suffix(".json").read_text())
     assert document["verdict"] == "depends"
     bounds = {c["relation"]: c["value"] for c in document["claims"] if c["by"] == "T19" and c["quantity"] == "global_ratio"}
