@@ -7,12 +7,11 @@ import re
 import unicodedata
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from itertools import pairwise
-from typing import NamedTuple
 
 from .header import OF_LOG, Columns, Header, Subject
 from .json_values import Labels, canonical_text, read_choice, read_list, read_object, read_string, read_strings
+from .left_out import Groups, LeftOutOf, fault_of_groups, groups_of, read_amount, read_groups
 from .rationals import ZERO, Rational, at_most, product_of, read_rational, sum_of
 from .sentences import DECISIONS_LEFT_OUT, LINES_LEFT_OUT, ROWS_LEFT_OUT, UNKNOWN_LEFT_OUT
 from .table import Table
@@ -20,7 +19,6 @@ from .text import Counted, Finding, Incomplete, compared, finding_of, malformed,
 
 Amounts = Callable[[str], Mapping[str, Rational] | None]  # of a column, how many decisions have each label
 
-SAID = 6  # groups that are named
 LONGEST_SPELLING = 1000  # characters of labels that are compared with other spellings; see ``_is_settled``
 
 
@@ -91,14 +89,6 @@ ABOVE_STEPS = ("above", MEDIAN)
 REASONS = ("unreadable line", "missing label", "unusable value", "unknown reason")  # why lines of a log could not be counted
 
 
-class LeftOutOf(NamedTuple):
-    """How many decisions (or rows) of a group were left out, and of how many."""
-
-    group: Labels
-    amount: Rational
-    of: Rational
-
-
 @dataclass(frozen=True)
 class Step:
     """One entry of ``subject.preparation``."""
@@ -153,14 +143,14 @@ def _read_step(value: object, where: str, columns: Columns) -> Step:
         keys = ("step", "reason", "lines") if unit == "lines" else ("step", "reason", unit, "of", "columns", "groups")
         members = read_object(value, where, keys)
         reason = read_choice(members["reason"], f"{where}.reason", REASONS if unit == "lines" else ("missing label",))
-        amount = _read_amount(members[unit], f"{where}.{unit}", unit)
+        amount = read_amount(members[unit], f"{where}.{unit}", unit)
         template = {"decisions": DECISIONS_LEFT_OUT, "rows": ROWS_LEFT_OUT, "lines": LINES_LEFT_OUT}[unit]
         if unit == "lines":
             return Step(name, reason=reason, unit=unit, amount=amount, sentence=template.format(**members))
-        of = _read_amount(members["of"], f"{where}.of", unit)
+        of = read_amount(members["of"], f"{where}.of", unit)
         listed = read_object(members["columns"], f"{where}.columns", (), optional=_names(columns))
-        by_column = tuple((column, _read_amount(item, f"{where}.columns[{shown(column)}]", unit)) for column, item in listed.items())
-        by_group = None if members["groups"] is None else _read_groups(members["groups"], f"{where}.groups", unit, len(columns.group))
+        by_column = tuple((column, read_amount(item, f"{where}.columns[{shown(column)}]", unit)) for column, item in listed.items())
+        by_group = None if members["groups"] is None else read_groups(members["groups"], f"{where}.groups", unit, len(columns.group))
         sentence = template.format(**members)
         return Step(name, reason=reason, unit=unit, amount=amount, of=of, columns=by_column, groups=by_group, sentence=sentence)
     shapes = {"intervals": ("step", "column", "edges"), "level": ("step", "column", "label", unit)}
@@ -175,29 +165,11 @@ def _read_step(value: object, where: str, columns: Columns) -> Step:
     if name == "level":
         if column == columns.truth:
             raise malformed(where, "is about the true labels: where there is none, a decision is neither a true nor a false positive")
-        return Step(name, column, label=label, unit=unit, amount=_read_amount(members[unit], f"{where}.{unit}", unit))
+        return Step(name, column, label=label, unit=unit, amount=read_amount(members[unit], f"{where}.{unit}", unit))
     former = read_strings(members["from"], f"{where}.from")
     if not former or list(former) != sorted(set(former)) or label in former:
         raise malformed(f"{where}.from", "must be other labels in the order of their code points, each once")
     return Step(name, column, label=label, former=former)
-
-
-def _read_groups(value: object, where: str, unit: str, width: int) -> tuple[LeftOutOf, ...]:
-    """Read of which groups decisions were left out: in the order of their labels, each once."""
-    found = []
-    for i, item in enumerate(read_list(value, where)):
-        place = f"{where}[{i}]"
-        members = read_object(item, place, ("group", unit, "of"))
-        label = read_strings(members["group"], f"{place}.group")
-        amount, of = (_read_amount(members[key], f"{place}.{key}", unit) for key in (unit, "of"))
-        if len(label) != width:
-            raise malformed(f"{place}.group", f"must have {width} labels")
-        if not at_most(amount, of):
-            raise malformed(place, "leaves out more than there is")
-        found.append(LeftOutOf(label, amount, of))
-    if any(one.group >= other.group for one, other in pairwise(found)):
-        raise malformed(where, "must list groups in the order of their labels, each once")
-    return tuple(found)
 
 
 def _read_unknown(value: object, where: str, columns: Columns) -> Step:
@@ -206,9 +178,9 @@ def _read_unknown(value: object, where: str, columns: Columns) -> Step:
     labels = read_strings(members["labels"], f"{where}.labels")
     if not labels or list(labels) != sorted(set(labels)):
         raise malformed(f"{where}.labels", "must be labels in the order of their code points, each once")
-    amount, of = (_read_amount(members[key], f"{where}.{key}", "decisions") for key in ("decisions", "of"))
+    amount, of = (read_amount(members[key], f"{where}.{key}", "decisions") for key in ("decisions", "of"))
     listed = read_object(members["columns"], f"{where}.columns", (), optional=columns.group)
-    by_column = tuple((column, _read_amount(item, f"{where}.columns[{shown(column)}]", "decisions")) for column, item in listed.items())
+    by_column = tuple((column, read_amount(item, f"{where}.columns[{shown(column)}]", "decisions")) for column, item in listed.items())
     sentence = UNKNOWN_LEFT_OUT.format(**members)
     return Step("unknown", unit="decisions", amount=amount, of=of, columns=by_column, labels=labels, sentence=sentence)
 
@@ -220,15 +192,8 @@ def _read_above(value: object, where: str, columns: Columns) -> Step:
     column = read_choice(members["column"], f"{where}.column", (columns.decision,))
     key = "median" if own else "limit"
     edges = (read_rational(members[key], f"{where}.{key}"),)
-    of = _read_amount(members["of"], f"{where}.of", "decisions") if own else ZERO
+    of = read_amount(members["of"], f"{where}.of", "decisions") if own else ZERO
     return Step(MEDIAN if own else "above", column, edges, ABOVE, of=of)
-
-
-def _read_amount(value: object, where: str, unit: str) -> Rational:
-    amount = read_rational(value, where, nonnegative=True)
-    if amount[0] == 0 or (unit != "decisions" and amount[1] != 1):
-        raise malformed(where, f"must be {'positive' if unit == 'decisions' else 'a positive integer'}, not {shown(amount)}")
-    return amount
 
 
 def log_digests(about: Mapping[str, object]) -> dict[str, str]:
@@ -272,15 +237,6 @@ class Unlabelled:
 NOBODY = Unlabelled((), ZERO)
 
 
-class Groups(NamedTuple):
-    """The columns of groups, their labels, how many decisions each has if that is known, and whether some have none of them."""
-
-    columns: Labels
-    labels: frozenset[Labels]
-    amounts: Mapping[Labels, Rational] | None
-    unlabelled: bool
-
-
 class _Prepared:
     """What a table shows of the preparation of its log, found once for all entries."""
 
@@ -318,7 +274,7 @@ def check_preparation(stated: Sequence[Step], table: Table) -> Iterator[Finding]
         return
     header = table.header if table.policy is None else table.policy.header
     most = table.rows * len(table.header.decisions)
-    labels, unknown, groups = _labels_by_column(header), _unlabelled(table), _groups_of(table, header)
+    labels, unknown, groups = _labels_by_column(header), _unlabelled(table), groups_of(table, header)
     yield from check_steps(stated, labels, lambda column: _amounts_of_labels(column, table), _total(table), most, unknown, groups)
 
 
@@ -392,7 +348,8 @@ def _fault_of_left_out(step: Step, prepared: _Prepared) -> str:
     amounts = [amount for _, amount in step.columns]
     if not amounts or not all(at_most(amount, step.amount) for amount in amounts) or not at_most(step.amount, sum_of(amounts)):
         return "the amounts of the columns do not make up the whole"
-    if step.groups is not None and prepared.groups is not None and (fault := _fault_of_groups(step, step.groups, prepared.groups)):
+    known, listed = prepared.groups, step.groups
+    if known is not None and listed is not None and (fault := fault_of_groups(step.amount, step.columns, listed, known)):
         return fault
     kept = sum_of([step.of, (-step.amount[0], step.amount[1])])
     if prepared.total is None:
@@ -421,15 +378,6 @@ def left_out(steps: Iterable[Step]) -> tuple[tuple[str, Rational], ...]:
     return tuple((reason, sum_of(found)) for reason, found in amounts.items())
 
 
-def left_out_by_group(steps: Iterable[Step]) -> str:
-    """Say of which groups decisions were left out, the group that lost the greatest share first; nothing if of none that is known."""
-    listed = [(own, step.unit) for step in steps for own in step.groups or ()]
-    listed.sort(key=lambda found: -Fraction(*found[0].amount) / Fraction(*found[0].of))
-    said = [f"{shown(own.amount)} of the {shown(own.of)} {unit} on {', '.join(map(shown, own.group))}" for own, unit in listed[:SAID]]
-    more = [f"some on {len(listed) - SAID} more groups"] if len(listed) > SAID else []
-    return f"Left out for a missing label: {', '.join([*said, *more])}." if said else ""
-
-
 def counted_of(steps: Sequence[Step], table: Table) -> Counted:
     """Say what was counted of a log, and what was left out."""
     total, most = _total(table), table.rows * len(table.header.decisions)
@@ -437,34 +385,6 @@ def counted_of(steps: Sequence[Step], table: Table) -> Counted:
         kept = [sum_of([step.of, (-step.amount[0], step.amount[1])]) for step in steps if step.step == "left out" and step.unit == "rows"]
         return Counted(table.digest, "rows", kept[0] if kept else None, most, left_out(steps))
     return Counted(table.digest, "decisions", sum_of([total, _unlabelled(table).amount]), most, left_out(steps))
-
-
-def _fault_of_groups(step: Step, listed: Sequence[LeftOutOf], known: Groups) -> str:
-    """Say why decisions cannot have been left out of these groups: what is left is in the table, what is of no group lacks a label."""
-    for own in listed:
-        left = sum_of([own.of, (-own.amount[0], own.amount[1])])
-        there = known.amounts.get(own.group, ZERO) if known.amounts is not None else None
-        if there is None and own.group not in known.labels and left[0]:
-            return f"the table has no group {shown(list(own.group))}"
-        if there is not None and left != there:
-            return f"the table gives {shown(there)} of the group {shown(list(own.group))}"
-    rest = sum_of([step.amount, *((-own.amount[0], own.amount[1]) for own in listed)])
-    without = [amount for column, amount in step.columns if column in known.columns]
-    if not all(at_most(amount, rest) for amount in [ZERO, *without]):
-        return "more decisions are of groups than have a label in all of their columns"
-    if not known.unlabelled and not at_most(rest, sum_of([ZERO, *without])):
-        return "fewer decisions are of groups than have a label in all of their columns"
-    return ""
-
-
-def _groups_of(table: Table, header: Header) -> Groups:
-    """What the table shows of its groups: how many decisions each has, where they are counted by true cells."""
-    columns = header.subject.columns.group
-    amounts = None
-    if header.subject.kind == "counts":
-        figures = table.figures
-        amounts = dict(zip([header.groups[a] for a in figures.populated()], figures.masses(), strict=True))
-    return Groups(columns, frozenset(header.groups), amounts, header.unknown)
 
 
 def _total(table: Table) -> Rational | None:
