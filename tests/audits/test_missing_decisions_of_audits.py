@@ -93,7 +93,10 @@ def test_the_field_s_log_leaves_it_open(tmp_path: Path, capsys: pytest.CaptureFi
     assert document["verdict"] == "depends"
     bounds = {c["relation"]: c["value"] for c in document["claims"] if c["by"] == "T19" and c["quantity"] == "global_ratio"}
     assert bounds == {">=": "25/24", "<=": "25/2"}  # 50 over 48 per cent, whatever black is; 50 over 4
-    assert main(["verify", str(path.with_suffix(".json"))]) == 0
+    saved, attested = str(path.with_suffix(".json")), str(tmp_path / "attestation.json")
+    assert main(["verify", saved]) == 0
+    assert main([*words, "--confidence", "none", "-o", saved, "--attest", attested]) == 3
+    assert main(["verify", saved, "--attestation", attested, "--recount", str(path)]) == 0
 
 
 def test_with_named_labels_both_are_undecided() -> None:
