@@ -410,6 +410,21 @@ def redigested(document: Any) -> bytes:
     return as_bytes(document).replace(old.encode(), new.encode())
 
 
+def named_anew(document: bytes) -> bytes:
+    """Bring the digests in the header, and that of the table, in line with what the subject now says of the log, so far as it is one."""
+    try:
+        changed = strictly(document)
+        subject = changed["subject"]
+        header = {key: value for key, value in subject["table"]["header"].items() if key not in ("preparation", "evaluation")}
+        for key in ("preparation", "evaluation"):
+            if key in subject:
+                header[key] = hashlib.sha256(canonical(subject[key])).hexdigest()
+        subject["table"]["header"] = header
+    except (ValueError, TypeError, KeyError):
+        return document
+    return redigested(changed)
+
+
 def other_tables(document: Any) -> Iterator[bytes]:
     """Change the embedded table and, consistently, every digest: what is said of it is then untrue."""
     text, rows = json.dumps(document), document["subject"]["table"]["rows"]

@@ -161,6 +161,7 @@ def preparations(pick: Pick) -> Any:
     [column] = document["subject"]["columns"]["group"]
     document["subject"]["table"]["header"]["groups"] = [[label] for label in labels]
     document["subject"]["preparation"] = [entry | {"column": column} | more.get(step, {}) for entry in entries]
+    document["subject"]["table"]["header"]["preparation"] = "0" * 64
     return document
 
 

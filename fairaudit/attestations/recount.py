@@ -25,7 +25,7 @@ from fairaudit.attestations.table_difference import TableDifference, compare_tab
 from fairaudit.attestations.verification import read_attestation, signed_by, stated_in
 from fairaudit.certificates.certificate import FORMAT, Certificate
 from fairaudit.certificates.evaluation import evaluation_entry
-from fairaudit.certificates.table import Table, canonical
+from fairaudit.certificates.table import Table, canonical, log_digests
 from fairaudit.errors import FalseCertificate, InputError, TableNeeded, shown
 from fairaudit.exact.collecting import uncollected
 from fairaudit.measures.rates import given_truth
@@ -33,7 +33,7 @@ from fairaudit.model.law import Law
 from fairaudit.model.layout import Units
 from fairaudit.tables.engines.logs import Engine
 from fairaudit.tables.engines.request import Report
-from fairaudit.tables.preparation import words
+from fairaudit.tables.preparation import undisclosed, words
 from fairaudit.tables.sources import Source as Tables
 from fairaudit.tables.sources import in_database, is_database, source_name
 from fairaudit.verified.verification import CertificateLike, opened, table_lines, verification_of
@@ -289,7 +289,7 @@ def _compared(
     findings: list[Recounted],
 ) -> Recount:
     """Compare what was counted with the certificate and the statement, after what was found of the sources."""
-    table = counted.table(header)
+    table = counted.table(header, log_digests(document["subject"]))  # what it says of the log is compared by itself
     difference = None
     if table.sha256 != document["subject"]["table"]["sha256"]:
         difference = compare_tables(_lines(document, lines), table.lines())
@@ -393,7 +393,9 @@ def _amounts(rows: Rows) -> str:
 
 def _preparation(document: Mapping[str, Any], law: Law) -> Iterator[Recounted]:
     """Compare what was done to labels, and what was left out."""
-    theirs, ours = document["subject"].get("preparation", []), [dict(entry) for entry in law.preparation]
+    theirs = document["subject"].get("preparation", [])
+    hidden = any(entry.get("groups", ()) is None for entry in theirs)  # where the table is not disclosed
+    ours = [undisclosed(entry) if hidden else dict(entry) for entry in law.preparation]
     if theirs != ours:
         alone = [
             next((words(entry) for entry in these if entry not in those), "nothing") for these, those in ((theirs, ours), (ours, theirs))

@@ -14,7 +14,7 @@ from fairaudit.audits.certify import laid_out
 from fairaudit.audits.in_parts import certify_in_parts
 from fairaudit.audits.reading import MOST_ROWS, Reading, read_audited, unfit_for_parts
 from fairaudit.audits.sections import with_files
-from fairaudit.certificates.table import Table, WrittenTable, canonical
+from fairaudit.certificates.table import OF_LOG, Table, WrittenTable, canonical
 from fairaudit.errors import InputError, ManyRowsError, naming, shown
 from fairaudit.inference.draws import unit_profiles
 from fairaudit.inference.paired_region import listed_profiles
@@ -38,13 +38,14 @@ class CountedLog:
     made: Table | WrittenTable
     deployment: Deployment | None = None
 
-    def table(self, header: Mapping[str, Any]) -> Table | WrittenTable:
-        """The table with what no log says: the salt; and the digests of what sampling units got, if the certificate has some."""
+    def table(self, header: Mapping[str, Any], log: Mapping[str, str]) -> Table | WrittenTable:
+        """The table with what no log says: the salt, digests of units if the certificate has some, and those of what it says of the log."""
         salt = header.get("salt")
         if isinstance(self.made, WrittenTable):
-            return WrittenTable({**self.made.header, **({} if salt is None else {"salt": salt})}, self.made.file, self.made.cells)
+            kept = {key: value for key, value in self.made.header.items() if key not in OF_LOG}
+            return WrittenTable({**kept, **({} if salt is None else {"salt": salt}), **log}, self.made.file, self.made.cells)
         own = sha256(canonical(_profiles(self.made))).hexdigest() if "profiles" in header else ""
-        return replace(self.made, salt=salt, profiles=dict.fromkeys(header.get("profiles", ()), own))
+        return replace(self.made, salt=salt, profiles=dict.fromkeys(header.get("profiles", ()), own), log=log)
 
 
 def count_log(source: Any, reading: Reading, utility: Utility | None, report: Report | None) -> CountedLog:

@@ -21,6 +21,7 @@ from fairaudit.certificates.entries import (
 )
 from fairaudit.certificates.numbers import number
 from fairaudit.certificates.table import Table, canonical, column_names
+from fairaudit.tables.preparation import undisclosed
 from fairaudit.theorems.registry import under
 from fairaudit.words import THIS_TABLE
 
@@ -100,7 +101,7 @@ def _subject(result: Result) -> dict[str, Any]:
         },
     }
     if result.preparation:
-        subject["preparation"] = [dict(entry) for entry in result.preparation]
+        subject["preparation"] = [dict(entry) if result.embed is not False else undisclosed(entry) for entry in result.preparation]
     if (evaluation := evaluation_of(result)) is not None:
         subject["evaluation"] = evaluation
     if result.unknown_shares:

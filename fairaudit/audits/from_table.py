@@ -161,8 +161,9 @@ def audit(
         Of a log: rows with the same label are one draw (a run, a person).
     bins : mapping of str to sequence of number, optional
         Of a log: numeric columns to cut into intervals at these edges.
-    missing : {"error", "drop", "group", "unknown"}
-        What an empty label means: an error, a row to leave out, a level of its own, or, in a group column, that the group is unknown.
+    missing : {"error", "drop", "group", "unknown", "undecided"}
+        What an empty label means: an error, a row to leave out, a level of its own, in a group column that the group is unknown, or of the
+        decision that it may have been any, as with `undecided`.
     unknown : str or sequence of str
         Labels of group columns that name no group, such as ``["n/a", "declined"]``: of such rows the group is unknown, and targets are
         judged of this table, whoever they are.
@@ -479,7 +480,7 @@ class _Asked:
             embed_table=self.embed_table,
             burden=self.burden,
             count=reading.count,
-            missing=reading.missing if reading.missing != "unknown" else "error",
+            missing=reading.missing if reading.missing in ("drop", "group") else "error",
         )
 
 

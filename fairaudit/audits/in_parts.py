@@ -17,7 +17,7 @@ from fairaudit.audits.result import Partial, Result, not_compared, pair_key
 from fairaudit.audits.sentences import Sizes, sizes
 from fairaudit.audits.targets import judged
 from fairaudit.certificates.certificate import new_salt
-from fairaudit.certificates.table import Table, WrittenTable, column_names, count_lines
+from fairaudit.certificates.table import Table, WrittenTable, column_names, count_lines, log_digests
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.rationals import Number
 from fairaudit.inference.comparisons import Comparison
@@ -35,7 +35,7 @@ from fairaudit.tables.binning import Bins
 from fairaudit.tables.columns import MISSING_LABEL, read_columns
 from fairaudit.tables.engines.logs import cut_columns, read_parts
 from fairaudit.tables.engines.request import PartsMissing, Report
-from fairaudit.tables.preparation import in_order, words
+from fairaudit.tables.preparation import in_order, undisclosed, words
 from fairaudit.tables.sources import Source
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import distinct, names
@@ -138,7 +138,8 @@ def certify_in_parts(
     pairs: tuple[Ratio, ...] = ()
     recorded: dict[tuple[str, ...], Sizes] = {}
     floors, left_out, contexts = [], [], list[tuple[str, ...]]()
-    opened = read_parts(source, wanted, columns.context, bins=cut, table=table, memory=memory, report=report, count=count, missing=missing)
+    access: dict[str, Any] = {"table": table, "memory": memory, "report": report, "count": count, "missing": missing}
+    opened = read_parts(source, wanted, columns.context, bins=cut, group=columns.group, **access)
     with closing(opened) as parts, _written() as rows:
         first = next(parts)
         whole = Law.from_log(first, decision=decision, group=columns.group, missing=missing)
@@ -189,7 +190,9 @@ def certify_in_parts(
     targets, verdict = judged(measured, limits, level, intervals)
     absent = [words(entry) for entry in first.preparation if entry["step"] in ("left out", "level")]
     left_out.sort(key=lambda entry: "groups" not in entry)
-    header = {**Table(whole, g).header, "columns": column_names(columns), "contexts": [list(label) for label in contexts]}
+    listed = [undisclosed(entry) if embed_table is False else dict(entry) for entry in prepared]
+    log = log_digests({"preparation": listed} if listed else {})
+    header = {**Table(whole, g, log=log).header, "columns": column_names(columns), "contexts": [list(label) for label in contexts]}
     if embed_table is False:
         header["salt"] = new_salt()
     return Result(

@@ -97,7 +97,7 @@ class Reading:
         Of a log, columns of the sampling unit.
     utility_column : str or None
         Column of what the decision of the row is worth.
-    missing : {"error", "drop", "group", "unknown"}
+    missing : {"error", "drop", "group", "unknown", "undecided"}
         What an empty label means.
     unknown : tuple of str
         Labels of group columns that name no group.
@@ -652,7 +652,7 @@ def unfit_for_parts(reading: Reading, given: Mapping[str, object]) -> str:
         **reading.access.extraction.asked,
         **given,
         "unknown": reading.unknown,
-        "missing": reading.missing == "unknown",
+        "missing": reading.missing in ("unknown", "undecided"),
     }
     for name, value in asked.items():
         if value:

@@ -11,6 +11,7 @@ from fairaudit import __version__
 from fairaudit.audits.claims import population_at
 from fairaudit.certificates.certificate import EMBED_LIMIT, Certificate, new_salt
 from fairaudit.certificates.numbers import number
+from fairaudit.certificates.table import log_digests
 from fairaudit.inference.cells import Ends
 from fairaudit.inference.subgroup_ends import ratio_ends
 from fairaudit.tables.preparation import assumption
@@ -28,16 +29,15 @@ def certificate_of(made: Subgroups) -> Certificate:
     """The certificate of what was found, with the table in it or beside it."""
     table = made.log.table
     apart = table.cells > EMBED_LIMIT if made.embed is None else not made.embed
-    if made.embed is False:
-        table = replace(table, salt=new_salt())
+    preparation = {"preparation": [dict(step) for step in made.log.preparation]} if made.log.preparation else {}
+    table = replace(table, salt=new_salt() if made.embed is False else None, log=log_digests(preparation))
     entry: dict[str, Any] = {"sha256": table.sha256, "cells": table.cells}
     if not apart:
         entry |= {"header": table.header, "rows": list(table.rows())}
     subject: dict[str, Any] = {"columns": table.header["columns"], "table": entry}
     if made.burden:
         subject["burden"] = True
-    if made.log.preparation:
-        subject["preparation"] = [dict(step) for step in made.log.preparation]
+    subject |= preparation
     rows = table.measured
     document: dict[str, Any] = {
         "format": FORMAT,

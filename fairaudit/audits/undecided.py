@@ -22,6 +22,7 @@ from fairaudit.measures.limits import Quantity
 from fairaudit.measures.ratios import Ratio
 from fairaudit.model.law import Law
 from fairaudit.model.utility import Utility, UtilityTable
+from fairaudit.tables.columns import MISSING_LABEL
 from fairaudit.tables.values import INT64
 from fairaudit.words import WHATEVER, approximate, brief
 
@@ -170,19 +171,21 @@ def undecided_of_log(
     """
     labels = (given,) if isinstance(given, str) else tuple(given)
     log = law.evaluation
-    if log is None and (labels or not law.undecided):
+    if log is None and (not law.undecided or (labels and MISSING_LABEL not in law.undecided)):
         return labels, ()
     from fairaudit.tables.evaluations.samples import ERROR, UNDECIDED
 
     errors = (ERROR,) if log is not None and log.errors == "bound" else ()
     occurring = [label for u, label in enumerate(law.decisions) if law.weights[:, u].any()]
-    found = tuple(label for label in occurring if label in (law.undecided if log is None else (*UNDECIDED, *errors)))
+    found = tuple(label for label in occurring if label in (*law.undecided, *(() if log is None else (*UNDECIDED, *errors))))
     found = tuple(label for label in found if label not in utility.values or label in errors)
     other = next((name for name, asked in beside.items() if asked), None)
     if labels or not found or other is None:
         return tuple(dict.fromkeys((*labels, *found))), ()
     if set(found) & {*errors}:
         raise InputError(f"errors that are bounded are decisions of unknown meaning, which do not go with {other}; leave one of them out")
+    if MISSING_LABEL in found:
+        raise InputError(f"missing decisions that are undecided do not go with {other}; leave it out, or use missing=drop (--missing drop)")
     listed = ", ".join(map(shown, found))
     if found and judged:
         raise InputError(

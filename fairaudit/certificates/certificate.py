@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.arguments import answered, answered_class
-from fairaudit.certificates.table import Table, WrittenTable
+from fairaudit.certificates.table import Table, WrittenTable, log_digests
 from fairaudit.errors import InputError
 from fairaudit.files import write_together
 from fairaudit.words import brief
@@ -116,7 +116,12 @@ def _written(value: Any, depth: int) -> str:
 
 
 def with_table(document: dict[str, Any], table: Table | WrittenTable, *, embed: bool | None = None) -> Certificate:
-    """Put a table into a document; only its digest when `embed` is false, it has more than 100,000 entries, or its rows are in a file."""
+    """Put a table into a document; only its digest when `embed` is false, it has more than 100,000 entries, or its rows are in a file.
+
+    A table whose rows are in a file has to name the digests of what the document says of the log; others are made to.
+    """
+    if isinstance(table, Table):
+        table = replace(table, log=log_digests(document["subject"]))
     apart = isinstance(table, WrittenTable) or table.cells > EMBED_LIMIT if embed is None else not embed
     if embed is False and isinstance(table, Table):
         table = replace(table, salt=new_salt())

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from math import lcm
@@ -42,6 +42,8 @@ class SubgroupTable:
         How many rows of each have each decision.
     salt : str or None
         Random hexadecimal digits that keep the digest of an undisclosed table from being guessed.
+    log : mapping of str to str
+        Digests of what the certificate says of the log (`fairaudit.certificates.table.log_digests`).
     """
 
     decision: str
@@ -50,6 +52,7 @@ class SubgroupTable:
     codes: NDArray[np.int64]
     counts: NDArray[np.int64]
     salt: str | None = None
+    log: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def scale(self) -> int:
@@ -76,6 +79,7 @@ class SubgroupTable:
             "labels": [list(labels) for _, labels in self.attributes],
             "decisions": [[label, number(value)] for label, value in self.decisions],
             **({} if self.salt is None else {"salt": self.salt}),
+            **self.log,
         }
 
     def rows(self) -> Iterator[list[list[int]]]:

@@ -23,10 +23,13 @@ if TYPE_CHECKING:
     from fairaudit.model.policy import Deployment
 
 
-__all__ = ["Table", "WrittenTable"]
+__all__ = ["OF_LOG", "Table", "WrittenTable", "log_digests"]
 
 
 TABLE_FORMAT = "fairaudit-table/1"
+
+OF_LOG = ("preparation", "evaluation")
+"""What a subject says of the log; the header of the table names the digest of each."""
 
 NUMBERS = 100_000  # numbers that are made text at a time
 
@@ -56,6 +59,8 @@ class Table:
         Random hexadecimal digits that keep the digest of an undisclosed table from being guessed.
     profiles : mapping of str to str
         Digests of what sampling units got in all groups, for the intervals that rest on it.
+    log : mapping of str to str
+        Digests of what the certificate says of the log (`log_digests`).
     """
 
     law: Law
@@ -63,6 +68,7 @@ class Table:
     deployment: Deployment | None = None
     salt: str | None = None
     profiles: Mapping[str, str] = field(default_factory=dict)
+    log: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def header(self) -> dict[str, Any]:
@@ -91,7 +97,7 @@ class Table:
             head["salt"] = self.salt
         if self.profiles:
             head["profiles"] = dict(self.profiles)
-        return head
+        return head | dict(self.log)
 
     def rows(self) -> Iterator[dict[str, Any]]:
         """Yield one object per cell, in order, then one per context that has decisions of unknown group."""
@@ -257,6 +263,19 @@ class WrittenTable:
     def sha256(self) -> str:
         """Digest of the canonical text."""
         return _digest(self.parts())
+
+
+def log_digests(subject: Mapping[str, Any]) -> dict[str, str]:
+    """Digests of what a subject says of the log, which the header of the table names: nobody can alter the one without the other.
+
+    Examples
+    --------
+    >>> log_digests({"columns": {"decision": "hired"}})
+    {}
+    >>> list(log_digests({"preparation": [{"step": "intervals", "column": "age", "edges": ["40"]}]}))
+    ['preparation']
+    """
+    return {key: _digest(iter([canonical(subject[key])])) for key in OF_LOG if key in subject}
 
 
 def _digest(parts: Iterator[bytes]) -> str:

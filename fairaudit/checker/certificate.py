@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 
 from .claims import (
@@ -41,7 +41,7 @@ from .json_values import (
 from .meanings import Undecided, read_undecided
 from .metrics import METRICS, Metrics, Rates, read_metric, read_not_compared, read_rates, read_unfiltered
 from .policy_evidence import read_attained, read_floored, read_multipliers
-from .preparation import MEDIAN, Step, read_preparation, read_spellings
+from .preparation import MEDIAN, Step, log_digests, read_preparation, read_spellings
 from .rates import DIFFERENCES, stated_given_truth
 from .rationals import ONE, Rational, at_most, read_extended, read_rational
 from .text import malformed, shown
@@ -104,6 +104,7 @@ class Certificate:
     max_drift: Rational | None = None  # of a table: within which ratios are stated
     evaluation: Evaluation | None = None  # of the log of a model's evaluation, what was read
     undecided: Undecided | None = None  # decisions whose meaning is not known
+    log_digests: Mapping[str, str] = field(default_factory=dict)  # of the preparation and of the evaluation
 
     @property
     def of_differences(self) -> bool:
@@ -313,9 +314,13 @@ def read_certificate(document: object) -> Certificate:
         if "evaluation" in about
         else None,
         read_undecided(about["undecided"], "subject.undecided") if "undecided" in about else None,
+        log_digests(about),
     )
     if read.undecided is not None and (utilities is not None or change or read.of_differences or read.max_drift is not None):
         raise malformed("subject.undecided", "does not go with a class of utilities, differences, a declared drift, or a change over time")
+    dropped = [step for step in read.preparation if step.step == "left out" and step.unit != "lines"]
+    if embedded is not None and any(step.groups is None for step in dropped):
+        raise malformed("subject.preparation", "must say of which groups decisions were left out, the table being disclosed")
     log, kept = read.evaluation, () if read.undecided is None else read.undecided.decisions
     if log is not None and log.errors == "bound" and log.answers[ERROR] and ERROR not in kept:
         raise malformed("subject.undecided", f"must name the decision {shown(ERROR)}, whose meaning is to be bounded")

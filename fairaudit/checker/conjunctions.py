@@ -11,6 +11,7 @@ from itertools import accumulate, pairwise
 from math import prod
 from struct import unpack
 
+from .header import read_log_digests
 from .json_values import (
     Labels,
     canonical_text,
@@ -55,6 +56,7 @@ class SubgroupTable:
     by_decision: tuple[int, ...]  # how many rows have each decision
     lines: int
     digest: str
+    log: Mapping[str, str]  # the digest of what the certificate says of the log
 
     @cached_property
     def sizes(self) -> tuple[int, ...]:
@@ -79,10 +81,11 @@ class _Head:
     attributes: Labels
     labels: tuple[Labels, ...]
     decisions: tuple[tuple[str, Rational], ...]
+    log: Mapping[str, str]
 
 
 def _read_head(value: object, where: str) -> _Head:
-    members = read_object(value, where, ("format", "columns", "labels", "decisions"), optional=("salt",))
+    members = read_object(value, where, ("format", "columns", "labels", "decisions"), optional=("salt", "preparation"))
     read_choice(members["format"], f"{where}.format", (SUBGROUP_TABLE,))
     if "salt" in members:
         read_hexadecimal(members["salt"], f"{where}.salt", "0123456789abcdefABCDEF", 32)
@@ -99,7 +102,7 @@ def _read_head(value: object, where: str) -> _Head:
         place = f"{where}.decisions[{i}]"
         decisions.append((read_string(label, place), read_rational(worth, place, nonnegative=True)))
     check_distinct(decisions, f"{where}.decisions")
-    return _Head(decision, attributes, labels, tuple(decisions))
+    return _Head(decision, attributes, labels, tuple(decisions), read_log_digests(members, where))
 
 
 def read_columns(value: object, where: str) -> tuple[str, Labels]:
@@ -193,6 +196,7 @@ def read_subgroup_table(lines: Iterator[tuple[str, object, bytes]]) -> SubgroupT
         tuple(by_decision),
         len(entries),
         digest.hexdigest(),
+        head.log,
     )
 
 

@@ -22,6 +22,7 @@ from .rationals import Rational, read_signed
 from .text import malformed
 
 TABLE_FORMAT = "fairaudit-table/1"
+OF_LOG = ("preparation", "evaluation")  # what a subject says of the log; the header names the digest of each
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,7 @@ class Header:
     truths: tuple[str, ...] | None = None  # the true labels
     profiles: Mapping[str, str] = field(default_factory=dict)  # by quantity the digest of what units got in all groups
     unknown: bool = False  # whether there are lines about decisions of unknown group
+    log: Mapping[str, str] = field(default_factory=dict)  # digests of what the subject says of the log
 
 
 class Cell(NamedTuple):
@@ -133,9 +135,8 @@ def read_positive(value: object, where: str) -> Positive:
 def read_header(value: object, where: str) -> Header:
     """Read the first line of a table; the filters of a policy are left to ``read_filters``."""
     keys = ["format", "kind", "columns", "population", "decisions", "groups", "contexts", "utility"]
-    members = read_object(
-        value, where, keys + ["filters"] * is_about_policy(value) + ["truths"] * has_truth(value), optional=("salt", "profiles", "unknown")
-    )
+    keys += ["filters"] * is_about_policy(value) + ["truths"] * has_truth(value)
+    members = read_object(value, where, keys, optional=("salt", "profiles", "unknown", *OF_LOG))
     read_choice(members["format"], f"{where}.format", (TABLE_FORMAT,))
     if "salt" in members:
         read_hexadecimal(members["salt"], f"{where}.salt", "0123456789abcdefABCDEF", 32)
@@ -160,7 +161,12 @@ def read_header(value: object, where: str) -> Header:
     if "profiles" in members:
         digests = read_object(members["profiles"], f"{where}.profiles", (), optional=("local", "global"))
         header = replace(header, profiles={name: read_digest(value, f"{where}.profiles.{name}") for name, value in digests.items()})
-    return header
+    return replace(header, log=read_log_digests(members, where))
+
+
+def read_log_digests(members: Mapping[str, object], where: str) -> dict[str, str]:
+    """Read from the header of a table the digests of what the subject says of the log."""
+    return {key: read_digest(members[key], f"{where}.{key}") for key in OF_LOG if key in members}
 
 
 def is_about_policy(value: object) -> bool:

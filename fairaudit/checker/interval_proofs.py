@@ -38,7 +38,7 @@ from .samples import Comparison, Sampling
 from .split import names_of_cells
 from .table import Table, is_signed, place_of
 from .tails import Sample
-from .text import Finding, compared, finding_of, shown
+from .text import Finding, compared, finding_of, malformed, shown
 from .work import spend, working_on
 
 
@@ -272,6 +272,8 @@ def check_change(change: Change, table: Table) -> tuple[list[Finding], Proven | 
     working_on("the window that contradicts the stream")
     names = chain(["changed.table.header"], (f"changed.table.rows[{i}]" for i in range(len(change.lines) - 1)))
     part = read_table((name, value, None) for name, value in zip(names, change.lines, strict=True))
+    if part.header.log:
+        raise malformed("changed.table.header", "names what the subject says of the log; the header of the whole table does so")
     findings = [
         compared("changed.table.sha256", change.digest, part.digest),
         compared("changed.table.cells", change.cells, part.rows * len(part.header.decisions)),

@@ -9,6 +9,7 @@ from .claims import LAW, Claim, without_objection
 from .drift import T16
 from .figures import EXPECTED_DIFFERENCES
 from .judgement import Facts
+from .left_out import left_out_by_group
 from .rationals import Rational
 from .summary import NAMES, assumed_for, percent, rounded, said_of_figure, said_of_table, said_of_target
 from .text import Outline
@@ -23,6 +24,7 @@ def outline_of(stated: Certificate, facts: Facts) -> Outline:
     assumed = [(_rests(claim), claim.assumptions) for claim in stated.claims]
     if stated.change is not None:
         assumed.append((OVER_TIME, stated.change.assumptions))
+    left_out = ((own, step.unit) for step in stated.preparation for own in step.groups or ())
     return Outline(
         said_of_table(stated.cells, embedded=stated.embedded is not None),
         tuple(
@@ -33,7 +35,7 @@ def outline_of(stated: Certificate, facts: Facts) -> Outline:
         ),
         tuple(filter(None, _figures(stated, {name: found.value for name, found in facts.metrics.items() if found is not None}))),
         assumed_for(assumed),
-        () if stated.evaluation is None else (stated.evaluation.words,),
+        tuple(text for text in ("" if stated.evaluation is None else stated.evaluation.words, left_out_by_group(left_out)) if text),
     )
 
 

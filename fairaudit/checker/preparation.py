@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 import unicodedata
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from .header import Columns, Header, Subject
-from .json_values import Labels, read_choice, read_list, read_object, read_string, read_strings
+from .header import OF_LOG, Columns, Header, Subject
+from .json_values import Labels, canonical_text, read_choice, read_list, read_object, read_string, read_strings
+from .left_out import Groups, LeftOutOf, fault_of_groups, groups_of, read_amount, read_groups
 from .rationals import ZERO, Rational, at_most, product_of, read_rational, sum_of
 from .sentences import DECISIONS_LEFT_OUT, LINES_LEFT_OUT, ROWS_LEFT_OUT, UNKNOWN_LEFT_OUT
 from .table import Table
@@ -101,6 +103,7 @@ class Step:
     amount: Rational = ZERO
     of: Rational = ZERO
     columns: tuple[tuple[str, Rational], ...] = ()
+    groups: tuple[LeftOutOf, ...] | None = None  # nothing where that is not disclosed
     labels: Labels = ()  # that name no group
     sentence: str = ""  # what every claim has to assume
 
@@ -137,17 +140,19 @@ def _read_step(value: object, where: str, columns: Columns) -> Step:
     units = [unit for unit in possible if isinstance(value, dict) and unit in value]
     unit = units[0] if units else "decisions"
     if name == "left out":
-        keys = ("step", "reason", "lines") if unit == "lines" else ("step", "reason", unit, "of", "columns")
+        keys = ("step", "reason", "lines") if unit == "lines" else ("step", "reason", unit, "of", "columns", "groups")
         members = read_object(value, where, keys)
         reason = read_choice(members["reason"], f"{where}.reason", REASONS if unit == "lines" else ("missing label",))
-        amount = _read_amount(members[unit], f"{where}.{unit}", unit)
+        amount = read_amount(members[unit], f"{where}.{unit}", unit)
         template = {"decisions": DECISIONS_LEFT_OUT, "rows": ROWS_LEFT_OUT, "lines": LINES_LEFT_OUT}[unit]
         if unit == "lines":
             return Step(name, reason=reason, unit=unit, amount=amount, sentence=template.format(**members))
-        of = _read_amount(members["of"], f"{where}.of", unit)
+        of = read_amount(members["of"], f"{where}.of", unit)
         listed = read_object(members["columns"], f"{where}.columns", (), optional=_names(columns))
-        by_column = tuple((column, _read_amount(item, f"{where}.columns[{shown(column)}]", unit)) for column, item in listed.items())
-        return Step(name, reason=reason, unit=unit, amount=amount, of=of, columns=by_column, sentence=template.format(**members))
+        by_column = tuple((column, read_amount(item, f"{where}.columns[{shown(column)}]", unit)) for column, item in listed.items())
+        by_group = None if members["groups"] is None else read_groups(members["groups"], f"{where}.groups", unit, len(columns.group))
+        sentence = template.format(**members)
+        return Step(name, reason=reason, unit=unit, amount=amount, of=of, columns=by_column, groups=by_group, sentence=sentence)
     shapes = {"intervals": ("step", "column", "edges"), "level": ("step", "column", "label", unit)}
     members = read_object(value, where, shapes.get(name, ("step", "column", "label", "from")))
     column = read_choice(members["column"], f"{where}.column", _names(columns))
@@ -160,7 +165,7 @@ def _read_step(value: object, where: str, columns: Columns) -> Step:
     if name == "level":
         if column == columns.truth:
             raise malformed(where, "is about the true labels: where there is none, a decision is neither a true nor a false positive")
-        return Step(name, column, label=label, unit=unit, amount=_read_amount(members[unit], f"{where}.{unit}", unit))
+        return Step(name, column, label=label, unit=unit, amount=read_amount(members[unit], f"{where}.{unit}", unit))
     former = read_strings(members["from"], f"{where}.from")
     if not former or list(former) != sorted(set(former)) or label in former:
         raise malformed(f"{where}.from", "must be other labels in the order of their code points, each once")
@@ -173,9 +178,9 @@ def _read_unknown(value: object, where: str, columns: Columns) -> Step:
     labels = read_strings(members["labels"], f"{where}.labels")
     if not labels or list(labels) != sorted(set(labels)):
         raise malformed(f"{where}.labels", "must be labels in the order of their code points, each once")
-    amount, of = (_read_amount(members[key], f"{where}.{key}", "decisions") for key in ("decisions", "of"))
+    amount, of = (read_amount(members[key], f"{where}.{key}", "decisions") for key in ("decisions", "of"))
     listed = read_object(members["columns"], f"{where}.columns", (), optional=columns.group)
-    by_column = tuple((column, _read_amount(item, f"{where}.columns[{shown(column)}]", "decisions")) for column, item in listed.items())
+    by_column = tuple((column, read_amount(item, f"{where}.columns[{shown(column)}]", "decisions")) for column, item in listed.items())
     sentence = UNKNOWN_LEFT_OUT.format(**members)
     return Step("unknown", unit="decisions", amount=amount, of=of, columns=by_column, labels=labels, sentence=sentence)
 
@@ -187,15 +192,25 @@ def _read_above(value: object, where: str, columns: Columns) -> Step:
     column = read_choice(members["column"], f"{where}.column", (columns.decision,))
     key = "median" if own else "limit"
     edges = (read_rational(members[key], f"{where}.{key}"),)
-    of = _read_amount(members["of"], f"{where}.of", "decisions") if own else ZERO
+    of = read_amount(members["of"], f"{where}.of", "decisions") if own else ZERO
     return Step(MEDIAN if own else "above", column, edges, ABOVE, of=of)
 
 
-def _read_amount(value: object, where: str, unit: str) -> Rational:
-    amount = read_rational(value, where, nonnegative=True)
-    if amount[0] == 0 or (unit != "decisions" and amount[1] != 1):
-        raise malformed(where, f"must be {'positive' if unit == 'decisions' else 'a positive integer'}, not {shown(amount)}")
-    return amount
+def log_digests(about: Mapping[str, object]) -> dict[str, str]:
+    """Digests of what a subject says of the log, as the header of its table names them."""
+    return {key: hashlib.sha256(canonical_text(about[key])).hexdigest() for key in OF_LOG if key in about}
+
+
+def check_log_digests(stated: Mapping[str, str], named: Mapping[str, str]) -> Iterator[Finding]:
+    """Compare what the subject says of the log with the digests in the header, which have to be there."""
+    for key in OF_LOG:
+        if key in stated and key not in named:
+            lacks = f"the header of the table lacks the key {shown(key)}, the SHA-256 of subject.{key}; certify the log again"
+            raise Incomplete(printable(lacks))
+        if key in named:
+            fault = "" if stated.get(key) == named[key] else "it has another SHA-256 than the header of the table says"
+            fault = fault if key in stated else "the subject does not have it, and the header of the table says its SHA-256"
+            yield finding_of(f"subject.{key} is the one that was counted with the table", not fault, fault)
 
 
 def check_spellings(stated: Sequence[tuple[str, Labels]], steps: Sequence[Step], table: Table) -> Iterator[Finding]:
@@ -233,7 +248,9 @@ class _Prepared:
         total: Rational | None,
         most: int,
         unknown: Unlabelled,
+        groups: Groups | None,
     ) -> None:
+        self.groups = groups
         self.sampled, self.total, self.most, self.unknown = total is not None, total, most, unknown
         self.present = {column: set(listed) for column, listed in labels.items()}
         self.of_groups = {label for column in unknown.columns for label in labels[column]}
@@ -257,9 +274,8 @@ def check_preparation(stated: Sequence[Step], table: Table) -> Iterator[Finding]
         return
     header = table.header if table.policy is None else table.policy.header
     most = table.rows * len(table.header.decisions)
-    yield from check_steps(
-        stated, _labels_by_column(header), lambda column: _amounts_of_labels(column, table), _total(table), most, _unlabelled(table)
-    )
+    labels, unknown, groups = _labels_by_column(header), _unlabelled(table), groups_of(table, header)
+    yield from check_steps(stated, labels, lambda column: _amounts_of_labels(column, table), _total(table), most, unknown, groups)
 
 
 def check_steps(
@@ -269,9 +285,10 @@ def check_steps(
     total: Rational | None,
     most: int = 0,
     unknown: Unlabelled = NOBODY,
+    groups: Groups | None = None,
 ) -> Iterator[Finding]:
     """Check each entry against the labels of each column, how many rows have them, and how many there are, or at most so many."""
-    prepared = _Prepared(stated, labels, amounts, total, most, unknown)
+    prepared = _Prepared(stated, labels, amounts, total, most, unknown, groups)
     for i, step in enumerate(stated):
         fault = _fault_of_step(step, prepared)
         what = step.sentence.partition(";")[0] or f"{step.step} {shown(step.column)} {shown(step.label or step.edges)}"
@@ -331,6 +348,9 @@ def _fault_of_left_out(step: Step, prepared: _Prepared) -> str:
     amounts = [amount for _, amount in step.columns]
     if not amounts or not all(at_most(amount, step.amount) for amount in amounts) or not at_most(step.amount, sum_of(amounts)):
         return "the amounts of the columns do not make up the whole"
+    known, listed = prepared.groups, step.groups
+    if known is not None and listed is not None and (fault := fault_of_groups(step.amount, step.columns, listed, known)):
+        return fault
     kept = sum_of([step.of, (-step.amount[0], step.amount[1])])
     if prepared.total is None:
         return "" if 0 < kept[0] <= prepared.most else f"the table has at most {prepared.most} rows"

@@ -278,7 +278,8 @@ def _check_table(stated: Proxies, table: Table) -> None:
     """Refuse a table that is not one of counts by cells."""
     header = table.header
     columns = header.subject.columns
-    if header.subject.kind != "counts" or table.policy is not None or header.truths is not None or header.profiles or header.unknown:
+    more = header.truths is not None or header.profiles or header.unknown or header.log
+    if header.subject.kind != "counts" or table.policy is not None or more:
         raise malformed("the table", "must be one of counts, and no more")
     if columns.context or columns.group != (*stated.context, *(name for name in stated.keys if name not in stated.context)):
         raise malformed("the table", "must have the columns of the contexts and of the cells in the place of groups, and no contexts")

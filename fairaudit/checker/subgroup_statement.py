@@ -22,7 +22,7 @@ from .json_values import (
     read_string,
     read_strings,
 )
-from .preparation import MEDIAN, Step, read_preparation
+from .preparation import MEDIAN, Step, log_digests, read_preparation
 from .rationals import ONE, Rational, at_most, read_extended, read_rational, read_two
 from .text import malformed, shown
 from .work import spend
@@ -82,6 +82,7 @@ class Stated:
     targets: tuple[tuple[Rational, str, str], ...]  # limit, what is judged, verdict
     verdict: str
     confidence: Fraction | None
+    log_digests: Mapping[str, str]
 
 
 def _read_conditions(value: object, where: str, attributes: Labels) -> Conditions:
@@ -219,6 +220,8 @@ def read_stated(value: object) -> Stated:
         raise malformed("findings", "must all have ends where a population is spoken of, and none elsewhere")
     subject = Subject("counts", Columns(decision, attributes, ()), "counts")
     preparation = read_preparation(about["preparation"], "subject.preparation", subject) if "preparation" in about else ()
+    if any(step.groups is not None for step in preparation):
+        raise malformed("subject.preparation", "must have null in the place of groups, which subgroups do not have")
     if named and any(step.step == MEDIAN for step in preparation):
         raise malformed("findings", "must not have ends where scores were cut at their own median, of which no two are independent")
     return Stated(
@@ -241,6 +244,7 @@ def read_stated(value: object) -> Stated:
         targets,
         read_choice(top["verdict"], "verdict", ("none", "within", "exceeds", "inconclusive")),
         next(iter(named), None),
+        log_digests(about),
     )
 
 

@@ -20,7 +20,7 @@ from .conjunctions import (
     reaches,
     read_subgroup_table,
 )
-from .preparation import check_steps, left_out
+from .preparation import check_log_digests, check_steps, left_out
 from .rationals import INFINITY, ONE, Rational, as_pair, at_most, maximum, reduced, written
 from .sentences import CHOSEN_BEFOREHAND, INDEPENDENT_ROWS, RANGE
 from .subgroup_statement import THIS_TABLE, Ends, Stated, StatedClaim, read_stated
@@ -107,6 +107,7 @@ class _Checked:
         yield compared("subject.table.sha256", stated.digest, table.digest)
         yield compared("subject.table.cells", stated.cells, table.lines * len(table.decisions))
         yield compared("subject.columns", (stated.decision, stated.attributes), (table.decision, table.attributes))
+        yield from check_log_digests(stated.log_digests, table.log)
         yield from check_steps(
             stated.preparation,
             {

@@ -22,7 +22,7 @@ from .meanings import check_undecided
 from .metrics import check_metrics, check_not_compared, check_rates, check_unfiltered
 from .outline import outline_of
 from .passing import PassingBox, passing_box
-from .preparation import MEDIAN, check_preparation, check_spellings, counted_of
+from .preparation import MEDIAN, check_log_digests, check_preparation, check_spellings, counted_of
 from .program import Program
 from .proxies import PROXIES_FORMAT, check_proxies
 from .rows import embedded_lines, lines_of_file, read_table
@@ -109,6 +109,7 @@ def _checked_certificate(document: object, lines: Iterable[bytes] | None) -> Rep
     working_on("the metrics")
     metrics = measure(table)
     findings += _check_subject(stated, table)
+    findings += check_log_digests(stated.log_digests, (table.header if table.policy is None else table.policy.header).log)
     findings += check_spellings(stated.spellings, stated.preparation, table)
     findings += check_preparation(stated.preparation, table)
     if stated.evaluation is not None:

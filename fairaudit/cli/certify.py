@@ -415,7 +415,7 @@ def _certify_in_parts(arguments: argparse.Namespace, stated: Attesting | None = 
             embed_table=False if arguments.no_table else None,
             burden=arguments.burden,
             count=reading.count,
-            missing=reading.missing if reading.missing != "unknown" else "error",
+            missing=reading.missing if reading.missing in ("drop", "group") else "error",
         )
     return certified(arguments, result, [], attesting=stated, kept=kept)
 

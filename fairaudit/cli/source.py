@@ -107,12 +107,12 @@ def add_wide(roles: argparse._ArgumentGroup) -> None:
 
 def add_label_options(rest: argparse._ArgumentGroup, *, unknown: bool = False) -> None:
     """Declare what becomes of labels that are missing, or spelt in several ways, and which of them name no group."""
-    of_groups = "; of group columns, count the group as unknown" if unknown else ""
+    others = "; unknown: of group columns, the group is unknown; undecided: the decision may have been any" if unknown else ""
     rest.add_argument(
         "--missing",
-        choices=("error", "drop", "group", *(("unknown",) if unknown else ())),
+        choices=("error", "drop", "group", *(("unknown", "undecided") if unknown else ())),
         default="error",
-        help=f"what to do with empty labels: refuse (default), leave the row out, make them a level of their own{of_groups}",
+        help=f"what to do with empty labels: refuse (default), leave the row out, make them a level of their own{others}",
     )
     if unknown:
         rest.add_argument(

@@ -41,7 +41,7 @@ from fairaudit.model.layout import (
     spread_truth,
 )
 from fairaudit.model.unknown import UnknownRows, refuse_beside_unknown, unknown_rows
-from fairaudit.tables.columns import CodedTable, Missing, read_columns
+from fairaudit.tables.columns import MISSING_LABEL, CodedTable, Missing, read_columns
 from fairaudit.tables.preparation import Entry, assumption
 from fairaudit.tables.sources import Table
 from fairaudit.tables.tally import Tally
@@ -169,9 +169,9 @@ class Law:
             Columns of the decision and of the count (a number ≥ 0, not necessarily an integer).
         group, context : str or sequence of str
             Columns of the sensitive attributes and of the contexts; several make tuples (intersections).
-        missing : {"error", "drop", "group", "unknown"}
-            What an empty label means: an error, a row to leave out, a level of its own named ``(missing)``, or, in a group column, that the
-            group is unknown.
+        missing : {"error", "drop", "group", "unknown", "undecided"}
+            What an empty label means: an error, a row to leave out, a level of its own named ``(missing)``; in a group column that the
+            group is unknown; or of the decision that it may have been any: it is ``(missing)``, and undecided.
         truth : str, optional
             Column of the true label, for rates of true and false positives (`certify`).
         unknown : sequence of str
@@ -658,6 +658,7 @@ def _read(
             unknown=unrecorded if unrecorded is not None and len(unrecorded.contexts) else None,
             rows_read=int(coded.counts.sum()),
             evaluation=evaluation,
+            undecided=(MISSING_LABEL,) if missing == "undecided" and MISSING_LABEL in coded.decisions else (),
         ),
         bottoms,
     )

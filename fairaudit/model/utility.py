@@ -123,9 +123,9 @@ class Utility:
             Columns of g and of the decision.
         group, context : str or sequence of str
             Columns on which g may depend.
-        missing : {"error", "drop", "group", "unknown"}
-            With "group", and in group columns with "unknown", an empty label is the level ``(missing)``, as in `Law.from_counts`; otherwise
-            such rows are passed over.
+        missing : {"error", "drop", "group", "unknown", "undecided"}
+            With "group", of the decision with "undecided", and in group columns with "unknown", an empty label is the level ``(missing)``,
+            as in `Law.from_counts`; otherwise such rows are passed over.
         signed : bool
             Whether values may be negative.
 
@@ -149,7 +149,8 @@ class Utility:
         x_rows = list(zip(*[lists[c] for c in contexts], strict=True)) if contexts else empty
         for position, (u, value) in enumerate(zip(lists[decision], lists[utility], strict=True)):
             labels = [label_text(v) for v in (u, *(x_rows[position] if contexts else ()), *(a_rows[position] if groups else ()))]
-            if None in (labels[: 1 + len(contexts)] if missing == "unknown" else labels) and missing != "group":
+            needed = {"unknown": labels[: 1 + len(contexts)], "undecided": labels[1:], "group": []}.get(missing, labels)
+            if None in needed:
                 continue
             texts = [MISSING_LABEL if text is None else text for text in labels]
             key = (texts[0], tuple(texts[1 : 1 + len(contexts)]), tuple(texts[1 + len(contexts) :]))

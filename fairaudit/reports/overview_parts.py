@@ -84,6 +84,7 @@ class Seen:
     spelt: Sequence[dict[str, Any]] = ()
     lost: LostAnswers | None = None
     meant: Mapping[str, Extended] | None = None  # the least ratios of the table, whatever its undecided decisions meant
+    undecided: Sequence[str] = ()  # decisions
     labels: Sequence[Any] | None = None  # of the contexts, where the table has them all together
     worst: Sequence[Ratio] | None = None
 

@@ -8,6 +8,8 @@ from fractions import Fraction
 from math import inf
 from typing import Literal
 
+import numpy as np
+
 from fairaudit.audits.differences import difference_pair
 from fairaudit.audits.sentences import Deciding, caution, few_of_policy, headline_pair, identifier_text
 from fairaudit.audits.targets import Target
@@ -17,9 +19,10 @@ from fairaudit.inference.verdicts import SEVERITY
 from fairaudit.measures.differences import MeanDifference
 from fairaudit.measures.limits import Quantity, limit_cells, limit_text
 from fairaudit.measures.ratios import Ratio, Witness
+from fairaudit.model.law import Law
 from fairaudit.reports.overview_parts import Gets, Known, Parts, Seen
 from fairaudit.reports.words import clip
-from fairaudit.tables.preparation import said
+from fairaudit.tables.preparation import said, unequal_shares, unequally_left_out
 from fairaudit.words import DRIFTING, ENDS_CROSS, HIDDEN, THE_INTERVAL, WHATEVER, WHOEVER, approximate, percent, place, plain
 
 __all__ = ["cautions", "chance", "figure", "sentences", "target_lines"]
@@ -112,7 +115,10 @@ def cautions(parts: Parts) -> tuple[str, ...]:
     else:
         pair = headline_pair(deciding, seen.ratios.get("local"), seen.ratios.get("global"))
     size = None if pair is None else seen.sizes([pair])[0]
+    prepared = law if parts.subject.deployment is None else parts.subject.deployment.policy.law
     listed = (
+        unequally_left_out(seen.preparation, prepared.groups),
+        "" if seen.lost is not None else _undecided_by_group(seen.undecided, prepared),
         *said({"spellings": seen.spelt[:SHOW_SPELT]}),
         FOLD if seen.spelt else "",
         "" if seen.lost is None else seen.lost.caution,
@@ -122,6 +128,20 @@ def cautions(parts: Parts) -> tuple[str, ...]:
         few_of_policy(parts.subject.deployment, pair),
     )
     return tuple(plain(text) for text in listed if text)
+
+
+def _undecided_by_group(undecided: Sequence[str], law: Law) -> str:
+    """Of which groups more decisions are undecided than of others; empty where the shares hardly differ, or nothing was counted."""
+    if not undecided or law.kind != "counts":
+        return ""
+    at = [law.decisions.index(label) for label in undecided if label in law.decisions]
+    own, of = (np.zeros(len(law.groups), dtype=law.weights.dtype) for _ in range(2))
+    np.add.at(own, law.cell_group, law.weights[:, at].sum(axis=1))
+    np.add.at(of, law.cell_group, law.weights.sum(axis=1))
+    amounts = zip(law.groups, own.tolist(), of.tolist(), strict=True)
+    shares = {label: (Fraction(amount, law.scale), Fraction(all_, law.scale)) for label, amount, all_ in amounts if all_}
+    said = unequal_shares(shares, law.groups)
+    return f"Undecided: {said}." if said else ""
 
 
 def _foremost(seen: Seen) -> tuple[Target, Deciding | None] | None:

@@ -4,25 +4,25 @@ globalThis!=="object"&&(this?b():(a.defineProperty(a.prototype,"_T_",{configurab
 b(){var
 b=this||self;b.globalThis=b;delete
 a.prototype._T_}}(Object));(function(ak){"use strict";var
-oX="%Li",po=" : flags Open_text and Open_binary are not compatible",d=115,e=105,ph="Invalid_argument",f=111,gO='"',iW=1255,i2=-15,iV=255,pv=0x800,b$=0xffff,i8=123,o6="jsError",b9=0x8000,pg="%ni",pb=12520,aM=107,pu=256,o5="End_of_file",i1="Unix.Unix_error",iU="Failure",pA="infinity",cB=0xff,u=109,iT="mkdir",gM=1000,pz=126,ai="",pn="Stack_overflow",i4="ENOENT",pa="^",dt=122,gL=": No such file or directory",bB="0",pm="/static/",pt="([^/]+)",ea=0x3f,pl=-97,pk="Not_found",i3=0xf,ds=128,o3=-48,o4=0xdc00,pf="Sys_blocked_io",pD="fd ",fd=125,ps="ENOTEMPTY",v=112,o$="Match_failure",bi=248,aT="camlinternalFormat.ml",pr="Division_by_zero",pC=1027,o2="Sys_error",eb=".",d$="+",i0="rmdir",py=0xf0,pe="%u",g=110,o1="EEXIST",pq="%d",b=116,o_="%li",pj=1026,D=118,N=121,pp="buffer.ml",H=119,j=108,fb=127,fc=1024,l=104,px=-32,oV="Pervasives.do_at_exit",oW="utf8",aD=106,cy=" ",bX=0x80,i7="e",oU="Undefined_recursive_module",ae=120,C=103,pd=" : flags Open_rdonly and Open_wronly are not compatible",B=102,o0=512,dr="-",iY="nan",cA=113,oZ=0x7ff0,i6=": Not a directory",o9=0xe0,pc=" : file already exists",a=101,m=117,o8=0xdfff,cz=0xffffff,b_="/",iZ="compare: functional value",pw="Assert_failure",oY="0x",oT="%i",pB="Out_of_memory",iX="ENOTDIR",h=114,pi="true",gN=254,i5="index out of bounds",p=100,o7=250,gP="_bigarr02";function
-Gy(d,b,e,c,f){if(c<=b)for(var
+o0="%Li",pr=" : flags Open_text and Open_binary are not compatible",d=115,e=105,pk="Invalid_argument",f=111,gO='"',iW=1255,i2=-15,iV=255,py=0x800,b$=0xffff,i8=123,o9="jsError",b9=0x8000,pj="%ni",pe=12520,aM=107,px=256,o8="End_of_file",i1="Unix.Unix_error",iU="Failure",pD="infinity",cB=0xff,u=109,iT="mkdir",gM=1000,pC=126,ai="",pq="Stack_overflow",i4="ENOENT",pd="^",dv=122,gL=": No such file or directory",bB="0",pp="/static/",pw="([^/]+)",ed=0x3f,po=-97,pn="Not_found",i3=0xf,du=128,o6=-48,o7=0xdc00,pi="Sys_blocked_io",pG="fd ",fe=125,pv="ENOTEMPTY",v=112,pc="Match_failure",bi=248,aU="camlinternalFormat.ml",pu="Division_by_zero",pF=1027,o5="Sys_error",ee=".",ec="+",i0="rmdir",pB=0xf0,ph="%u",g=110,o4="EEXIST",pt="%d",b=116,pb="%li",pm=1026,D=118,N=121,ps="buffer.ml",H=119,j=108,fc=127,fd=1024,l=104,pA=-32,oY="Pervasives.do_at_exit",oZ="utf8",aC=106,cy=" ",bX=0x80,i7="e",oX="Undefined_recursive_module",af=120,C=103,pg=" : flags Open_rdonly and Open_wronly are not compatible",B=102,o3=512,dt="-",iY="nan",cA=113,o2=0x7ff0,i6=": Not a directory",pa=0xe0,pf=" : file already exists",a=101,m=117,o$=0xdfff,cz=0xffffff,b_="/",iZ="compare: functional value",pz="Assert_failure",o1="0x",oW="%i",pE="Out_of_memory",iX="ENOTDIR",i=114,pl="true",gN=254,i5="index out of bounds",o=100,o_=250,gP="_bigarr02";function
+GH(d,b,e,c,f){if(c<=b)for(var
 a=1;a<=f;a++)e[c+a]=d[b+a];else
 for(var
 a=f;a>=1;a--)e[c+a]=d[b+a];return 0}function
-GB(e,f,d){var
+GK(e,f,d){var
 a=new
 Array(d+1);a[0]=0;for(var
 b=1,c=f+1;b<=d;b++,c++)a[b]=e[c];return a}function
 ji(c,b,a){var
 d=String.fromCharCode;if(b==0&&a<=4096&&a==c.length)return d.apply(null,c);var
-e=ai;for(;0<a;b+=fc,a-=fc)e+=d.apply(null,c.slice(b,b+Math.min(a,fc)));return e}function
+e=ai;for(;0<a;b+=fd,a-=fd)e+=d.apply(null,c.slice(b,b+Math.min(a,fd)));return e}function
 gR(b){if(ak.Uint8Array)var
 c=new(ak.Uint8Array)(b.l);else
 var
 c=new
 Array(b.l);var
 e=b.c,d=e.length,a=0;for(;a<d;a++)c[a]=e.charCodeAt(a);for(d=b.l;a<d;a++)c[a]=0;b.c=c;b.t=4;return c}function
-du(d,e,b,f,c){if(c==0)return 0;if(f==0&&(c>=b.l||b.t==2&&c>=b.c.length)){b.c=d.t==4?ji(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else
+dw(d,e,b,f,c){if(c==0)return 0;if(f==0&&(c>=b.l||b.t==2&&c>=b.c.length)){b.c=d.t==4?ji(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else
 if(b.t==2&&f==b.c.length){b.c+=d.t==4?ji(d.c,e,c):e==0&&d.c.length==c?d.c:d.c.substr(e,c);b.t=b.c.length==b.l?0:2}else{if(b.t!=4)gR(b);var
 g=d.c,h=b.c;if(d.t==4)if(f<=e)for(var
 a=0;a<c;a++)h[f+a]=g[e+a];else
@@ -30,47 +30,47 @@ for(var
 a=c-1;a>=0;a--)h[f+a]=g[e+a];else{var
 i=Math.min(c,g.length-e);for(var
 a=0;a<i;a++)h[f+a]=g.charCodeAt(e+a);for(;a<c;a++)h[f+a]=0}}return 0}function
-dv(a){return a}function
-cc(a,b,c,d,e){du(dv(a),b,c,d,e);return 0}function
-Hd(b,a){throw[0,b,a]}function
-ee(b,a){if(b==0)return ai;if(a.repeat)return a.repeat(b);var
+dx(a){return a}function
+cc(a,b,c,d,e){dw(dx(a),b,c,d,e);return 0}function
+Hm(b,a){throw[0,b,a]}function
+eh(b,a){if(b==0)return ai;if(a.repeat)return a.repeat(b);var
 d=ai,c=0;for(;;){if(b&1)d+=a;b>>=1;if(b==0)return d;a+=a;c++;if(c==9)a.slice(0,1)}}function
-gS(a){if(a.t==2)a.c+=ee(a.l-a.c.length,"\0");else
+gS(a){if(a.t==2)a.c+=eh(a.l-a.c.length,"\0");else
 a.c=ji(a.c,0,a.c.length);a.t=0}function
-qb(a){if(a.length<24){for(var
-b=0;b<a.length;b++)if(a.charCodeAt(b)>fb)return false;return true}else
+qe(a){if(a.length<24){for(var
+b=0;b<a.length;b++)if(a.charCodeAt(b)>fc)return false;return true}else
 return!/[^\x00-\x7f]/.test(a)}function
 jk(e){for(var
 j=ai,c=ai,g,f,h,a,b=0,i=e.length;b<i;b++){f=e.charCodeAt(b);if(f<bX){for(var
-d=b+1;d<i&&(f=e.charCodeAt(d))<bX;d++);if(d-b>o0){c.substr(0,1);j+=c;c=ai;j+=e.slice(b,d)}else
-c+=e.slice(b,d);if(d==i)break;b=d}a=1;if(++b<i&&((h=e.charCodeAt(b))&-64)==ds){g=h+(f<<6);if(f<o9){a=g-0x3080;if(a<bX)a=1}else{a=2;if(++b<i&&((h=e.charCodeAt(b))&-64)==ds){g=h+(g<<6);if(f<py){a=g-0xe2080;if(a<pv||a>=0xd7ff&&a<0xe000)a=2}else{a=3;if(++b<i&&((h=e.charCodeAt(b))&-64)==ds&&f<0xf5){a=h-0x3c82080+(g<<6);if(a<0x10000||a>0x10ffff)a=3}}}}}if(a<4){b-=a;c+="\ufffd"}else
-if(a>b$)c+=String.fromCharCode(0xd7c0+(a>>10),o4+(a&0x3FF));else
-c+=String.fromCharCode(a);if(c.length>fc){c.substr(0,1);j+=c;c=ai}}return j+c}function
+d=b+1;d<i&&(f=e.charCodeAt(d))<bX;d++);if(d-b>o3){c.substr(0,1);j+=c;c=ai;j+=e.slice(b,d)}else
+c+=e.slice(b,d);if(d==i)break;b=d}a=1;if(++b<i&&((h=e.charCodeAt(b))&-64)==du){g=h+(f<<6);if(f<pa){a=g-0x3080;if(a<bX)a=1}else{a=2;if(++b<i&&((h=e.charCodeAt(b))&-64)==du){g=h+(g<<6);if(f<pB){a=g-0xe2080;if(a<py||a>=0xd7ff&&a<0xe000)a=2}else{a=3;if(++b<i&&((h=e.charCodeAt(b))&-64)==du&&f<0xf5){a=h-0x3c82080+(g<<6);if(a<0x10000||a>0x10ffff)a=3}}}}}if(a<4){b-=a;c+="\ufffd"}else
+if(a>b$)c+=String.fromCharCode(0xd7c0+(a>>10),o7+(a&0x3FF));else
+c+=String.fromCharCode(a);if(c.length>fd){c.substr(0,1);j+=c;c=ai}}return j+c}function
 ca(c,a,b){this.t=c;this.c=a;this.l=b}ca.prototype.toString=function(){switch(this.t){case
 9:return this.c;default:gS(this);case
-0:if(qb(this.c)){this.t=9;return this.c}this.t=8;case
+0:if(qe(this.c)){this.t=9;return this.c}this.t=8;case
 8:return this.c}};ca.prototype.toUtf16=function(){var
 a=this.toString();if(this.t==9)return a;return jk(a)};ca.prototype.slice=function(){var
 a=this.t==4?this.c.slice():this.c;return new
 ca(this.t,a,this.l)};function
-pN(a){return new
+pQ(a){return new
 ca(0,a,a.length)}function
-w(a){return pN(a)}function
-jh(b,a){Hd(b,w(a))}var
+x(a){return pQ(a)}function
+jh(b,a){Hm(b,x(a))}var
 aI=[0];function
-aV(a){jh(aI.Invalid_argument,a)}function
-gQ(){aV(i5)}function
+aW(a){jh(aI.Invalid_argument,a)}function
+gQ(){aW(i5)}function
 cD(a,b){switch(a.t&6){default:if(b>=a.c.length)return 0;case
 0:return a.c.charCodeAt(b);case
 4:return a.c[b]}}function
-pM(b,a){if(a>>>0>=b.l)gQ();return cD(b,a)}function
-GE(b,a){if(a>>>0>=b.l-3)gQ();var
+pP(b,a){if(a>>>0>=b.l)gQ();return cD(b,a)}function
+GN(b,a){if(a>>>0>=b.l-3)gQ();var
 c=cD(b,a),d=cD(b,a+1),e=cD(b,a+2),f=cD(b,a+3);return f<<24|e<<16|d<<8|c}function
 aH(a,c,b){b&=cB;if(a.t!=4){if(c==a.c.length){a.c+=String.fromCharCode(b);if(c+1==a.l)a.t=0;return 0}gR(a)}a.c[c]=b;return 0}function
 cC(b,a,c){if(a>>>0>=b.l)gQ();return aH(b,a,c)}function
-dx(a){return a.toArray()}function
-GH(c,b,e){if(b>>>0>=c.l-7)gQ();var
-d=dx(e);for(var
+dz(a){return a.toArray()}function
+GQ(c,b,e){if(b>>>0>=c.l-7)gQ();var
+d=dz(e);for(var
 a=0;a<8;a++)aH(c,b+7-a,d[a]);return 0}function
 c0(c,a){if(c.fun)return c0(c.fun,a);if(typeof
 c!=="function")return c;var
@@ -82,22 +82,22 @@ e=arguments.length==0?1:arguments.length,d=new
 Array(a.length+e);for(var
 b=0;b<a.length;b++)d[b]=a[b];for(var
 b=0;b<arguments.length;b++)d[a.length+b]=arguments[b];return c0(c,d)}}function
-fe(){aV(i5)}function
-a4(a,b){if(b>>>0>=a.length-1)fe();return a}function
-GI(a){if(isFinite(a)){if(Math.abs(a)>=2.2250738585072014e-308)return 0;if(a!=0)return 1;return 2}return isNaN(a)?4:3}function
-aU(a){if(a<0)aV("Bytes.create");return new
+ff(){aW(i5)}function
+a5(a,b){if(b>>>0>=a.length-1)ff();return a}function
+GR(a){if(isFinite(a)){if(Math.abs(a)>=2.2250738585072014e-308)return 0;if(a!=0)return 1;return 2}return isNaN(a)?4:3}function
+aV(a){if(a<0)aW("Bytes.create");return new
 ca(a?2:9,ai,a)}function
 c1(a){a.t&6&&gS(a);return a.c}var
-Hn=Math.log2&&Math.log2(1.1235582092889474E+307)==1020;function
-Hm(a){if(Hn)return Math.floor(Math.log2(a));var
+Hw=Math.log2&&Math.log2(1.1235582092889474E+307)==1020;function
+Hv(a){if(Hw)return Math.floor(Math.log2(a));var
 b=0;if(a==0)return-Infinity;if(a>=1)while(a>=2){a/=2;b++}else
 while(a<1){a*=2;b--}return b}function
 ja(c){var
 a=new(ak.Float32Array)(1);a[0]=c;var
 b=new(ak.Int32Array)(a.buffer);return b[0]|0}var
-pX=Math.pow(2,-24);function
-Hb(a){throw a}function
-p3(){Hb(aI.Division_by_zero)}function
+p0=Math.pow(2,-24);function
+Hk(a){throw a}function
+p6(){Hk(aI.Division_by_zero)}function
 _(b,c,a){this.lo=b&cz;this.mi=c&cz;this.hi=a&b$}_.prototype.caml_custom="_j";_.prototype.copy=function(){return new
 _(this.lo,this.mi,this.hi)};_.prototype.ucompare=function(a){if(this.hi>a.hi)return 1;if(this.hi<a.hi)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};_.prototype.compare=function(a){var
 b=this.hi<<16,c=a.hi<<16;if(b>c)return 1;if(b<c)return-1;if(this.mi>a.mi)return 1;if(this.mi<a.mi)return-1;if(this.lo>a.lo)return 1;if(this.lo<a.lo)return-1;return 0};_.prototype.neg=function(){var
@@ -107,7 +107,7 @@ b=this.lo+a.lo,c=this.mi+a.mi+(b>>24),d=this.hi+a.hi+(c>>24);return new
 _(b,c,d)};_.prototype.sub=function(a){var
 b=this.lo-a.lo,c=this.mi-a.mi+(b>>24),d=this.hi-a.hi+(c>>24);return new
 _(b,c,d)};_.prototype.mul=function(a){var
-b=this.lo*a.lo,c=(b*pX|0)+this.mi*a.lo+this.lo*a.mi,d=(c*pX|0)+this.hi*a.lo+this.mi*a.mi+this.lo*a.hi;return new
+b=this.lo*a.lo,c=(b*p0|0)+this.mi*a.lo+this.lo*a.mi,d=(c*p0|0)+this.hi*a.lo+this.mi*a.mi+this.lo*a.hi;return new
 _(b,c,d)};_.prototype.isZero=function(){return(this.lo|this.mi|this.hi)==0};_.prototype.isNeg=function(){return this.hi<<16<0};_.prototype.and=function(a){return new
 _(this.lo&a.lo,this.mi&a.mi,this.hi&a.hi)};_.prototype.or=function(a){return new
 _(this.lo|a.lo,this.mi|a.mi,this.hi|a.hi)};_.prototype.xor=function(a){return new
@@ -125,21 +125,21 @@ _(this.mi>>a-24|this.hi<<48-a,this.hi<<16>>a-24>>16,b&b$);return new
 _(this.hi<<16>>a-32,b,b)};_.prototype.lsl1=function(){this.hi=this.hi<<1|this.mi>>23;this.mi=(this.mi<<1|this.lo>>23)&cz;this.lo=this.lo<<1&cz};_.prototype.lsr1=function(){this.lo=(this.lo>>>1|this.mi<<23)&cz;this.mi=(this.mi>>>1|this.hi<<23)&cz;this.hi=this.hi>>>1};_.prototype.udivmod=function(e){var
 c=0,b=this.copy(),a=e.copy(),d=new
 _(0,0,0);while(b.ucompare(a)>0){c++;a.lsl1()}while(c>=0){c--;d.lsl1();if(b.ucompare(a)>=0){d.lo++;b=b.sub(a)}a.lsr1()}return{quotient:d,modulus:b}};_.prototype.div=function(a){var
-b=this;if(a.isZero())p3();var
+b=this;if(a.isZero())p6();var
 d=b.hi^a.hi;if(b.hi&b9)b=b.neg();if(a.hi&b9)a=a.neg();var
 c=b.udivmod(a).quotient;if(d&b9)c=c.neg();return c};_.prototype.mod=function(b){var
-a=this;if(b.isZero())p3();var
+a=this;if(b.isZero())p6();var
 d=a.hi;if(a.hi&b9)a=a.neg();if(b.hi&b9)b=b.neg();var
 c=a.udivmod(b).modulus;if(d&b9)c=c.neg();return c};_.prototype.toInt=function(){return this.lo|this.mi<<24};_.prototype.toFloat=function(){return(this.hi<<16)*Math.pow(2,32)+this.mi*Math.pow(2,24)+this.lo};_.prototype.toArray=function(){return[this.hi>>8,this.hi&cB,this.mi>>16,this.mi>>8&cB,this.mi&cB,this.lo>>16,this.lo>>8&cB,this.lo&cB]};_.prototype.lo32=function(){return this.lo|(this.mi&cB)<<24};_.prototype.hi32=function(){return this.mi>>>8&b$|this.hi<<16};function
-fh(b,c,a){return new
+fi(b,c,a){return new
 _(b,c,a)}function
-gU(a){if(!isFinite(a)){if(isNaN(a))return fh(1,0,oZ);return a>0?fh(0,0,oZ):fh(0,0,0xfff0)}var
+gU(a){if(!isFinite(a)){if(isNaN(a))return fi(1,0,o2);return a>0?fi(0,0,o2):fi(0,0,0xfff0)}var
 f=a==0&&1/a==-Infinity?b9:a>=0?0:b9;if(f)a=-a;var
-b=Hm(a)+1023;if(b<=0){b=0;a/=Math.pow(2,-pj)}else{a/=Math.pow(2,b-pC);if(a<16){a*=2;b-=1}if(b==0)a/=2}var
+b=Hv(a)+1023;if(b<=0){b=0;a/=Math.pow(2,-pm)}else{a/=Math.pow(2,b-pF);if(a<16){a*=2;b-=1}if(b==0)a/=2}var
 d=Math.pow(2,24),c=a|0;a=(a-c)*d;var
 e=a|0;a=(a-e)*d;var
-g=a|0;c=c&i3|f|b<<4;return fh(g,e,c)}function
-pK(c,b,g){c.write(32,b.dims.length);c.write(32,b.kind|b.layout<<8);if(b.caml_custom==gP)for(var
+g=a|0;c=c&i3|f|b<<4;return fi(g,e,c)}function
+pN(c,b,g){c.write(32,b.dims.length);c.write(32,b.kind|b.layout<<8);if(b.caml_custom==gP)for(var
 a=0;a<b.dims.length;a++)if(b.dims[a]<b$)c.write(16,b.dims[a]);else{c.write(16,b$);c.write(32,0);c.write(32,b.dims[a])}else
 for(var
 a=0;a<b.dims.length;a++)c.write(32,b.dims[a]);switch(b.kind){case
@@ -157,11 +157,11 @@ a=0;a<b.data.length;a++)c.write(32,b.data[a]);break;case
 a=0;a<b.data.length;a++)c.write(32,b.data[a]);break;case
 7:for(var
 a=0;a<b.data.length/2;a++){var
-e=dx(b.get(a));for(var
+e=dz(b.get(a));for(var
 d=0;d<8;d++)c.write(8,e[d])}break;case
 1:for(var
 a=0;a<b.data.length;a++){var
-e=dx(gU(b.get(a)));for(var
+e=dz(gU(b.get(a)));for(var
 d=0;d<8;d++)c.write(8,e[d])}break;case
 0:for(var
 a=0;a<b.data.length;a++){var
@@ -171,15 +171,15 @@ a=0;a<b.data.length/2;a++){var
 d=b.get(a);c.write(32,ja(d[1]));c.write(32,ja(d[2]))}break;case
 11:for(var
 a=0;a<b.data.length/2;a++){var
-f=b.get(a),e=dx(gU(f[1]));for(var
+f=b.get(a),e=dz(gU(f[1]));for(var
 d=0;d<8;d++)c.write(8,e[d]);var
-e=dx(gU(f[2]));for(var
+e=dz(gU(f[2]));for(var
 d=0;d<8;d++)c.write(8,e[d])}break}g[0]=(4+b.dims.length)*4;g[1]=(4+b.dims.length)*8}function
-pI(a){switch(a){case
+pL(a){switch(a){case
 7:case
 10:case
 11:return 2;default:return 1}}function
-GC(c,e){var
+GL(c,e){var
 b=ak,a;switch(c){case
 0:a=b.Float32Array;break;case
 1:a=b.Float64Array;break;case
@@ -193,36 +193,36 @@ b=ak,a;switch(c){case
 9:a=b.Int32Array;break;case
 10:a=b.Float32Array;break;case
 11:a=b.Float64Array;break;case
-12:a=b.Uint8Array;break}if(!a)aV("Bigarray.create: unsupported kind");var
+12:a=b.Uint8Array;break}if(!a)aW("Bigarray.create: unsupported kind");var
 d=new
-a(e*pI(c));return d}function
+a(e*pL(c));return d}function
 jb(c){var
 a=new(ak.Int32Array)(1);a[0]=c;var
 b=new(ak.Float32Array)(a.buffer);return b[0]}function
-ed(a){return new
+eg(a){return new
 _(a[7]<<0|a[6]<<8|a[5]<<16,a[4]<<0|a[3]<<8|a[2]<<16,a[1]<<0|a[0]<<8)}function
 jc(d){var
 f=d.lo,g=d.mi,b=d.hi,c=(b&0x7fff)>>4;if(c==2047)return(f|g|b&i3)==0?b&b9?-Infinity:Infinity:NaN;var
-e=Math.pow(2,-24),a=(f*e+g)*e+(b&i3);if(c>0){a+=16;a*=Math.pow(2,c-pC)}else
-a*=Math.pow(2,-pj);if(b&b9)a=-a;return a}function
+e=Math.pow(2,-24),a=(f*e+g)*e+(b&i3);if(c>0){a+=16;a*=Math.pow(2,c-pF)}else
+a*=Math.pow(2,-pm);if(b&b9)a=-a;return a}function
 i9(b){var
 d=b.length,c=1;for(var
-a=0;a<d;a++){if(b[a]<0)aV("Bigarray.create: negative dimension");c=c*b[a]}return c}function
-GU(b,a){return new
+a=0;a<d;a++){if(b[a]<0)aW("Bigarray.create: negative dimension");c=c*b[a]}return c}function
+G3(b,a){return new
 _(b&cz,b>>>24&cB|(a&b$)<<8,a>>>16&b$)}function
 jd(a){return a.hi32()}function
 je(a){return a.lo32()}var
-GD=gP;function
-cZ(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}cZ.prototype.caml_custom=GD;cZ.prototype.offset=function(b){var
+GM=gP;function
+cZ(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}cZ.prototype.caml_custom=GM;cZ.prototype.offset=function(b){var
 c=0;if(typeof
 b==="number")b=[b];if(!(b
 instanceof
-Array))aV("bigarray.js: invalid offset");if(this.dims.length!=b.length)aV("Bigarray.get/set: bad number of dimensions");if(this.layout==0)for(var
-a=0;a<this.dims.length;a++){if(b[a]<0||b[a]>=this.dims[a])fe();c=c*this.dims[a]+b[a]}else
+Array))aW("bigarray.js: invalid offset");if(this.dims.length!=b.length)aW("Bigarray.get/set: bad number of dimensions");if(this.layout==0)for(var
+a=0;a<this.dims.length;a++){if(b[a]<0||b[a]>=this.dims[a])ff();c=c*this.dims[a]+b[a]}else
 for(var
-a=this.dims.length-1;a>=0;a--){if(b[a]<1||b[a]>this.dims[a])fe();c=c*this.dims[a]+(b[a]-1)}return c};cZ.prototype.get=function(a){switch(this.kind){case
+a=this.dims.length-1;a>=0;a--){if(b[a]<1||b[a]>this.dims[a])ff();c=c*this.dims[a]+(b[a]-1)}return c};cZ.prototype.get=function(a){switch(this.kind){case
 7:var
-d=this.data[a*2+0],b=this.data[a*2+1];return GU(d,b);case
+d=this.data[a*2+0],b=this.data[a*2+1];return G3(d,b);case
 10:case
 11:var
 e=this.data[a*2+0],c=this.data[a*2+1];return[gN,e,c];default:return this.data[a]}};cZ.prototype.set=function(a,b){switch(this.kind){case
@@ -257,26 +257,26 @@ a=0;a<this.data.length;a+=2){if(this.data[a+1]<b.data[a+1])return-1;if(this.data
 9:case
 12:for(var
 a=0;a<this.data.length;a++){if(this.data[a]<b.data[a])return-1;if(this.data[a]>b.data[a])return 1}break}return 0};function
-ec(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}ec.prototype=new
-cZ();ec.prototype.offset=function(a){if(typeof
+ef(c,d,b,a){this.kind=c;this.layout=d;this.dims=b;this.data=a}ef.prototype=new
+cZ();ef.prototype.offset=function(a){if(typeof
 a!=="number")if(a
 instanceof
 Array&&a.length==1)a=a[0];else
-aV("Ml_Bigarray_c_1_1.offset");if(a<0||a>=this.dims[0])fe();return a};ec.prototype.get=function(a){return this.data[a]};ec.prototype.set=function(a,b){this.data[a]=b;return 0};ec.prototype.fill=function(a){this.data.fill(a);return 0};function
-pG(c,d,a,b){var
-e=pI(c);if(i9(a)*e!=b.length)aV("length doesn't match dims");if(d==0&&a.length==1&&e==1)return new
-ec(c,d,a,b);return new
+aW("Ml_Bigarray_c_1_1.offset");if(a<0||a>=this.dims[0])ff();return a};ef.prototype.get=function(a){return this.data[a]};ef.prototype.set=function(a,b){this.data[a]=b;return 0};ef.prototype.fill=function(a){this.data.fill(a);return 0};function
+pJ(c,d,a,b){var
+e=pL(c);if(i9(a)*e!=b.length)aW("length doesn't match dims");if(d==0&&a.length==1&&e==1)return new
+ef(c,d,a,b);return new
 cZ(c,d,a,b)}function
-dw(a){if(!aI.Failure)aI.Failure=[bi,w(iU),-3];jh(aI.Failure,a)}function
-pH(b,v,r){var
-i=b.read32s();if(i<0||i>16)dw("input_value: wrong number of bigarray dimensions");var
+dy(a){if(!aI.Failure)aI.Failure=[bi,x(iU),-3];jh(aI.Failure,a)}function
+pK(b,v,r){var
+i=b.read32s();if(i<0||i>16)dy("input_value: wrong number of bigarray dimensions");var
 p=b.read32s(),j=p&cB,o=p>>8&1,h=[];if(r==gP)for(var
 a=0;a<i;a++){var
 n=b.read16u();if(n==b$){var
-t=b.read32u(),u=b.read32u();if(t!=0)dw("input_value: bigarray dimension overflow in 32bit");n=u}h.push(n)}else
+t=b.read32u(),u=b.read32u();if(t!=0)dy("input_value: bigarray dimension overflow in 32bit");n=u}h.push(n)}else
 for(var
 a=0;a<i;a++)h.push(b.read32u());var
-d=i9(h),f=GC(j,d),g=pG(j,o,h,f);switch(j){case
+d=i9(h),f=GL(j,d),g=pJ(j,o,h,f);switch(j){case
 2:for(var
 a=0;a<d;a++)f[a]=b.read8s();break;case
 3:case
@@ -290,20 +290,20 @@ a=0;a<d;a++)f[a]=b.read16u();break;case
 a=0;a<d;a++)f[a]=b.read32s();break;case
 8:case
 9:var
-s=b.read8u();if(s)dw("input_value: cannot read bigarray with 64-bit OCaml ints");for(var
+s=b.read8u();if(s)dy("input_value: cannot read bigarray with 64-bit OCaml ints");for(var
 a=0;a<d;a++)f[a]=b.read32s();break;case
 7:var
 e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-q=ed(e);g.set(a,q)}break;case
+q=eg(e);g.set(a,q)}break;case
 1:var
 e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-k=jc(ed(e));g.set(a,k)}break;case
+k=jc(eg(e));g.set(a,k)}break;case
 0:for(var
 a=0;a<d;a++){var
 k=jb(b.read32s());g.set(a,k)}break;case
@@ -315,25 +315,25 @@ e=new
 Array(8);for(var
 a=0;a<d;a++){for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-m=jc(ed(e));for(var
+m=jc(eg(e));for(var
 c=0;c<8;c++)e[c]=b.read8u();var
-l=jc(ed(e));g.set(a,[gN,m,l])}break}v[0]=(4+i)*4;return pG(j,o,h,f)}function
-pF(a,b,c){return a.compare(b,c)}function
-p1(a,b){return Math.imul(a,b)}function
-cE(b,a){a=p1(a,0xcc9e2d51|0);a=a<<15|a>>>32-15;a=p1(a,0x1b873593);b^=a;b=b<<13|b>>>32-13;return(b+(b<<2)|0)+(0xe6546b64|0)|0}function
-GO(a,b){a=cE(a,je(b));a=cE(a,jd(b));return a}function
-pV(a,b){return GO(a,gU(b))}function
-pJ(c){var
+l=jc(eg(e));g.set(a,[gN,m,l])}break}v[0]=(4+i)*4;return pJ(j,o,h,f)}function
+pI(a,b,c){return a.compare(b,c)}function
+p4(a,b){return Math.imul(a,b)}function
+cE(b,a){a=p4(a,0xcc9e2d51|0);a=a<<15|a>>>32-15;a=p4(a,0x1b873593);b^=a;b=b<<13|b>>>32-13;return(b+(b<<2)|0)+(0xe6546b64|0)|0}function
+GX(a,b){a=cE(a,je(b));a=cE(a,jd(b));return a}function
+pY(a,b){return GX(a,gU(b))}function
+pM(c){var
 b=i9(c.dims),d=0;switch(c.kind){case
 2:case
 3:case
-12:if(b>pu)b=pu;var
+12:if(b>px)b=px;var
 e=0,a=0;for(a=0;a+4<=c.data.length;a+=4){e=c.data[a+0]|c.data[a+1]<<8|c.data[a+2]<<16|c.data[a+3]<<24;d=cE(d,e)}e=0;switch(b&3){case
 3:e=c.data[a+2]<<16;case
 2:e|=c.data[a+1]<<8;case
 1:e|=c.data[a+0];d=cE(d,e)}break;case
 4:case
-5:if(b>ds)b=ds;var
+5:if(b>du)b=du;var
 e=0,a=0;for(a=0;a+2<=c.data.length;a+=2){e=c.data[a+0]|c.data[a+1]<<16;d=cE(d,e)}if((b&1)!=0)d=cE(d,c.data[a]);break;case
 6:if(b>64)b=64;for(var
 a=0;a<b;a++)d=cE(d,c.data[a]);break;case
@@ -344,45 +344,45 @@ a=0;a<b;a++)d=cE(d,c.data[a]);break;case
 a=0;a<b;a++)d=cE(d,c.data[a]);break;case
 10:b*=2;case
 0:if(b>64)b=64;for(var
-a=0;a<b;a++)d=pV(d,c.data[a]);break;case
+a=0;a<b;a++)d=pY(d,c.data[a]);break;case
 11:b*=2;case
 1:if(b>32)b=32;for(var
-a=0;a<b;a++)d=pV(d,c.data[a]);break}return d}function
-GR(a,b){b[0]=4;return a.read32s()}function
-G$(a,b){switch(a.read8u()){case
+a=0;a<b;a++)d=pY(d,c.data[a]);break}return d}function
+G0(a,b){b[0]=4;return a.read32s()}function
+Hi(a,b){switch(a.read8u()){case
 1:b[0]=4;return a.read32s();case
-2:dw("input_value: native integer value too large");default:dw("input_value: ill-formed native integer")}}function
-G3(c,d){var
+2:dy("input_value: native integer value too large");default:dy("input_value: ill-formed native integer")}}function
+Ha(c,d){var
 b=new
 Array(8);for(var
-a=0;a<8;a++)b[a]=c.read8u();d[0]=8;return ed(b)}function
-GZ(e,d,b){var
-c=dx(d);for(var
+a=0;a<8;a++)b[a]=c.read8u();d[0]=8;return eg(b)}function
+G8(e,d,b){var
+c=dz(d);for(var
 a=0;a<8;a++)e.write(8,c[a]);b[0]=8;b[1]=8}function
-GT(a,b,c){return a.compare(b)}function
-GW(a){return a.lo32()^a.hi32()}var
-pR={"_j":{deserialize:G3,serialize:GZ,fixed_length:8,compare:GT,hash:GW},"_i":{deserialize:GR,fixed_length:4},"_n":{deserialize:G$,fixed_length:4},"_bigarray":{deserialize:function(a,b){return pH(a,b,"_bigarray")},serialize:pK,compare:pF,hash:pJ},"_bigarr02":{deserialize:function(a,b){return pH(a,b,gP)},serialize:pK,compare:pF,hash:pJ}};function
-i_(a){return pR[a.caml_custom]&&pR[a.caml_custom].compare}function
-pP(f,c,d,e){var
+G2(a,b,c){return a.compare(b)}function
+G5(a){return a.lo32()^a.hi32()}var
+pU={"_j":{deserialize:Ha,serialize:G8,fixed_length:8,compare:G2,hash:G5},"_i":{deserialize:G0,fixed_length:4},"_n":{deserialize:Hi,fixed_length:4},"_bigarray":{deserialize:function(a,b){return pK(a,b,"_bigarray")},serialize:pN,compare:pI,hash:pM},"_bigarr02":{deserialize:function(a,b){return pK(a,b,gP)},serialize:pN,compare:pI,hash:pM}};function
+i_(a){return pU[a.caml_custom]&&pU[a.caml_custom].compare}function
+pS(f,c,d,e){var
 b=i_(c);if(b){var
 a=d>0?b(c,f,e):b(f,c,e);if(e&&a!=a)return d;if(+a!=+a)return+a;if((a|0)!=0)return a|0}return d}function
 jf(a){return a
 instanceof
 ca}function
-pY(a){return jf(a)}function
-pQ(a){if(typeof
+p1(a){return jf(a)}function
+pT(a){if(typeof
 a==="number")return gM;else
 if(jf(a))return 252;else
-if(pY(a))return 1252;else
+if(p1(a))return 1252;else
 if(a
 instanceof
 Array&&a[0]===a[0]>>>0&&a[0]<=iV){var
 b=a[0]|0;return b==gN?0:b}else
 if(a
 instanceof
-String)return pb;else
+String)return pe;else
 if(typeof
-a=="string")return pb;else
+a=="string")return pe;else
 if(a
 instanceof
 Number)return gM;else
@@ -392,27 +392,27 @@ if(typeof
 a=="function")return 1247;else
 if(typeof
 a=="symbol")return 1251;return 1001}function
-G4(a,b){if(a<b)return-1;if(a==b)return 0;return 1}function
-pL(a,b){a.t&6&&gS(a);b.t&6&&gS(b);return a.c<b.c?-1:a.c>b.c?1:0}function
-Hq(a,b){return pL(a,b)}function
-pO(a,b,d){var
+Hb(a,b){if(a<b)return-1;if(a==b)return 0;return 1}function
+pO(a,b){a.t&6&&gS(a);b.t&6&&gS(b);return a.c<b.c?-1:a.c>b.c?1:0}function
+Hz(a,b){return pO(a,b)}function
+pR(a,b,d){var
 e=[];for(;;){if(!(d&&a===b)){var
-f=pQ(a);if(f==o7){a=a[1];continue}var
-g=pQ(b);if(g==o7){b=b[1];continue}if(f!==g){if(f==gM){if(g==iW)return pP(a,b,-1,d);return-1}if(g==gM){if(f==iW)return pP(b,a,1,d);return 1}return f<g?-1:1}switch(f){case
-247:aV(iZ);break;case
+f=pT(a);if(f==o_){a=a[1];continue}var
+g=pT(b);if(g==o_){b=b[1];continue}if(f!==g){if(f==gM){if(g==iW)return pS(a,b,-1,d);return-1}if(g==gM){if(f==iW)return pS(b,a,1,d);return 1}return f<g?-1:1}switch(f){case
+247:aW(iZ);break;case
 248:var
-c=G4(a[2],b[2]);if(c!=0)return c|0;break;case
-249:aV(iZ);break;case
-250:aV("equal: got Forward_tag, should not happen");break;case
-251:aV("equal: abstract value");break;case
+c=Hb(a[2],b[2]);if(c!=0)return c|0;break;case
+249:aW(iZ);break;case
+250:aW("equal: got Forward_tag, should not happen");break;case
+251:aW("equal: abstract value");break;case
 252:if(a!==b){var
-c=pL(a,b);if(c!=0)return c|0}break;case
-253:aV("equal: got Double_tag, should not happen");break;case
-254:aV("equal: got Double_array_tag, should not happen");break;case
-255:aV("equal: got Custom_tag, should not happen");break;case
-1247:aV(iZ);break;case
+c=pO(a,b);if(c!=0)return c|0}break;case
+253:aW("equal: got Double_tag, should not happen");break;case
+254:aW("equal: got Double_array_tag, should not happen");break;case
+255:aW("equal: got Custom_tag, should not happen");break;case
+1247:aW(iZ);break;case
 1255:var
-i=i_(a);if(i!=i_(b))return a.caml_custom<b.caml_custom?-1:1;if(!i)aV("compare: abstract value");var
+i=i_(a);if(i!=i_(b))return a.caml_custom<b.caml_custom?-1:1;if(!i)aW("compare: abstract value");var
 c=i(a,b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;break;case
 1256:var
 c=a.compare(b,d);if(c!=c)return d?-1:c;if(c!==(c|0))return-1;if(c!=0)return c|0;break;case
@@ -426,24 +426,24 @@ a=a.toString(),b=b.toString();if(a!==b){if(a<b)return-1;if(a>b)return 1}break;ca
 246:case
 254:default:if(a.length!=b.length)return a.length<b.length?-1:1;if(a.length>1)e.push(a,b,1);break}}if(e.length==0)return 0;var
 h=e.pop();b=e.pop();a=e.pop();if(h+1<a.length)e.push(a,b,h+1);a=a[h];b=b[h]}}function
-fg(a,b){return+(pO(a,b,false)==0)}function
-GK(a,c,b,d){if(b>0)if(c==0&&(b>=a.l||a.t==2&&b>=a.c.length))if(d==0){a.c=ai;a.t=2}else{a.c=ee(b,String.fromCharCode(d));a.t=b==a.l?0:2}else{if(a.t!=4)gR(a);for(b+=c;c<b;c++)a.c[c]=d}return 0}function
+fh(a,b){return+(pR(a,b,false)==0)}function
+GT(a,c,b,d){if(b>0)if(c==0&&(b>=a.l||a.t==2&&b>=a.c.length))if(d==0){a.c=ai;a.t=2}else{a.c=eh(b,String.fromCharCode(d));a.t=b==a.l?0:2}else{if(a.t!=4)gR(a);for(b+=c;c<b;c++)a.c[c]=d}return 0}function
 jg(d){d=c1(d);var
-e=d.length;if(e>31)aV("format_int: format too long");var
-a={justify:d$,signstyle:dr,filler:cy,alternate:false,base:0,signedconv:false,width:0,uppercase:false,sign:1,prec:-1,conv:"f"};for(var
+e=d.length;if(e>31)aW("format_int: format too long");var
+a={justify:ec,signstyle:dt,filler:cy,alternate:false,base:0,signedconv:false,width:0,uppercase:false,sign:1,prec:-1,conv:"f"};for(var
 c=0;c<e;c++){var
-b=d.charAt(c);switch(b){case"-":a.justify=dr;break;case"+":case" ":a.signstyle=b;break;case"0":a.filler=bB;break;case"#":a.alternate=true;break;case"1":case"2":case"3":case"4":case"5":case"6":case"7":case"8":case"9":a.width=0;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.width=a.width*10+b;c++}c--;break;case".":a.prec=0;c++;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.prec=a.prec*10+b;c++}c--;case"d":case"i":a.signedconv=true;case"u":a.base=10;break;case"x":a.base=16;break;case"X":a.base=16;a.uppercase=true;break;case"o":a.base=8;break;case"e":case"f":case"g":a.signedconv=true;a.conv=b;break;case"E":case"F":case"G":a.signedconv=true;a.uppercase=true;a.conv=b.toLowerCase();break}}return a}function
+b=d.charAt(c);switch(b){case"-":a.justify=dt;break;case"+":case" ":a.signstyle=b;break;case"0":a.filler=bB;break;case"#":a.alternate=true;break;case"1":case"2":case"3":case"4":case"5":case"6":case"7":case"8":case"9":a.width=0;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.width=a.width*10+b;c++}c--;break;case".":a.prec=0;c++;while(b=d.charCodeAt(c)-48,b>=0&&b<=9){a.prec=a.prec*10+b;c++}c--;case"d":case"i":a.signedconv=true;case"u":a.base=10;break;case"x":a.base=16;break;case"X":a.base=16;a.uppercase=true;break;case"o":a.base=8;break;case"e":case"f":case"g":a.signedconv=true;a.conv=b;break;case"E":case"F":case"G":a.signedconv=true;a.uppercase=true;a.conv=b.toLowerCase();break}}return a}function
 i$(a,e){if(a.uppercase)e=e.toUpperCase();var
-d=e.length;if(a.signedconv&&(a.sign<0||a.signstyle!=dr))d++;if(a.alternate){if(a.base==8)d+=1;if(a.base==16)d+=2}var
-b=ai;if(a.justify==d$&&a.filler==cy)for(var
-c=d;c<a.width;c++)b+=cy;if(a.signedconv)if(a.sign<0)b+=dr;else
-if(a.signstyle!=dr)b+=a.signstyle;if(a.alternate&&a.base==8)b+=bB;if(a.alternate&&a.base==16)b+=oY;if(a.justify==d$&&a.filler==bB)for(var
-c=d;c<a.width;c++)b+=bB;b+=e;if(a.justify==dr)for(var
-c=d;c<a.width;c++)b+=cy;return w(b)}function
-pT(i,c){function
+d=e.length;if(a.signedconv&&(a.sign<0||a.signstyle!=dt))d++;if(a.alternate){if(a.base==8)d+=1;if(a.base==16)d+=2}var
+b=ai;if(a.justify==ec&&a.filler==cy)for(var
+c=d;c<a.width;c++)b+=cy;if(a.signedconv)if(a.sign<0)b+=dt;else
+if(a.signstyle!=dt)b+=a.signstyle;if(a.alternate&&a.base==8)b+=bB;if(a.alternate&&a.base==16)b+=o1;if(a.justify==ec&&a.filler==bB)for(var
+c=d;c<a.width;c++)b+=bB;b+=e;if(a.justify==dt)for(var
+c=d;c<a.width;c++)b+=cy;return x(b)}function
+pW(i,c){function
 j(a,b){if(Math.abs(a)<1.0)return a.toFixed(b);else{var
-c=parseInt(a.toString().split(d$)[1]);if(c>20){c-=20;a/=Math.pow(10,c);a+=new
-Array(c+1).join(bB);if(b>0)a=a+eb+new
+c=parseInt(a.toString().split(ec)[1]);if(c>20){c-=20;a/=Math.pow(10,c);a+=new
+Array(c+1).join(bB);if(b>0)a=a+ee+new
 Array(b+1).join(bB);return a}else
 return a.toFixed(b)}}var
 a,e=jg(i),d=e.prec<0?6:e.prec;if(c<0||c==0&&1/c==-Infinity){e.sign=-1;c=-c}if(isNaN(c)){a=iY;e.filler=cy}else
@@ -451,227 +451,227 @@ if(!isFinite(c)){a="inf";e.filler=cy}else
 switch(e.conv){case"e":var
 a=c.toExponential(d),b=a.length;if(a.charAt(b-3)==i7)a=a.slice(0,b-1)+bB+a.slice(b-1);break;case"f":a=j(c,d);break;case"g":d=d?d:1;a=c.toExponential(d-1);var
 h=a.indexOf(i7),g=+a.slice(h+1);if(g<-4||c>=1e21||c.toFixed(0).length>d){var
-b=h-1;while(a.charAt(b)==bB)b--;if(a.charAt(b)==eb)b--;a=a.slice(0,b+1)+a.slice(h);b=a.length;if(a.charAt(b-3)==i7)a=a.slice(0,b-1)+bB+a.slice(b-1);break}else{var
+b=h-1;while(a.charAt(b)==bB)b--;if(a.charAt(b)==ee)b--;a=a.slice(0,b+1)+a.slice(h);b=a.length;if(a.charAt(b-3)==i7)a=a.slice(0,b-1)+bB+a.slice(b-1);break}else{var
 f=d;if(g<0){f-=g+1;a=c.toFixed(f)}else
 while(a=c.toFixed(f),a.length>d+1)f--;if(f){var
-b=a.length-1;while(a.charAt(b)==bB)b--;if(a.charAt(b)==eb)b--;a=a.slice(0,b+1)}}break}return i$(e,a)}function
-gT(d,b){if(c1(d)==pq)return w(ai+b);var
+b=a.length-1;while(a.charAt(b)==bB)b--;if(a.charAt(b)==ee)b--;a=a.slice(0,b+1)}}break}return i$(e,a)}function
+gT(d,b){if(c1(d)==pt)return x(ai+b);var
 a=jg(d);if(b<0)if(a.signedconv){a.sign=-1;b=-b}else
 b>>>=0;var
 c=b.toString(a.base);if(a.prec>=0){a.filler=cy;var
-e=a.prec-c.length;if(e>0)c=ee(e,bB)+c}return i$(a,c)}var
-Ha=0;function
-GM(){return Ha++}function
-G6(a){return a.toUtf16()}function
-fk(){return typeof
+e=a.prec-c.length;if(e>0)c=eh(e,bB)+c}return i$(a,c)}var
+Hj=0;function
+GV(){return Hj++}function
+Hd(a){return a.toUtf16()}function
+fl(){return typeof
 ak.process!=="undefined"&&typeof
 ak.process.versions!=="undefined"&&typeof
 ak.process.versions.node!=="undefined"}function
-Ho(){function
+Hx(){function
 a(a){if(a.charAt(0)===b_)return[ai,a.substring(1)];return}function
 b(c){var
 g=/^([a-zA-Z]:|[\\/]{2}[^\\/]+[\\/]+[^\\/]+)?([\\/])?([\s\S]*?)$/,a=g.exec(c),b=a[1]||ai,e=Boolean(b&&b.charAt(1)!==":");if(Boolean(a[2]||e)){var
-d=a[1]||ai,f=a[2]||ai;return[d,c.substring(d.length+f.length)]}return}return fk()&&ak.process&&ak.process.platform?ak.process.platform==="win32"?b:a:a}var
-jm=Ho();function
-p6(a){return a.slice(-1)!==b_?a+b_:a}if(fk()&&ak.process&&ak.process.cwd)var
-ff=ak.process.cwd().replace(/\\/g,b_);else
+d=a[1]||ai,f=a[2]||ai;return[d,c.substring(d.length+f.length)]}return}return fl()&&ak.process&&ak.process.platform?ak.process.platform==="win32"?b:a:a}var
+jm=Hx();function
+p9(a){return a.slice(-1)!==b_?a+b_:a}if(fl()&&ak.process&&ak.process.cwd)var
+fg=ak.process.cwd().replace(/\\/g,b_);else
 var
-ff="/static";ff=p6(ff);function
-G7(a){a=G6(a);if(!jm(a))a=ff+a;var
+fg="/static";fg=p9(fg);function
+He(a){a=Hd(a);if(!jm(a))a=fg+a;var
 e=jm(a),d=e[1].split(b_),b=[];for(var
 c=0;c<d.length;c++)switch(d[c]){case"..":if(b.length>1)b.pop();break;case".":break;default:b.push(d[c]);break}b.unshift(e[0]);b.orig=a;return b}function
-Hi(e){for(var
+Hr(e){for(var
 f=ai,b=f,a,h,c=0,g=e.length;c<g;c++){a=e.charCodeAt(c);if(a<bX){for(var
-d=c+1;d<g&&(a=e.charCodeAt(d))<bX;d++);if(d-c>o0){b.substr(0,1);f+=b;b=ai;f+=e.slice(c,d)}else
-b+=e.slice(c,d);if(d==g)break;c=d}if(a<pv){b+=String.fromCharCode(0xc0|a>>6);b+=String.fromCharCode(bX|a&ea)}else
-if(a<0xd800||a>=o8)b+=String.fromCharCode(o9|a>>12,bX|a>>6&ea,bX|a&ea);else
-if(a>=0xdbff||c+1==g||(h=e.charCodeAt(c+1))<o4||h>o8)b+="\xef\xbf\xbd";else{c++;a=(a<<10)+h-0x35fdc00;b+=String.fromCharCode(py|a>>18,bX|a>>12&ea,bX|a>>6&ea,bX|a&ea)}if(b.length>fc){b.substr(0,1);f+=b;b=ai}}return f+b}function
-GG(a){var
-b=9;if(!qb(a))b=8,a=Hi(a);return new
+d=c+1;d<g&&(a=e.charCodeAt(d))<bX;d++);if(d-c>o3){b.substr(0,1);f+=b;b=ai;f+=e.slice(c,d)}else
+b+=e.slice(c,d);if(d==g)break;c=d}if(a<py){b+=String.fromCharCode(0xc0|a>>6);b+=String.fromCharCode(bX|a&ed)}else
+if(a<0xd800||a>=o$)b+=String.fromCharCode(pa|a>>12,bX|a>>6&ed,bX|a&ed);else
+if(a>=0xdbff||c+1==g||(h=e.charCodeAt(c+1))<o7||h>o$)b+="\xef\xbf\xbd";else{c++;a=(a<<10)+h-0x35fdc00;b+=String.fromCharCode(pB|a>>18,bX|a>>12&ed,bX|a>>6&ed,bX|a&ed)}if(b.length>fd){b.substr(0,1);f+=b;b=ai}}return f+b}function
+GP(a){var
+b=9;if(!qe(a))b=8,a=Hr(a);return new
 ca(b,a,a.length)}function
-cG(a){return GG(a)}var
-Hp=["E2BIG","EACCES","EAGAIN","EBADF","EBUSY","ECHILD","EDEADLK","EDOM",o1,"EFAULT","EFBIG","EINTR","EINVAL","EIO","EISDIR","EMFILE","EMLINK","ENAMETOOLONG","ENFILE","ENODEV",i4,"ENOEXEC","ENOLCK","ENOMEM","ENOSPC","ENOSYS",iX,ps,"ENOTTY","ENXIO","EPERM","EPIPE","ERANGE","EROFS","ESPIPE","ESRCH","EXDEV","EWOULDBLOCK","EINPROGRESS","EALREADY","ENOTSOCK","EDESTADDRREQ","EMSGSIZE","EPROTOTYPE","ENOPROTOOPT","EPROTONOSUPPORT","ESOCKTNOSUPPORT","EOPNOTSUPP","EPFNOSUPPORT","EAFNOSUPPORT","EADDRINUSE","EADDRNOTAVAIL","ENETDOWN","ENETUNREACH","ENETRESET","ECONNABORTED","ECONNRESET","ENOBUFS","EISCONN","ENOTCONN","ESHUTDOWN","ETOOMANYREFS","ETIMEDOUT","ECONNREFUSED","EHOSTDOWN","EHOSTUNREACH","ELOOP","EOVERFLOW"];function
-dA(d,f,e,a){var
-b=Hp.indexOf(d);if(b<0){if(a==null)a=-9999;b=[0,a]}var
+cG(a){return GP(a)}var
+Hy=["E2BIG","EACCES","EAGAIN","EBADF","EBUSY","ECHILD","EDEADLK","EDOM",o4,"EFAULT","EFBIG","EINTR","EINVAL","EIO","EISDIR","EMFILE","EMLINK","ENAMETOOLONG","ENFILE","ENODEV",i4,"ENOEXEC","ENOLCK","ENOMEM","ENOSPC","ENOSYS",iX,pv,"ENOTTY","ENXIO","EPERM","EPIPE","ERANGE","EROFS","ESPIPE","ESRCH","EXDEV","EWOULDBLOCK","EINPROGRESS","EALREADY","ENOTSOCK","EDESTADDRREQ","EMSGSIZE","EPROTOTYPE","ENOPROTOOPT","EPROTONOSUPPORT","ESOCKTNOSUPPORT","EOPNOTSUPP","EPFNOSUPPORT","EAFNOSUPPORT","EADDRINUSE","EADDRNOTAVAIL","ENETDOWN","ENETUNREACH","ENETRESET","ECONNABORTED","ECONNRESET","ENOBUFS","EISCONN","ENOTCONN","ESHUTDOWN","ETOOMANYREFS","ETIMEDOUT","ECONNREFUSED","EHOSTDOWN","EHOSTUNREACH","ELOOP","EOVERFLOW"];function
+dC(d,f,e,a){var
+b=Hy.indexOf(d);if(b<0){if(a==null)a=-9999;b=[0,a]}var
 c=[b,cG(f||ai),cG(e||ai)];return c}var
-p2={};function
-dy(a){return p2[a]}function
-dz(b,a){throw[0,b].concat(a)}function
-GF(a){return new
+p5={};function
+dA(a){return p5[a]}function
+dB(b,a){throw[0,b].concat(a)}function
+GO(a){return new
 ca(4,a,a.length)}function
 aw(a){jh(aI.Sys_error,a)}function
-Hc(a){aw(a+gL)}function
+Hl(a){aw(a+gL)}function
 bu(a){return a.l}function
-pE(){}function
-a2(a){this.data=a}a2.prototype=new
-pE();a2.prototype.truncate=function(a){var
-b=this.data;this.data=aU(a|0);du(b,0,this.data,0,a)};a2.prototype.length=function(){return bu(this.data)};a2.prototype.write=function(b,d,g,a){var
+pH(){}function
+a3(a){this.data=a}a3.prototype=new
+pH();a3.prototype.truncate=function(a){var
+b=this.data;this.data=aV(a|0);dw(b,0,this.data,0,a)};a3.prototype.length=function(){return bu(this.data)};a3.prototype.write=function(b,d,g,a){var
 c=this.length();if(b+a>=c){var
-e=aU(b+a),f=this.data;this.data=e;du(f,0,this.data,0,c)}cc(d,g,this.data,b,a);return 0};a2.prototype.read=function(c,a,d,b){var
-e=this.length();du(this.data,c,a,d,b);return 0};a2.prototype.read_one=function(a){return pM(this.data,a)};a2.prototype.close=function(){};a2.prototype.constructor=a2;function
+e=aV(b+a),f=this.data;this.data=e;dw(f,0,this.data,0,c)}cc(d,g,this.data,b,a);return 0};a3.prototype.read=function(c,a,d,b){var
+e=this.length();dw(this.data,c,a,d,b);return 0};a3.prototype.read_one=function(a){return pP(this.data,a)};a3.prototype.close=function(){};a3.prototype.constructor=a3;function
 bj(b,a){this.content={};this.root=b;this.lookupFun=a}bj.prototype.nm=function(a){return this.root+a};bj.prototype.create_dir_if_needed=function(d){var
 c=d.split(b_),b=ai;for(var
 a=0;a<c.length-1;a++){b+=c[a]+b_;if(this.content[b])continue;this.content[b]=Symbol("directory")}};bj.prototype.slash=function(a){return/\/$/.test(a)?a:a+b_};bj.prototype.lookup=function(a){if(!this.content[a]&&this.lookupFun){var
-b=this.lookupFun(w(this.root),w(a));if(b!==0){this.create_dir_if_needed(a);this.content[a]=new
-a2(dv(b[1]))}}};bj.prototype.exists=function(a){if(a==ai)return 1;var
+b=this.lookupFun(x(this.root),x(a));if(b!==0){this.create_dir_if_needed(a);this.content[a]=new
+a3(dx(b[1]))}}};bj.prototype.exists=function(a){if(a==ai)return 1;var
 b=this.slash(a);if(this.content[b])return 1;this.lookup(a);return this.content[a]?1:0};bj.prototype.mkdir=function(c,e,d){var
-b=d&&dy(i1);if(this.exists(c))if(b)dz(b,dA(o1,iT,this.nm(c)));else
+b=d&&dA(i1);if(this.exists(c))if(b)dB(b,dC(o4,iT,this.nm(c)));else
 aw(c+": File exists");var
-a=/^(.*)\/[^/]+/.exec(c);a=a&&a[1]||ai;if(!this.exists(a))if(b)dz(b,dA(i4,iT,this.nm(a)));else
-aw(a+gL);if(!this.is_dir(a))if(b)dz(b,dA(iX,iT,this.nm(a)));else
+a=/^(.*)\/[^/]+/.exec(c);a=a&&a[1]||ai;if(!this.exists(a))if(b)dB(b,dC(i4,iT,this.nm(a)));else
+aw(a+gL);if(!this.is_dir(a))if(b)dB(b,dC(iX,iT,this.nm(a)));else
 aw(a+i6);this.create_dir_if_needed(this.slash(c))};bj.prototype.rmdir=function(a,f){var
-b=f&&dy(i1),c=a==ai?ai:this.slash(a),e=new
-RegExp(pa+c+pt);if(!this.exists(a))if(b)dz(b,dA(i4,i0,this.nm(a)));else
-aw(a+gL);if(!this.is_dir(a))if(b)dz(b,dA(iX,i0,this.nm(a)));else
+b=f&&dA(i1),c=a==ai?ai:this.slash(a),e=new
+RegExp(pd+c+pw);if(!this.exists(a))if(b)dB(b,dC(i4,i0,this.nm(a)));else
+aw(a+gL);if(!this.is_dir(a))if(b)dB(b,dC(iX,i0,this.nm(a)));else
 aw(a+i6);for(var
 d
 in
-this.content)if(d.match(e))if(b)dz(b,dA(ps,i0,this.nm(a)));else
+this.content)if(d.match(e))if(b)dB(b,dC(pv,i0,this.nm(a)));else
 aw(this.nm(a)+": Directory not empty");delete
 this.content[c]};bj.prototype.readdir=function(a){var
 f=a==ai?ai:this.slash(a);if(!this.exists(a))aw(a+gL);if(!this.is_dir(a))aw(a+i6);var
 g=new
-RegExp(pa+f+pt),d={},c=[];for(var
+RegExp(pd+f+pw),d={},c=[];for(var
 e
 in
 this.content){var
 b=e.match(g);if(b&&!d[b[1]]){d[b[1]]=true;c.push(b[1])}}return c};bj.prototype.is_dir=function(a){if(a==ai)return true;var
 b=this.slash(a);return this.content[b]?1:0};bj.prototype.unlink=function(a){var
 b=this.content[a]?true:false;delete
-this.content[a];return b};bj.prototype.open=function(a,b){if(b.rdonly&&b.wronly)aw(this.nm(a)+pd);if(b.text&&b.binary)aw(this.nm(a)+po);this.lookup(a);if(this.content[a]){if(this.is_dir(a))aw(this.nm(a)+" : is a directory");if(b.create&&b.excl)aw(this.nm(a)+pc);var
+this.content[a];return b};bj.prototype.open=function(a,b){if(b.rdonly&&b.wronly)aw(this.nm(a)+pg);if(b.text&&b.binary)aw(this.nm(a)+pr);this.lookup(a);if(this.content[a]){if(this.is_dir(a))aw(this.nm(a)+" : is a directory");if(b.create&&b.excl)aw(this.nm(a)+pf);var
 c=this.content[a];if(b.truncate)c.truncate();return c}else
 if(b.create){this.create_dir_if_needed(a);this.content[a]=new
-a2(aU(0));return this.content[a]}else
-Hc(this.nm(a))};bj.prototype.register=function(c,a){var
-b;if(this.content[c])aw(this.nm(c)+pc);if(jf(a))b=new
-a2(a);if(pY(a))b=new
-a2(dv(a));else
+a3(aV(0));return this.content[a]}else
+Hl(this.nm(a))};bj.prototype.register=function(c,a){var
+b;if(this.content[c])aw(this.nm(c)+pf);if(jf(a))b=new
+a3(a);if(p1(a))b=new
+a3(dx(a));else
 if(a
 instanceof
 Array)b=new
-a2(GF(a));else
+a3(GO(a));else
 if(typeof
 a==="string")b=new
-a2(pN(a));else
+a3(pQ(a));else
 if(a.toString){var
-d=dv(cG(a.toString()));b=new
-a2(d)}if(b){this.create_dir_if_needed(c);this.content[c]=b}else
+d=dx(cG(a.toString()));b=new
+a3(d)}if(b){this.create_dir_if_needed(c);this.content[c]=b}else
 aw(this.nm(c)+" : registering file with invalid content type")};bj.prototype.constructor=bj;function
 aE(a){return bu(a)}function
-fj(b,a){return cD(b,a)}function
-GA(d){var
+fk(b,a){return cD(b,a)}function
+GJ(d){var
 c=aE(d),b=new
-Array(c),a=0;for(;a<c;a++)b[a]=fj(d,a);return b}function
-Gz(a){if(a.t!=4)gR(a);return a.c}function
+Array(c),a=0;for(;a<c;a++)b[a]=fk(d,a);return b}function
+GI(a){if(a.t!=4)gR(a);return a.c}function
 cb(a){this.fs=require("fs");this.fd=a}cb.prototype=new
-pE();cb.prototype.truncate=function(a){try{this.fs.ftruncateSync(this.fd,a|0)}catch(a){aw(a.toString())}};cb.prototype.length=function(){try{return this.fs.fstatSync(this.fd).size}catch(a){aw(a.toString())}};cb.prototype.write=function(f,b,c,e){var
-a=GA(b);if(!(a
+pH();cb.prototype.truncate=function(a){try{this.fs.ftruncateSync(this.fd,a|0)}catch(a){aw(a.toString())}};cb.prototype.length=function(){try{return this.fs.fstatSync(this.fd).size}catch(a){aw(a.toString())}};cb.prototype.write=function(f,b,c,e){var
+a=GJ(b);if(!(a
 instanceof
 ak.Uint8Array))a=new(ak.Uint8Array)(a);var
 d=ak.Buffer.from(a);try{this.fs.writeSync(this.fd,d,c,e,f)}catch(a){aw(a.toString())}return 0};cb.prototype.read=function(g,d,c,f){var
-a=Gz(d);if(!(a
+a=GI(d);if(!(a
 instanceof
 ak.Uint8Array))a=new(ak.Uint8Array)(a);var
 e=ak.Buffer.from(a);try{this.fs.readSync(this.fd,e,c,f,g)}catch(a){aw(a.toString())}for(var
 b=0;b<f;b++)cC(d,c+b,e[c+b]);return 0};cb.prototype.read_one=function(c){var
 b=new(ak.Uint8Array)(1),a=ak.Buffer.from(b);try{this.fs.readSync(this.fd,a,0,1,c)}catch(a){aw(a.toString())}return a[0]};cb.prototype.close=function(){try{this.fs.closeSync(this.fd)}catch(a){aw(a.toString())}};cb.prototype.constructor=cb;function
-a3(a){this.fs=require("fs");this.root=a}a3.prototype.nm=function(a){return this.root+a};a3.prototype.exists=function(a){try{return this.fs.existsSync(this.nm(a))?1:0}catch(a){return 0}};a3.prototype.mkdir=function(b,a,c){try{this.fs.mkdirSync(this.nm(b),{mode:a});return 0}catch(a){this.raise_nodejs_error(a,c)}};a3.prototype.rmdir=function(a,b){try{this.fs.rmdirSync(this.nm(a));return 0}catch(a){this.raise_nodejs_error(a,b)}};a3.prototype.readdir=function(a,b){try{return this.fs.readdirSync(this.nm(a))}catch(a){this.raise_nodejs_error(a,b)}};a3.prototype.is_dir=function(a){try{return this.fs.statSync(this.nm(a)).isDirectory()?1:0}catch(a){aw(a.toString())}};a3.prototype.unlink=function(a,c){try{var
-b=this.fs.existsSync(this.nm(a))?1:0;this.fs.unlinkSync(this.nm(a));return b}catch(a){this.raise_nodejs_error(a,c)}};a3.prototype.open=function(f,c,g){var
+a4(a){this.fs=require("fs");this.root=a}a4.prototype.nm=function(a){return this.root+a};a4.prototype.exists=function(a){try{return this.fs.existsSync(this.nm(a))?1:0}catch(a){return 0}};a4.prototype.mkdir=function(b,a,c){try{this.fs.mkdirSync(this.nm(b),{mode:a});return 0}catch(a){this.raise_nodejs_error(a,c)}};a4.prototype.rmdir=function(a,b){try{this.fs.rmdirSync(this.nm(a));return 0}catch(a){this.raise_nodejs_error(a,b)}};a4.prototype.readdir=function(a,b){try{return this.fs.readdirSync(this.nm(a))}catch(a){this.raise_nodejs_error(a,b)}};a4.prototype.is_dir=function(a){try{return this.fs.statSync(this.nm(a)).isDirectory()?1:0}catch(a){aw(a.toString())}};a4.prototype.unlink=function(a,c){try{var
+b=this.fs.existsSync(this.nm(a))?1:0;this.fs.unlinkSync(this.nm(a));return b}catch(a){this.raise_nodejs_error(a,c)}};a4.prototype.open=function(f,c,g){var
 a=require("constants"),b=0;for(var
 e
 in
 c)switch(e){case"rdonly":b|=a.O_RDONLY;break;case"wronly":b|=a.O_WRONLY;break;case"append":b|=a.O_WRONLY|a.O_APPEND;break;case"create":b|=a.O_CREAT;break;case"truncate":b|=a.O_TRUNC;break;case"excl":b|=a.O_EXCL;break;case"binary":b|=a.O_BINARY;break;case"text":b|=a.O_TEXT;break;case"nonblock":b|=a.O_NONBLOCK;break}try{var
 d=this.fs.openSync(this.nm(f),b);return new
-cb(d)}catch(a){this.raise_nodejs_error(a,g)}};a3.prototype.rename=function(b,a,c){try{this.fs.renameSync(this.nm(b),this.nm(a))}catch(a){this.raise_nodejs_error(a,c)}};a3.prototype.stat=function(b,c){try{var
-a=this.fs.statSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};a3.prototype.lstat=function(b,c){try{var
-a=this.fs.lstatSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};a3.prototype.symlink=function(d,c,a,b){try{this.fs.symlinkSync(this.nm(c),this.nm(a),d?"dir":"file");return 0}catch(a){this.raise_nodejs_error(a,b)}};a3.prototype.readlink=function(b,c){try{var
-a=this.fs.readlinkSync(this.nm(b),oW);return cG(a)}catch(a){this.raise_nodejs_error(a,c)}};a3.prototype.raise_nodejs_error=function(a,d){var
-b=dy(i1);if(d&&b){var
-c=dA(a.code,a.syscall,a.path,a.errno);dz(b,c)}else
-aw(a.toString())};a3.prototype.stats_from_js=function(a){var
+cb(d)}catch(a){this.raise_nodejs_error(a,g)}};a4.prototype.rename=function(b,a,c){try{this.fs.renameSync(this.nm(b),this.nm(a))}catch(a){this.raise_nodejs_error(a,c)}};a4.prototype.stat=function(b,c){try{var
+a=this.fs.statSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};a4.prototype.lstat=function(b,c){try{var
+a=this.fs.lstatSync(this.nm(b));return this.stats_from_js(a)}catch(a){this.raise_nodejs_error(a,c)}};a4.prototype.symlink=function(d,c,a,b){try{this.fs.symlinkSync(this.nm(c),this.nm(a),d?"dir":"file");return 0}catch(a){this.raise_nodejs_error(a,b)}};a4.prototype.readlink=function(b,c){try{var
+a=this.fs.readlinkSync(this.nm(b),oZ);return cG(a)}catch(a){this.raise_nodejs_error(a,c)}};a4.prototype.raise_nodejs_error=function(a,d){var
+b=dA(i1);if(d&&b){var
+c=dC(a.code,a.syscall,a.path,a.errno);dB(b,c)}else
+aw(a.toString())};a4.prototype.stats_from_js=function(a){var
 b;if(a.isFile())b=0;else
 if(a.isDirectory())b=1;else
 if(a.isCharacterDevice())b=2;else
 if(a.isBlockDevice())b=3;else
 if(a.isSymbolicLink())b=4;else
 if(a.isFIFO())b=5;else
-if(a.isSocket())b=6;return[0,a.dev,a.ino,b,a.mode,a.nlink,a.uid,a.gid,a.rdev,a.size,a.atimeMs,a.mtimeMs,a.ctimeMs]};a3.prototype.constructor=a3;function
-pU(b){var
+if(a.isSocket())b=6;return[0,a.dev,a.ino,b,a.mode,a.nlink,a.uid,a.gid,a.rdev,a.size,a.atimeMs,a.mtimeMs,a.ctimeMs]};a4.prototype.constructor=a4;function
+pX(b){var
 a=jm(b);if(!a)return;return a[0]+b_}var
-gV=pU(ff)||dw("unable to compute caml_root"),ef=[];if(fk())ef.push({path:gV,device:new
-a3(gV)});else
-ef.push({path:gV,device:new
-bj(gV)});ef.push({path:pm,device:new
-bj(pm)});function
-qc(b){var
-g=G7(b),b=g.join(b_),f=p6(b),c;for(var
-e=0;e<ef.length;e++){var
-a=ef[e];if(f.search(a.path)==0&&(!c||c.path.length<a.path.length))c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}if(!c&&fk()){var
-d=pU(b);if(d&&d.match(/^[a-zA-Z]:\/$/)){var
+gV=pX(fg)||dy("unable to compute caml_root"),ei=[];if(fl())ei.push({path:gV,device:new
+a4(gV)});else
+ei.push({path:gV,device:new
+bj(gV)});ei.push({path:pp,device:new
+bj(pp)});function
+qf(b){var
+g=He(b),b=g.join(b_),f=p9(b),c;for(var
+e=0;e<ei.length;e++){var
+a=ei[e];if(f.search(a.path)==0&&(!c||c.path.length<a.path.length))c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}if(!c&&fl()){var
+d=pX(b);if(d&&d.match(/^[a-zA-Z]:\/$/)){var
 a={path:d,device:new
-a3(d)};ef.push(a);c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}}if(c)return c;aw("no device found for "+f)}function
-GJ(c,b){var
-a=qc(c);if(!a.device.register)dw("cannot register file");a.device.register(a.rest,b);return 0}function
-qa(b,a){var
-b=w(b),a=w(a);return GJ(b,a)}function
-GN(){var
+a4(d)};ei.push(a);c={path:a.path,device:a.device,rest:b.substring(a.path.length,b.length)}}}if(c)return c;aw("no device found for "+f)}function
+GS(c,b){var
+a=qf(c);if(!a.device.register)dy("cannot register file");a.device.register(a.rest,b);return 0}function
+qd(b,a){var
+b=x(b),a=x(a);return GS(b,a)}function
+GW(){var
 b=ak.caml_fs_tmp;if(b)for(var
-a=0;a<b.length;a++)qa(b[a].name,b[a].content);ak.jsoo_create_file=qa;ak.caml_fs_tmp=[];return 0}function
-GP(a,c,k){if(!isFinite(a)){if(isNaN(a))return cG(iY);return cG(a>0?pA:"-infinity")}var
+a=0;a<b.length;a++)qd(b[a].name,b[a].content);ak.jsoo_create_file=qd;ak.caml_fs_tmp=[];return 0}function
+GY(a,c,k){if(!isFinite(a)){if(isNaN(a))return cG(iY);return cG(a>0?pD:"-infinity")}var
 i=a==0&&1/a==-Infinity?1:a>=0?0:1;if(i)a=-a;var
 d=0;if(a==0);else
 if(a<1)while(a<1&&d>-1022){a*=2;d--}else
 while(a>=2){a/=2;d++}var
-j=d<0?ai:d$,e=ai;if(i)e=dr;else
+j=d<0?ai:ec,e=ai;if(i)e=dt;else
 switch(k){case
-43:e=d$;break;case
+43:e=ec;break;case
 32:e=cy;break;default:break}if(c>=0&&c<13){var
 g=Math.pow(2,c*4);a=Math.round(a*g)/g}var
 b=a.toString(16);if(c>=0){var
-h=b.indexOf(eb);if(h<0)b+=eb+ee(c,bB);else{var
-f=h+1+c;if(b.length<f)b+=ee(f-b.length,bB);else
-b=b.substr(0,f)}}return cG(e+oY+b+"p"+j+d.toString(10))}function
-GQ(a){return(a&0x000000FF)<<24|(a&0x0000FF00)<<8|(a&0x00FF0000)>>>8|(a&0xFF000000)>>>24}function
-GS(b){var
-a=dx(b);return ed([a[7],a[6],a[5],a[4],a[3],a[2],a[1],a[0]])}function
-GY(a){return+a.isZero()}function
-pW(a){return new
+h=b.indexOf(ee);if(h<0)b+=ee+eh(c,bB);else{var
+f=h+1+c;if(b.length<f)b+=eh(f-b.length,bB);else
+b=b.substr(0,f)}}return cG(e+o1+b+"p"+j+d.toString(10))}function
+GZ(a){return(a&0x000000FF)<<24|(a&0x0000FF00)<<8|(a&0x00FF0000)>>>8|(a&0xFF000000)>>>24}function
+G1(b){var
+a=dz(b);return eg([a[7],a[6],a[5],a[4],a[3],a[2],a[1],a[0]])}function
+G7(a){return+a.isZero()}function
+pZ(a){return new
 _(a&cz,a>>24&cz,a>>31&b$)}function
-G2(a){return a.toInt()}function
-GX(a){return+a.isNeg()}function
-G1(a){return a.neg()}function
-GV(g,c){var
-a=jg(g);if(a.signedconv&&GX(c)){a.sign=-1;c=G1(c)}var
-b=ai,h=pW(a.base),f="0123456789abcdef";do{var
-e=c.udivmod(h);c=e.quotient;b=f.charAt(G2(e.modulus))+b}while(!GY(c));if(a.prec>=0){a.filler=cy;var
-d=a.prec-b.length;if(d>0)b=ee(d,bB)+b}return i$(a,b)}function
-G0(a,b){return a.mul(b)}function
+G$(a){return a.toInt()}function
+G6(a){return+a.isNeg()}function
+G_(a){return a.neg()}function
+G4(g,c){var
+a=jg(g);if(a.signedconv&&G6(c)){a.sign=-1;c=G_(c)}var
+b=ai,h=pZ(a.base),f="0123456789abcdef";do{var
+e=c.udivmod(h);c=e.quotient;b=f.charAt(G$(e.modulus))+b}while(!G7(c));if(a.prec>=0){a.filler=cy;var
+d=a.prec-b.length;if(d>0)b=eh(d,bB)+b}return i$(a,b)}function
+G9(a,b){return a.mul(b)}function
 n(c){var
 b=0;for(var
 a=c.length-1;a>=0;a--){var
 d=c[a];b=[0,d,b]}return b}function
-pZ(a,d){if(a<0)fe();var
+p2(a,d){if(a<0)ff();var
 a=a+1|0,b=new
 Array(a);b[0]=0;for(var
 c=1;c<a;c++)b[c]=d;return b}var
 cF=new
 Array();function
-G8(c){var
+Hf(c){var
 a=cF[c];if(!a.opened)aw("Cannot flush a closed channel");if(!a.buffer||a.buffer==ai)return 0;if(a.fd&&aI.fds[a.fd]&&aI.fds[a.fd].output){var
 b=aI.fds[a.fd].output;switch(b.length){case
 2:b(c,a.buffer);break;default:b(a.buffer)}}a.buffer=ai;return 0}function
-p5(d,e){var
-a=cF[d],c=w(e),b=aE(c);a.file.write(a.offset,c,0,b);a.offset+=b;return 0}function
-Hk(a){var
+p8(d,e){var
+a=cF[d],c=x(e),b=aE(c);a.file.write(a.offset,c,0,b);a.offset+=b;return 0}function
+Ht(a){var
 a=jk(a),b=ak;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stderr.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
 c=b.console;c&&c.error&&c.error(a)}}function
-Hl(a){var
+Hu(a){var
 a=jk(a),b=ak;if(b.process&&b.process.stdout&&b.process.stdout.write)b.process.stdout.write(a);else{if(a.charCodeAt(a.length-1)==10)a=a.substr(0,a.length-1);var
 c=b.console;c&&c.log&&c.log(a)}}function
 gW(c,e,d,a){if(aI.fds===undefined)aI.fds=new
 Array();a=a?a:{};var
 b={};b.file=d;b.offset=a.append?d.length():0;b.flags=a;b.output=e;aI.fds[c]=b;if(!aI.fd_last_idx||c>aI.fd_last_idx)aI.fd_last_idx=c;return c}function
-Hr(c,b,g){var
+HA(c,b,g){var
 a={};while(b){switch(b[1]){case
 0:a.rdonly=1;break;case
 1:a.wronly=1;break;case
@@ -681,59 +681,59 @@ a={};while(b){switch(b[1]){case
 5:a.excl=1;break;case
 6:a.binary=1;break;case
 7:a.text=1;break;case
-8:a.nonblock=1;break}b=b[2]}if(a.rdonly&&a.wronly)aw(c1(c)+pd);if(a.text&&a.binary)aw(c1(c)+po);var
-d=qc(c),e=d.device.open(d.rest,a),f=aI.fd_last_idx?aI.fd_last_idx:0;return gW(f+1,p5,e,a)}gW(0,p5,new
-a2(aU(0)));gW(1,Hl,new
-a2(aU(0)));gW(2,Hk,new
-a2(aU(0)));function
-G9(a){var
-c=aI.fds[a];if(c.flags.wronly)aw(pD+a+" is writeonly");var
-d=null;if(a==0&&fk()){var
-e=require("fs");d=function(){return cG(e.readFileSync(0,oW))}}var
+8:a.nonblock=1;break}b=b[2]}if(a.rdonly&&a.wronly)aw(c1(c)+pg);if(a.text&&a.binary)aw(c1(c)+pr);var
+d=qf(c),e=d.device.open(d.rest,a),f=aI.fd_last_idx?aI.fd_last_idx:0;return gW(f+1,p8,e,a)}gW(0,p8,new
+a3(aV(0)));gW(1,Hu,new
+a3(aV(0)));gW(2,Ht,new
+a3(aV(0)));function
+Hg(a){var
+c=aI.fds[a];if(c.flags.wronly)aw(pG+a+" is writeonly");var
+d=null;if(a==0&&fl()){var
+e=require("fs");d=function(){return cG(e.readFileSync(0,oZ))}}var
 b={file:c.file,offset:c.offset,fd:a,opened:true,out:false,refill:d};cF[b.fd]=b;return b.fd}function
-p0(c){var
-b=aI.fds[c];if(b.flags.rdonly)aw(pD+c+" is readonly");var
+p3(c){var
+b=aI.fds[c];if(b.flags.rdonly)aw(pG+c+" is readonly");var
 a={file:b.file,offset:b.offset,fd:c,opened:true,out:true,buffer:ai};cF[a.fd]=a;return a.fd}function
-G_(){var
+Hh(){var
 b=0;for(var
 a=0;a<cF.length;a++)if(cF[a]&&cF[a].opened&&cF[a].out)b=[0,cF[a].fd,b];return b}function
-fi(a,b){return+(pO(a,b,false)!=0)}function
+fj(a,b){return+(pR(a,b,false)!=0)}function
 bM(b,c,a){if(a&&ak.toplevelReloc)b=ak.toplevelReloc(a);aI[b+1]=c;if(a)aI[a]=c}function
-He(a,b){p2[c1(a)]=b;return 0}function
-Hg(){aV(i5)}function
-bC(b,a){if(a>>>0>=aE(b))Hg();return fj(b,a)}function
+Hn(a,b){p5[c1(a)]=b;return 0}function
+Hp(){aW(i5)}function
+bC(b,a){if(a>>>0>=aE(b))Hp();return fk(b,a)}function
 bv(a){return a}function
-Hh(){return 0x7FFFFFFF/4|0}function
+Hq(){return 0x7FFFFFFF/4|0}function
 jj(a){var
 b=1;while(a&&a.joo_tramp){a=a.joo_tramp.apply(null,a.joo_args);b++}return a}function
-a5(b,a){return{joo_tramp:b,joo_args:a}}function
-p4(a){return a}function
-p7(a){if(a
+a6(b,a){return{joo_tramp:b,joo_args:a}}function
+p7(a){return a}function
+p_(a){if(a
 instanceof
 Array)return a;if(ak.RangeError&&a
 instanceof
-ak.RangeError&&a.message&&a.message.match(/maximum call stack/i))return p4(aI.Stack_overflow);if(ak.InternalError&&a
+ak.RangeError&&a.message&&a.message.match(/maximum call stack/i))return p7(aI.Stack_overflow);if(ak.InternalError&&a
 instanceof
-ak.InternalError&&a.message&&a.message.match(/too much recursion/i))return p4(aI.Stack_overflow);if(a
+ak.InternalError&&a.message&&a.message.match(/too much recursion/i))return p7(aI.Stack_overflow);if(a
 instanceof
-ak.Error&&dy(o6))return[0,dy(o6),a];return[0,aI.Failure,cG(String(a))]}function
+ak.Error&&dA(o9))return[0,dA(o9),a];return[0,aI.Failure,cG(String(a))]}function
 E(a,b){return a+b}function
-p8(a,b){return a<b?-1:a>b?1:0}function
+p$(a,b){return a<b?-1:a>b?1:0}function
 z(a,b){return a===b?1:0}function
 K(a,b){return a<=b?1:0}function
-p9(b,a){return b<<BigInt(a)}function
+qa(b,a){return b<<BigInt(a)}function
 P(a,b){return a<b?1:0}function
 aJ(a){return-a}function
 r(a,b){return a*b}function
 bk(a){return BigInt(a)}function
-Hj(b){ak.fairauditVerified=function(a){return c1(c0(b,[w(a)]))}}function
+Hs(b){ak.fairauditVerified=function(a){return c1(c0(b,[x(a)]))}}function
 jl(b,a){return b>>BigInt(a)}function
 S(a,b){return a-b}function
-p_(a){return Number(a)}function
-p$(a,b){return a/b}function
-G5(a){switch(a[2]){case-8:case-11:case-12:return 1;default:return 0}}function
-GL(b){var
-a=ai;if(b[0]==0){a+=b[1][1];if(b.length==3&&b[2][0]==0&&G5(b[1]))var
+qb(a){return Number(a)}function
+qc(a,b){return a/b}function
+Hc(a){switch(a[2]){case-8:case-11:case-12:return 1;default:return 0}}function
+GU(b){var
+a=ai;if(b[0]==0){a+=b[1][1];if(b.length==3&&b[2][0]==0&&Hc(b[1]))var
 e=b[2],f=1;else
 var
 f=2,e=b;a+="(";for(var
@@ -747,21 +747,21 @@ if(typeof
 c=="string")a+=gO+c.toString()+gO;else
 a+="_"}a+=")"}else
 if(b[0]==bi)a+=b[1];return a}function
-pS(a){if(a
+pV(a){if(a
 instanceof
 Array&&(a[0]==0||a[0]==bi)){var
-c=dy("Printexc.handle_uncaught_exception");if(c)c(a,false);else{var
-d=GL(a),b=dy(oV);if(b)b(0);ak.console.error("Fatal error: exception "+d+"\n")}}else
+c=dA("Printexc.handle_uncaught_exception");if(c)c(a,false);else{var
+d=GU(a),b=dA(oY);if(b)b(0);ak.console.error("Fatal error: exception "+d+"\n")}}else
 throw a}function
-Hf(){var
-a=ak;if(a.process&&a.process.on)a.process.on("uncaughtException",function(b,c){pS(b);a.process.exit(2)});else
-if(a.addEventListener)a.addEventListener("error",function(a){if(a.error)pS(a.error)})}Hf();function
+Ho(){var
+a=ak;if(a.process&&a.process.on)a.process.on("uncaughtException",function(b,c){pV(b);a.process.exit(2)});else
+if(a.addEventListener)a.addEventListener("error",function(a){if(a.error)pV(a.error)})}Ho();function
 F(a,b){return a.length==1?a(b):c0(a,[b])}function
-aC(a,b,c){return a.length==2?a(b,c):c0(a,[b,c])}function
-oR(a,b,c,d){return a.length==3?a(b,c,d):c0(a,[b,c,d])}function
-oS(a,b,c,d,e,f){return a.length==5?a(b,c,d,e,f):c0(a,[b,c,d,e,f])}GN();var
-jp=[bi,w(pB),-1],jr=[bi,w(o2),-2],jo=[bi,w(iU),-3],jn=[bi,w(ph),-4],jq=[bi,w(pn),-9],aK=[bi,w(pw),-11],Gd=[0,[0,[0,[0,0]]]],Ge=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],Gf=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Ge]]]]]]]]]]],Gg=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gf]]]]]]]]]]],Gh=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gg]]]]]]]]]]],Gi=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gh]]]]]]]]]]],Gj=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]]],Gk=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gj]]]]]]]]]]],Gl=[0,0],Gm=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],Gn=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gm]]]]]]]]]]],Go=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gn]]]]]]]]]]],Gp=[0,[0,[0,[0,[0,0]]]]],Gq=[0,[0,[0,[0,[0,0]]]]],Gr=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],Gs=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],eo=n([[0,48,[0,[0,[0,0,0],0],0]],[0,49,[0,[0,[0,0,0],0],1]],[0,50,[0,[0,[0,0,0],1],0]],[0,51,[0,[0,[0,0,0],1],1]],[0,52,[0,[0,[0,0,1],0],0]],[0,53,[0,[0,[0,0,1],0],1]],[0,54,[0,[0,[0,0,1],1],0]],[0,55,[0,[0,[0,0,1],1],1]],[0,56,[0,[0,[0,1,0],0],0]],[0,57,[0,[0,[0,1,0],0],1]],[0,97,[0,[0,[0,1,0],1],0]],[0,98,[0,[0,[0,1,0],1],1]],[0,99,[0,[0,[0,1,1],0],0]],[0,p,[0,[0,[0,1,1],0],1]],[0,a,[0,[0,[0,1,1],1],0]],[0,B,[0,[0,[0,1,1],1],1]],[0,65,[0,[0,[0,1,0],1],0]],[0,66,[0,[0,[0,1,0],1],1]],[0,67,[0,[0,[0,1,1],0],0]],[0,68,[0,[0,[0,1,1],0],1]],[0,69,[0,[0,[0,1,1],1],0]],[0,70,[0,[0,[0,1,1],1],1]]]),hg=[0,[0,[0,0,0],0],0],Gt=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],Gu=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gt]]]]]]]]]]],Gv=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gu]]]]]]]]]]],Gw=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gv]]]]]]]]]]],Gx=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gw]]]]]]]]]]];bM(11,[bi,w(oU),-12],oU);bM(10,aK,pw);bM(9,[bi,w(pf),-10],pf);bM(8,jq,pn);bM(7,[bi,w(o$),-8],o$);bM(6,[bi,w(pk),-7],pk);bM(5,[bi,w(pr),-6],pr);bM(4,[bi,w(o5),-5],o5);bM(3,jn,ph);bM(2,jo,iU);bM(1,jr,o2);bM(0,jp,pB);var
-qe=w(pi),qf=w("false"),qi=w("\\\\"),qj=w("\\'"),qk=w("\\b"),ql=w("\\t"),qm=w("\\n"),qn=w("\\r"),qh=w("Char.chr"),qq=w("String.blit / Bytes.blit_string"),qp=w("Bytes.blit"),qo=w("String.sub / Bytes.sub"),qs=w(ai),qr=w("String.concat"),qt=w("Array.blit"),qw=w("Buffer.add: cannot grow buffer"),qv=[0,w(pp),93,2],qu=[0,w(pp),94,2],qF=w("%c"),qG=w("%s"),qH=w(oT),qI=w(o_),qJ=w(pg),qK=w(oX),qL=w("%f"),qM=w("%B"),qN=w("%{"),qO=w("%}"),qP=w("%("),qQ=w("%)"),qR=w("%a"),qS=w("%t"),qT=w("%?"),qU=w("%r"),qV=w("%_r"),qW=[0,w(aT),850,23],q7=[0,w(aT),814,21],qZ=[0,w(aT),815,21],q8=[0,w(aT),818,21],q0=[0,w(aT),819,21],q9=[0,w(aT),822,19],q1=[0,w(aT),823,19],q_=[0,w(aT),826,22],q2=[0,w(aT),827,22],q$=[0,w(aT),831,30],q3=[0,w(aT),832,30],q5=[0,w(aT),836,26],qX=[0,w(aT),837,26],q6=[0,w(aT),846,28],qY=[0,w(aT),847,28],q4=[0,w(aT),851,23],sc=w(pe),sa=[0,w(aT),1558,4],sb=w("Printf: bad conversion %["),sd=[0,w(aT),1626,39],se=[0,w(aT),1649,31],sf=[0,w(aT),1650,31],sg=w("Printf: bad conversion %_"),sh=w("@{"),si=w("@["),r_=w(iY),r8=w("neg_infinity"),r9=w(pA),r7=w(eb),r2=[0,C],rQ=w("%+nd"),rR=w("% nd"),rT=w("%+ni"),rU=w("% ni"),rV=w("%nx"),rW=w("%#nx"),rX=w("%nX"),rY=w("%#nX"),rZ=w("%no"),r0=w("%#no"),rP=w("%nd"),rS=w(pg),r1=w("%nu"),rD=w("%+ld"),rE=w("% ld"),rG=w("%+li"),rH=w("% li"),rI=w("%lx"),rJ=w("%#lx"),rK=w("%lX"),rL=w("%#lX"),rM=w("%lo"),rN=w("%#lo"),rC=w("%ld"),rF=w(o_),rO=w("%lu"),rq=w("%+Ld"),rr=w("% Ld"),rt=w("%+Li"),ru=w("% Li"),rv=w("%Lx"),rw=w("%#Lx"),rx=w("%LX"),ry=w("%#LX"),rz=w("%Lo"),rA=w("%#Lo"),rp=w("%Ld"),rs=w(oX),rB=w("%Lu"),rd=w("%+d"),re=w("% d"),rg=w("%+i"),rh=w("% i"),ri=w("%x"),rj=w("%#x"),rk=w("%X"),rl=w("%#X"),rm=w("%o"),rn=w("%#o"),rc=w(pq),rf=w(oT),ro=w(pe),qx=w("@]"),qy=w("@}"),qz=w("@?"),qA=w("@\n"),qB=w("@."),qC=w("@@"),qD=w("@%"),qE=w("@"),ra=w("CamlinternalFormat.Type_mismatch"),sm=fh(8,0,0),sn=[0,1779033703,-1150833019,1013904242,-1521486534,1359893119,-1694144372,528734635,1541459225],so=[0,[5,6,[0,2,8],0,0],w("%08lx")],sp=w(ai),sj=[0,1116352408,1899447441,-1245643825,-373957723,961987163,1508970993,-1841331548,-1424204075,-670586216,310598401,607225278,1426881987,1925078388,-2132889090,-1680079193,-1046744716,-459576895,-272742522,264347078,604807628,770255983,1249150122,1555081692,1996064986,-1740746414,-1473132947,-1341970488,-1084653625,-958395405,-710438585,113926993,338241895,666307205,773529912,1294757372,1396182291,1695183700,1986661051,-2117940946,-1838011259,-1564481375,-1474664885,-1035236496,-949202525,-778901479,-694614492,-200395387,275423344,430227734,506948616,659060556,883997877,958139571,1322822218,1537002063,1747873779,1955562222,2024104815,-2067236844,-1933114872,-1866530822,-1538233109,-1090935817,-965641998],sv=[0,0],sw=[0,0],s6=[0,g,[0,m,[0,j,[0,j,0]]]],s7=[0,b,[0,h,[0,m,[0,a,0]]]],s8=[0,B,[0,97,[0,j,[0,d,[0,a,0]]]]],tj=n([e,d,32,g,f,b,32,f,g,a,32,f,B,32,b,l,f,d,a,32,b,l,97,b,32,b,l,a,h,a,32,97,h,a]),tt=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gd]]]]]]]]]]],tP=[0,1],tQ=[0,2],tZ=[0,0,0],yQ=[0,[12,0],0],Bx=[0,[12,0],0],CP=[0,0,0],Dq=[0,[12,0],0],Dp=n([d,m,98,aD,a,99,b,46,p,a,99,j,97,h,a,p,46,98,N,95,99,f,g,b,a,ae,b]),E2=n([l,97,d,32,97,32,j,97,d,b,32,j,e,g,a,32,b,l,97,b,32,p,f,a,d,32,g,f,b,32,a,g,p]),F1=n([97,32,99,j,97,e,u,32,j,e,d,b,d,32,97,d,d,m,u,v,b,e,f,g,d,32,b,l,97,b,32,e,b,32,p,f,a,d,32,g,f,b,32,h,a,d,b,32,f,g]),F2=n([b,l,a,32,b,97,98,j,a,32,e,d,32,g,f,b,32,97,d,32,b,l,a,32,B,f,h,u,97,b,32,p,a,u,97,g,p,d]),FZ=[0,v,[0,f,[0,j,[0,e,[0,99,[0,N,0]]]]]],F0=n([B,97,e,h,97,m,p,e,b,45,99,a,h,b,e,B,e,99,97,b,a,47,49]),FI=[12,0],FH=[0,0,0],FV=[0,0,0],FW=n([b,l,a,32,97,d,d,m,u,v,b,e,f,g,d,32,f,B,32,b,l,a,32,99,j,97,e,u,d]),FU=[12,0],FS=[0,0,0],FT=n([d,m,98,aD,a,99,b,46,d,v,a,j,j,e,g,C,d]),FJ=[0,d,[0,m,[0,98,[0,aD,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],FK=n([b,l,a,32,b,97,98,j,a,32,B,e,j,a]),FL=n([d,m,98,aD,a,99,b,46,99,f,j,m,u,g,d]),FM=n([d,m,98,aD,a,99,b,46,v,f,v,m,j,97,b,e,f,g]),FN=n([d,m,98,aD,a,99,b,46,aM,e,g,p]),FO=n([d,m,98,aD,a,99,b,46,b,97,98,j,a,46,99,a,j,j,d]),FP=n([d,m,98,aD,a,99,b,46,b,97,98,j,a,46,d,l,97,50,53,54]),FQ=n([b,l,a,32,b,97,98,j,a,32,C,e,D,a,d,32,p,h,97,H,d,32,B,f,h,32,d,f,u,a,32,h,f,H,d,32,f,B,32,b,l,a,32,v,f,j,e,99,N,32,f,g,j,N]),FR=n([b,l,a,32,h,f,H,d,32,f,B,32,b,l,a,32,v,f,j,e,99,N,32,97,h,a,32,g,f,b,32,e,g,32,f,h,p,a,h]),FG=n([b,l,a,32,b,97,98,j,a,32,j,97,99,aM,d,32,97,32,h,f,H,32,f,B,32,b,l,a,32,v,f,j,e,99,N,32,B,f,h,32,H,l,97,b,32,b,l,a,32,B,e,j,b,a,h,d,32,99,97,g,32,h,a,j,a,97,d,a]),FX=n([b,l,a,32,b,97,98,j,a,32,e,d,32,a,u,v,b,N]),FY=[0,0],FF=[0,[12,0],0],Fy=[0,[12,0],0],Fz=[0,[0,[12,0],0]],Fi=[12,0],Fh=[0,0,0],Fx=[12,0],Fj=[0,0,0],Fk=n([b,l,a,32,m,b,e,j,e,b,N,32,e,d,32,e,g,32,d,m,98,aD,a,99,b,46,99,j,97,d,d]),Fv=[0,0,0],Fw=n([d,m,98,aD,a,99,b,46,d,v,a,j,j,e,g,C,d]),Fl=[0,d,[0,m,[0,98,[0,aD,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],Fm=n([b,l,a,32,b,97,98,j,a,32,B,e,j,a]),Fn=n([d,m,98,aD,a,99,b,46,99,f,j,m,u,g,d]),Fo=n([d,m,98,aD,a,99,b,46,v,f,v,m,j,97,b,e,f,g]),Fp=n([d,m,98,aD,a,99,b,46,aM,e,g,p]),Fq=n([d,m,98,aD,a,99,b,46,b,97,98,j,a,46,99,a,j,j,d]),Fr=n([d,m,98,aD,a,99,b,46,b,97,98,j,a,46,d,l,97,50,53,54]),Fs=n([l,97,d,32,m,b,e,j,e,b,e,a,d,32,98,a,j,f,H,32,48,44,32,f,B,32,H,l,e,99,l,32,p,e,B,B,a,h,a,g,99,a,d,32,l,97,D,a,32,b,f,32,98,a,32,d,b,97,b,a,p]),Ft=n([l,97,d,32,e,g,b,a,h,D,97,j,d,44,32,H,l,e,99,l,32,97,h,a,32,g,f,b,32,B,f,h,32,v,h,f,98,97,98,e,j,e,b,e,a,d]),Fu=n([l,97,d,32,e,g,b,a,h,D,97,j,d,44,32,H,l,e,99,l,32,p,f,32,g,f,b,32,C,f,32,H,e,b,l,32,97,32,99,j,97,d,d,32,f,B,32,m,b,e,j,e,b,e,a,d]),FA=[0,0],FB=[0,0],FC=[0,0],FD=n([b,l,a,32,b,97,98,j,a,32,e,d,32,a,u,v,b,N]),FE=[0,0],Fd=[0,0,0],Fb=[0,0,0],Fc=[0,0,0],Fe=[0,0,0],Ff=[0,0,0],Fg=[0,0,0],E$=[0,0],E9=[0,0,0],E8=[0,u,[0,a,[0,b,[0,h,[0,e,[0,99,[0,d,[0,46,0]]]]]]]],E6=n([d,m,98,aD,a,99,b,46,m,b,e,j,e,b,N,46]),E7=n([98,m,h,p,a,g,32,u,m,d,b,32,98,a,32,b,h,m,a,32,H,l,a,h,a,32,e,b,32,e,d,32,d,b,97,b,a,p]),E5=[0,0],E4=n([b,l,a,32,b,97,98,j,a,32,e,d,32,g,f,b,32,b,l,a,32,99,97,g,f,g,e,99,97,j,32,b,a,ae,b,32,f,B,32,e,b,d,32,D,97,j,m,a,d]),E3=n([e,d,32,g,f,b,32,74,83,79,78,32,97,d,32,b,l,a,32,B,f,h,u,97,b,32,l,97,d,32,e,b]),E0=[0,0],EZ=[0,0],EW=[0,0],EX=[0,0],EV=[0,0],EU=[0,0],ET=[0,0,0],ES=[0,0],EP=n([C,j,f,98,97,j,95,h,97,b,e,f,95,d,m,v,h,a,u,m,u]),EO=[0,48,0],EL=[0,44,[0,32,0]],EK=[0,93,0],EM=[0,91,0],EN=[0,91,[0,93,0]],EJ=[0,91,[0,93,0]],EG=n([32,h,a,j,a,97,d,a,d,32,f,B,32,97,32,C,h,f,m,v,44,32,a,97,99,l,32,p,h,97,H,g,32,97,B,h,a,d,l,32,40,p,a,99,j,97,h,a,p,41]),EH=n([f,g,a,32,u,a,u,f,h,N,32,d,a,a,d,32,97,b,32,u,f,d,b,32]),EE=n([32,f,B,32,b,l,a,32,j,97,H,32,f,B,32,b,l,e,d,32,v,f,j,e,99,N,32,40,p,a,99,j,97,h,a,p,41]),EF=n([B,f,h,32,a,D,a,h,N,b,l,e,g,C,32,b,l,97,b,32,b,l,a,32,B,e,j,b,a,h,d,32,h,a,j,a,97,d,a,44,32,b,l,a,32,j,97,H,32,f,B,32,b,l,a,32,p,a,99,e,d,e,f,g,32,e,d,32,H,e,b,l,e,g,32,b,f,b,97,j,32,D,97,h,e,97,b,e,f,g,32]),EA=n([32,40,p,a,99,j,97,h,a,p,41]),EB=[0,32,[0,97,[0,g,[0,p,[0,32,0]]]]],EC=n([44,32,a,D,a,h,N,32,m,b,e,j,e,b,N,32,e,d,32,98,a,b,H,a,a,g,32]),ED=n([e,g,32,99,f,g,b,a,ae,b,32]),Ey=n([32,98,a,l,e,g,p,32,b,l,a,32,B,e,j,b,a,h,32,40,p,a,99,j,97,h,a,p,41]),Ez=n([a,D,a,h,N,32,99,f,u,v,97,h,a,p,32,C,h,f,m,v,39,d,32,u,a,97,g,32,m,b,e,j,e,b,N,32,e,d,32,97,b,32,j,a,97,d,b,32]),Eu=n([32,98,a,l,e,g,p,32,b,l,a,32,B,e,j,b,a,h,32,40,p,a,99,j,97,h,a,p,41]),Ev=n([44,32,a,D,a,h,N,32,99,f,u,v,97,h,a,p,32,C,h,f,m,v,39,d,32,a,ae,v,a,99,b,a,p,32,m,b,e,j,e,b,N,32,e,d,32,97,b,32,j,a,97,d,b,32]),Ew=n([e,g,32,99,f,g,b,a,ae,b,32]),Eq=n([32,40,p,a,99,j,97,h,a,p,41]),Er=n([44,32,97,g,p,32,B,f,h,32,b,l,a,32,d,97,u,a,32,p,a,99,e,d,e,f,g,32,97,g,p,32,99,f,g,b,a,ae,b,32,b,l,a,32,m,b,e,j,e,b,e,a,d,32,f,B,32,b,H,f,32,C,h,f,m,v,d,32,p,e,B,B,a,h,32,98,N,32,97,b,32,u,f,d,b,32]),Es=[0,32,[0,97,[0,g,[0,p,[0,32,0]]]]],Et=n([a,D,a,h,N,32,m,b,e,j,e,b,N,32,e,d,32,98,a,b,H,a,a,g,32]),Eo=n([32,98,a,l,e,g,p,32,b,l,a,32,B,e,j,b,a,h,32,40,p,a,99,j,97,h,a,p,41]),Ep=n([a,D,a,h,N,32,99,f,u,v,97,h,a,p,32,C,h,f,m,v,39,d,32,a,ae,v,a,99,b,a,p,32,m,b,e,j,e,b,N,32,e,d,32,97,b,32,j,a,97,d,b,32]),Ej=[0,[12,0],0],Ei=[0,1],Ek=[0,0],Eh=[12,0],DZ=n([u,m,d,b,32,98,a,32,v,f,d,e,b,e,D,a]),DY=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),D0=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),D1=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),D2=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),DX=n([e,d,32,f,m,b,32,f,B,32,h,97,g,C,a]),DV=n([u,m,d,b,32,98,a,32,97,g,32,f,98,aD,a,99,b,32,f,h,32,g,m,j,j]),DU=[0,[0,0]],DW=n([u,m,d,b,32,98,a,32,97,g,32,f,98,aD,a,99,b,32,f,h,32,g,m,j,j]),DO=[0,[12,0],0],DE=[0,B,[0,j,[0,f,[0,f,[0,h,0]]]]],DF=[0,84,[0,51,0]],DG=[0,84,[0,49,0]],DH=[0,84,[0,49,[0,45,[0,v,[0,97,[0,v,[0,a,[0,h,0]]]]]]]],DI=[0,84,[0,52,0]],DJ=[0,84,[0,50,0]],DK=[7,0],DL=[0,84,[0,49,[0,50,0]]],DM=[0,84,[0,51,0]],DN=[0,84,[0,56,0]],DB=n([u,m,d,b,32,l,97,D,a,32,u,m,j,b,e,v,j,e,a,h,d]),Dr=n([d,m,98,aD,a,99,b,46,p,a,99,j,97,h,a,p,46,C,j,f,98,97,j,95,b,97,m]),Do=n([d,m,98,aD,a,99,b,46,p,a,99,j,97,h,a,p,46]),Di=n([d,m,98,aD,a,99,b,46,v,h,e,D,97,99,N,46]),Dj=n([46,97,b,b,h,e,98,m,b,a,d]),Dk=n([46,a,ae,v,95,a,v,d,e,j,f,g]),Dl=[0,[12,0],0],Dm=[0,[12,0],0],Dn=[0,[12,1],0],C7=[0,[0,0]],C6=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gi]]]]]]]]]]],C3=n([j,e,d,b,d,32,97,32,99,f,g,b,a,ae,b,32,b,H,e,99,a]),C4=n([u,m,d,b,32,g,f,b,32,98,a,32,a,u,v,b,N]),C2=n([l,97,d,32,97,32,p,h,e,B,b,32,f,B,32,u,f,h,a,32,b,l,97,g,32,49]),C5=[0,0],C1=n([u,m,d,b,32,l,97,D,a,32,C,97,u,u,97,44,32,u,32,f,h,32,b,97,m]),C0=[0,0],CZ=n([p,f,a,d,32,g,f,b,32,j,e,d,b,32,a,D,a,h,N,32,b,h,m,a,32,99,a,j,j,44,32,f,h,32,d,f,u,a,32,b,l,97,b,32,97,h,a,32,g,f,b,32,g,a,a,p,a,p]),CY=n([e,d,32,g,f,b,32,b,l,a,32,g,a,ae,b,32,b,h,m,a,32,99,a,j,j]),CV=[0,1],CW=n([l,97,d,32,p,h,97,H,d,32,b,l,97,b,32,p,f,32,g,f,b,32,B,e,b,32,e,b,d,32,H,a,e,C,l,b,d]),CT=n([l,97,d,32,H,a,e,C,l,b,d,32,b,l,97,b,32,p,f,32,g,f,b,32,d,m,u,32,b,f,32,49]),CU=n([e,d,32,f,m,b,32,f,B,32,h,97,g,C,a]),CX=[0,0],CR=n([u,m,d,b,32,l,97,D,a,32,h,a,j,a,97,d,a,d,32,B,h,f,u,32,50,32,b,f,32,49,48,48,48,48]),CQ=n([l,97,d,32,B,a,H,a,h,32,b,l,97,g,32,b,H,f,32,b,h,m,a,32,C,h,f,m,v,d]),CO=n([u,m,d,b,32,l,97,D,a,32,B,97,99,b,f,h,d,32,b,l,97,b,32,99,f,D,a,h,32,b,l,a,32,99,f,j,m,u,g,d,32,b,f,C,a,b,l,a,h]),CK=n([l,97,d,32,v,h,f,98,97,98,e,j,e,b,e,a,d,32,b,l,97,b,32,p,f,32,g,f,b,32,d,m,u,32,b,f,32,49]),CL=n([u,m,d,b,32,j,e,d,b,32,j,97,98,a,j,d]),CM=n([u,m,d,b,32,j,e,d,b,32,j,97,98,a,j,d]),CN=n([u,m,d,b,32,j,e,d,b,32,j,97,98,a,j,d]),CI=n([v,h,f,98,97,98,e,j,e,b,e,a,d]),Cu=[0,0,0],Cv=[0,0,0],Cw=[0,0,0],Cr=[0,[12,0],0],Cn=[0,[12,0],0],Co=[0,0,0],Cp=[0,[12,0],0],Cq=[0,[12,0],0],Cs=[0,[12,0],0],Ct=[0,[12,0],0],Ck=[0,C,[0,j,[0,f,[0,98,[0,97,[0,j,0]]]]]],Ci=n([32,40,p,a,99,j,97,h,a,p,41]),Cj=n([e,g,32,a,97,99,l,32,99,a,j,j,32,b,l,a,32,j,97,H,32,f,B,32,b,l,a,32,p,a,99,e,d,e,f,g,32,u,f,D,a,d,32,98,N,32,97,32,b,f,b,97,j,32,D,97,h,e,97,b,e,f,g,32,f,B,32,97,b,32,u,f,d,b,32]),Cc=[0,[12,0],0],Ca=n([u,m,d,b,32,98,a,32,97,b,32,j,a,97,d,b,32,49,44,32,98,a,e,g,C,32,b,l,a,32,j,e,u,e,b,32,f,B,32,97,32,h,97,b,e,f]),Cb=[0,0],Cd=[0,0],B$=n([j,e,d,b,d,32,d,f,u,a,b,l,e,g,C,32,b,H,e,99,a]),B_=[0,0],BH=n([u,m,d,b,32,98,a,32,97,b,32,u,f,d,b,32,49]),BI=[0,0],By=[0,0,0],Bz=[0,[12,0],0],BA=[0,[12,0],0],BB=[0,g,[0,f,[0,g,[0,a,0]]]],BC=[0,[0,0]],Bo=[0,0,0],Bp=[0,[12,0],0],Bq=[0,[12,0],0],Br=[0,[12,0],0],Bs=[0,[12,0],0],Bm=n([l,97,d,32,97,32,aM,a,N,32,b,l,97,b,32,C,f,a,d,32,H,e,b,l,32,f,b,l,a,h,32,b,97,h,C,a,b,d,44,32,f,h,32,j,97,99,aM,d,32,f,g,a]),Bn=n([b,l,a,32,j,e,u,e,b,32,f,B,32,97,32,h,97,b,e,f,32,u,m,d,b,32,98,a,32,97,b,32,j,a,97,d,b,32,49]),Bl=[0,b,[0,l,[0,e,[0,d,[0,32,[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]]]]]]],Bt=[0,0],Bf=[0,32,[0,B,[0,f,[0,h,[0,32,0]]]]],Bg=[0,58,[0,32,0]],Bh=[0,44,[0,32,[0,j,[0,e,[0,u,[0,e,[0,b,[0,32,0]]]]]]]],Bi=[0,32,0],Bj=[0,58,[0,32,0]],Bk=[0,b,[0,97,[0,h,[0,C,[0,a,[0,b,[0,d,0]]]]]]],Bu=[0,[0,0]],Bv=[0,0],Bw=[0,p,[0,e,[0,B,[0,B,[0,a,[0,h,[0,a,[0,g,[0,99,[0,a,0]]]]]]]]]],A$=[0,[12,0],0],Ba=[0,[12,0],0],Bb=[0,[12,0],0],Bc=[0,0,0],Bd=[0,[12,0],0],Be=[0,[12,0],0],A7=[0,[12,0],0],A8=[0,[12,0],0],A9=[0,[12,0],0],A_=[0,[12,0],0],A6=n([u,m,d,b,32,l,97,D,a,32,97,32,99,f,g,B,e,p,a,g,99,a,32,98,a,b,H,a,a,g,32,48,32,97,g,p,32,49]),AH=n([u,m,d,b,32,l,97,D,a,32,97,32,99,f,g,B,e,p,a,g,99,a,32,98,a,b,H,a,a,g,32,48,32,97,g,p,32,49]),AI=n([u,m,d,b,32,l,97,D,a,32,b,l,a,32,j,f,H,a,h,32,f,g,a,32,B,e,h,d,b]),AJ=[0,0],AK=n([u,a,97,g,32,f,D,a,h,32,m,g,e,b,d]),AL=[0,0],AM=[0,0],AN=[0,p,[0,h,[0,f,[0,v,0]]]],AO=[0,H,[0,f,[0,h,[0,d,[0,b,0]]]]],AP=[0,a,[0,97,[0,99,[0,l,0]]]],AQ=[0,b,[0,f,[0,C,[0,a,[0,b,[0,l,[0,a,[0,h,0]]]]]]]],AD=[12,0],AE=[0,[12,0],0],AF=[0,0],AG=n([u,m,d,b,32,g,f,b,32,98,a,32,g,m,j,j]),AA=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),AB=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),AC=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),Az=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),Aw=[0,32,[0,97,[0,g,[0,p,[0,32,0]]]]],Ax=n([H,l,97,b,a,D,a,h,32,99,f,m,j,p,32,l,97,D,a,32,98,a,a,g,32,p,h,97,H,g,32,l,97,d,32,97,32,m,b,e,j,e,b,N,32,98,a,b,H,a,a,g,32]),Ao=n([j,e,d,b,d,32,d,f,u,a,b,l,e,g,C,32,b,H,e,99,a]),Ak=n([u,m,d,b,32,g,f,b,32,98,a,32,g,f,b,l,e,g,C]),Al=n([u,m,d,b,32,98,a,32,97,b,32,j,a,97,d,b,32,49]),Aj=n([u,m,d,b,32,98,a,32,97,32,j,e,d,b,32,f,B,32,50,32,a,g,b,h,e,a,d]),Am=n([u,m,d,b,32,98,a,32,97,32,j,e,d,b,32,f,B,32,50,32,a,g,b,h,e,a,d]),An=n([u,m,d,b,32,98,a,32,97,32,j,e,d,b,32,f,B,32,50,32,a,g,b,h,e,a,d]),Ai=n([u,m,d,b,32,98,a,32,97,32,j,e,d,b,32,f,B,32,50,32,a,g,b,h,e,a,d]),Ah=[0,v,[0,97,[0,e,[0,h,[0,a,[0,p,0]]]]]],Ac=[0,0,0],Ab=[0,46,0],Ad=[0,0,0],Ae=[0,0,0],z0=n([H,l,97,b,a,D,a,h,32,99,f,m,j,p,32,l,97,D,a,32,98,a,a,g,32,p,h,97,H,g,32,l,97,d,32,97,32,m,b,e,j,e,b,N,32,98,a,b,H,a,a,g,32,48,32,97,g,p,32]),zU=n([C,j,f,98,97,j,95,l,e,p,p,a,g,95,99,f,g,b,a,ae,b]),zV=n([j,f,99,97,j,95,l,e,p,p,a,g,95,99,f,g,b,a,ae,b]),zT=n([j,f,99,97,j,95,l,e,p,p,a,g,95,99,f,g,b,a,ae,b]),zQ=[0,98,[0,e,[0,g,[0,f,[0,u,[0,e,[0,97,[0,j,0]]]]]]]],zR=[0,v,[0,97,[0,e,[0,h,[0,45,[0,a,[0,ae,[0,97,[0,99,[0,b,0]]]]]]]]]],zS=n([v,97,e,h,a,p,45,98,a,b,b,e,g,C]),zM=n([u,m,d,b,32,l,97,D,a,32,97,32,v,97,e,h]),zL=n([l,97,d,32,97,32,j,f,H,a,h,32,a,g,p,32,b,l,97,b,32,e,d,32,e,g,B,e,g,e,b,a]),zJ=n([u,m,d,b,32,l,97,D,a,32,97,32,99,f,g,B,e,p,a,g,99,a,32,98,a,b,H,a,a,g,32,48,32,97,g,p,32,49]),zK=[0,l,[0,97,[0,d,[0,32,[0,j,[0,e,[0,u,[0,e,[0,b,[0,d,0]]]]]]]]]],zN=[0,v,[0,97,[0,e,[0,h,[0,d,0]]]]],zO=[0,a,[0,97,[0,99,[0,l,0]]]],zP=[0,b,[0,f,[0,C,[0,a,[0,b,[0,l,[0,a,[0,h,0]]]]]]]],zE=n([u,m,d,b,32,l,97,D,a,32,97,32,99,f,g,B,e,p,a,g,99,a,32,98,a,b,H,a,a,g,32,48,32,97,g,p,32,49]),zF=[0,l,[0,97,[0,d,[0,32,[0,j,[0,e,[0,u,[0,e,[0,b,[0,d,0]]]]]]]]]],zG=[0,98,[0,f,[0,ae,0]]],zH=[0,a,[0,97,[0,99,[0,l,0]]]],zI=[0,b,[0,f,[0,C,[0,a,[0,b,[0,l,[0,a,[0,h,0]]]]]]]],zB=n([u,m,d,b,32,l,97,D,a,32,99,a,j,j,d,32,b,l,97,b,32,C,f,32,m,v]),zw=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zx=n([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),zy=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zz=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zA=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zr=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zs=n([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),zt=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zu=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zv=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zm=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zn=n([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),zo=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zp=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zq=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zh=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zi=n([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),zj=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zk=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zl=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zc=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zd=n([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),ze=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zf=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zg=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,h,e,a,d]),zb=[0,0],yY=[0,0],yP=[12,0],yO=[12,0],yJ=[0,32,[0,98,[0,N,[0,32,0]]]],yK=[0,32,0],yL=[0,32,0],yM=[0,58,[0,32,0]],yN=[0,99,[0,j,[0,97,[0,e,[0,u,[0,d,0]]]]]],yI=[0,0],yH=n([u,m,d,b,32,l,97,D,a,32,97,g,32,a,g,b,h,N]),yF=n([l,97,d,32,b,f,f,32,u,97,g,N,32,a,g,b,h,e,a,d]),yx=n([C,j,f,98,97,j,95,h,97,b,e,f,95,d,m,v,h,a,u,m,u]),yy=n([j,f,99,97,j,95,h,97,b,e,f,95,d,m,v,h,a,u,m,u]),yz=[0,0,3],yA=n([p,a,u,f,C,h,97,v,l,e,99,95,v,97,h,e,b,N]),yB=[0,1,2],yC=n([a,cA,m,97,j,e,dt,a,p,95,f,p,p,d]),yD=n([C,j,f,98,97,j,95,l,e,p,p,a,g,95,99,f,g,b,a,ae,b]),yE=n([j,f,99,97,j,95,l,e,p,p,a,g,95,99,f,g,b,a,ae,b]),x4=[1,1],x5=n([a,cA,m,97,j,e,dt,a,p,95,f,p,p,d,95,b,h,m,a,95,j,97,98,a,j,95,f,D,a,h,97,j,j]),x6=[0,1],x7=n([a,cA,m,97,j,95,f,v,v,f,h,b,m,g,e,b,N,95,f,D,a,h,97,j,j]),x8=[1,0],x9=n([a,cA,m,97,j,e,dt,a,p,95,f,p,p,d,95,b,h,m,a,95,j,97,98,a,j]),x_=[0,0],x$=n([a,cA,m,97,j,95,f,v,v,f,h,b,m,g,e,b,N]),xQ=[0,0],xR=[0,1],xS=[0,0],xT=n([l,97,d,32,f,b,l,a,h,32,aM,a,N,d,32,b,l,97,g,32,e,b,32,u,97,N,32,l,97,D,a]),xs=n([u,m,d,b,32,l,97,D,a,32,b,H,a,j,D,a,32,p,a,99,e,u,97,j,d]),xq=[0,48,0],xp=[0,0],xn=[0,0,1,0,1,0,0],xo=[0,0,0,0,1,0,0],xg=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),xh=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),xi=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),xe=[0,93,0],xf=[0,91,0],wp=[0,0],wq=[0,2],wr=[0,2],ws=[0,1],wo=[0,0],wm=[0,0],we=[0,[0,0]],wc=[0,0],wa=n([v,97,e,h,d,32,u,m,d,b,32,e,g,99,h,a,97,d,a]),wb=[0,0],v_=n([g,m,u,98,a,h,d,32,u,m,d,b,32,e,g,99,h,a,97,d,a]),v6=n([u,m,d,b,32,98,a,32,v,f,d,e,b,e,D,a]),v5=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),v7=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),v8=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),vZ=[0,0],v0=n([B,a,97,b,m,h,a,d,32,p,e,B,B,a,h,32,98,a,b,H,a,a,g,32,C,h,f,m,v,d,44,32,98,m,b,32,b,l,a,32,99,j,97,d,d,32,e,d,32,98,j,e,g,p]),v1=n([B,a,97,b,m,h,a,d,32,u,m,d,b,32,l,97,D,a,32,f,g,a,32,j,e,d,b,32,B,f,h,32,a,97,99,l,32,99,a,j,j,32,97,g,p,32,p,a,99,e,d,e,f,g]),v3=[0,0],v2=n([97,32,99,f,g,d,b,h,97,e,g,b,32,g,97,u,a,d,32,H,l,97,b,32,b,l,a,32,b,97,98,j,a,32,p,f,a,d,32,g,f,b,32,l,97,D,a]),vT=n([b,l,a,32,u,a,b,h,e,99,32,u,m,d,b,32,l,97,D,a,32,97,32,h,f,H,32,B,f,h,32,a,97,99,l,32,C,h,f,m,v]),vU=n([97,32,98,j,e,g,p,32,99,j,97,d,d,32,l,97,d,32,g,f,32,76,e,v,d,99,l,e,b,dt,32,99,f,g,d,b,97,g,b]),vV=n([b,97,m,32,u,m,d,b,32,98,a,32,97,b,32,u,f,d,b,32,C,97,u,u,97]),vW=n([C,97,u,u,97,32,u,m,d,b,32,98,a,32,v,f,d,e,b,e,D,a,32,97,g,p,32,97,b,32,j,a,97,d,b,32,u]),vX=[0,97,[0,j,[0,j,0]]],vY=[0,v,[0,97,[0,e,[0,h,0]]]],vP=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),vQ=n([g,97,u,a,d,32,97,32,p,a,99,e,d,e,f,g,32,b,l,97,b,32,b,l,a,32,b,97,98,j,a,32,p,f,a,d,32,g,f,b,32,l,97,D,a]),vR=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),vS=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,h,e,a,d]),vO=n([l,97,d,32,97,32,j,f,H,a,h,32,a,g,p,32,97,98,f,D,a,32,b,l,a,32,m,v,v,a,h,32,a,g,p]),vI=n([g,97,u,a,d,32,97,32,C,h,f,m,v,44,32,98,m,b,32,b,l,a,32,99,j,97,d,d,32,e,d,32,98,j,e,g,p]),vH=n([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,h,e,a,d]),vJ=n([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,h,e,a,d]),vK=n([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,h,e,a,d]),vL=n([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,h,e,a,d]),vM=n([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,h,e,a,d]),vG=n([e,d,32,g,f,b,32,97,32,u,a,b,h,e,99]),ve=n([v,f,d,e,b,e,D,a,32,p,a,99,e,d,e,f,g,d,32,97,h,a,32,g,f,b,32,e,g,32,b,l,a,32,f,h,p,a,h,32,f,B,32,b,l,a,32,p,a,99,e,d,e,f,g,d]),vf=[0,0],vc=n([l,97,d,32,g,f,32,p,a,99,e,d,e,f,g,d,32,f,B,32,m,g,aM,g,f,H,g,32,C,h,f,m,v]),vd=n([l,97,d,32,97,32,99,a,j,j,32,97,B,b,a,h,32,b,l,a,32,p,a,99,e,d,e,f,g,d,32,f,B,32,m,g,aM,g,f,H,g,32,C,h,f,m,v]),va=[0,0],vb=[0,0],u2=[0,0],u4=[0,1],u5=n([p,a,99,e,d,e,f,g,d,32,f,B,32,m,g,aM,g,f,H,g,32,C,h,f,m,v,32,p,f,32,g,f,b,32,C,f,32,H,e,b,l,32,b,l,97,b]),u6=n([u,m,d,b,32,98,a,32,b,h,m,a,32,H,l,a,h,a,32,e,b,32,e,d,32,d,b,97,b,a,p]),u3=n([u,m,d,b,32,98,a,32,b,h,m,a,32,H,l,a,h,a,32,e,b,32,e,d,32,d,b,97,b,a,p]),u7=[0,0],u8=[0,0],u9=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gk]]]]]]]]]]],u_=[0,0],u$=n([B,97,e,h,97,m,p,e,b,45,b,97,98,j,a,47,49]),uW=n([f,g,j,N,32,99,f,m,g,b,d,32,l,97,D,a,32,b,h,m,a,32,j,97,98,a,j,d]),uX=[0,a,[0,cA,[0,m,[0,97,[0,j,0]]]]],uY=[0,H,[0,a,[0,e,[0,C,[0,l,[0,b,[0,d,0]]]]]]],uZ=[0,99,[0,f,[0,m,[0,g,[0,b,[0,d,0]]]]]],u0=n([v,h,f,98,97,98,e,j,e,b,e,a,d]),u1=[0,99,[0,f,[0,m,[0,g,[0,b,[0,d,0]]]]]],uT=n([g,97,u,a,d,32,97,32,99,f,j,m,u,g,32,b,H,e,99,a]),uU=n([u,m,d,b,32,g,97,u,a,32,97,b,32,j,a,97,d,b,32,f,g,a,32,99,f,j,m,u,g,32,f,B,32,C,h,f,m,v,d]),uV=[0,0],uw=[0,0],us=[0,1],ut=[0,3],uu=[0,2],uv=[0,0],uo=[0,[0,0],[0,[0,1],[0,[1,0],[0,[1,1],0]]]],up=[0,0,[0,1,[0,2,[0,3,[0,4,[0,5,[0,6,[0,7,0]]]]]]]],ul=[0,0],um=[0,0],uk=[0,0],uj=[0,1],ui=[0,0],uf=[0,0],ug=[0,0],uh=[0,0],uc=[0,1],ud=[0,1],ue=[0,0],t$=[0,0],ua=[0,1],ub=[0,1],t9=[0,0],t_=[0,0],t3=[0,0],t4=[0,0],t5=[0,0],t0=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gl]]]]]]]]]]],tX=[0,0],tW=[0,1],tV=[0,0],tY=[0,0],tU=[0,0],tR=[0,1],tS=[0,1],tT=[0,2],tI=[0,0,0],tC=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Go]]]]]]]]]]],tB=[0,0],tA=n([u,m,d,b,32,98,a,32,97,32,h,97,b,e,f,g,97,j,44,32,97,32,d,b,h,e,g,C]),ty=n([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),tx=n([u,m,d,b,32,98,a,32,97,32,h,97,b,e,f,g,97,j,32,e,g,32,j,f,H,a,d,b,32,b,a,h,u,d]),tw=n([u,m,d,b,32,98,a,32,97,32,h,97,b,e,f,g,97,j,44,32,97,32,d,b,h,e,g,C]),tu=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gp]]]]]]]]]]],tv=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gq]]]]]]]]]]],tq=n([u,m,d,b,32,98,a,32,l,a,ae,97,p,a,99,e,u,97,j,32,p,e,C,e,b,d]),to=n([j,e,d,b,d,32,d,f,u,a,b,l,e,g,C,32,b,H,e,99,a]),tp=n([u,m,d,b,32,g,f,b,32,98,a,32,a,u,v,b,N]),tm=n([j,e,d,b,d,32,d,f,u,a,b,l,e,g,C,32,b,H,e,99,a]),tn=n([u,m,d,b,32,g,f,b,32,98,a,32,a,u,v,b,N]),tl=[0,44,[0,44,0]],tk=[0,44,[0,46,0]],ti=n([u,m,d,b,32,98,a,32,b,h,m,a,32,f,h,32,B,97,j,d,a]),th=n([e,d,32,f,m,b,32,f,B,32,h,97,g,C,a]),tg=n([u,m,d,b,32,98,a,32,97,g,32,e,g,b,a,C,a,h]),tf=n([l,f,j,p,d,32,97,32,j,f,g,a,32,d,m,h,h,f,C,97,b,a]),te=n([u,m,d,b,32,98,a,32,97,32,d,b,h,e,g,C]),td=n([l,97,d,32,97,g,f,b,l,a,h,32,j,a,g,C,b,l]),tc=n([j,97,99,aM,d,32,97,32,aM,a,N]),ta=n([l,97,d,32,97,g,32,m,g,aM,g,f,H,g,32,aM,a,N]),tb=n([j,97,99,aM,d,32,97,32,aM,a,N]),s$=n([u,m,d,b,32,98,a,32,97,32,j,e,d,b]),s_=n([u,m,d,b,32,98,a,32,97,g,32,f,98,aD,a,99,b]),s9=[0,0],s4=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gr]]]]]]]]]]],sY=[0,[0,1,1],1],sZ=[0,1,1],s0=[0,[0,[0,1,1],0],1],s1=[0,1,0],s2=[0,[0,[0,1,1],0],1],sS=[0,92,[0,92,0]],sT=[0,92,[0,98,0]],sU=[0,92,[0,B,0]],sV=[0,92,[0,g,0]],sW=[0,92,[0,h,0]],sX=[0,92,[0,b,0]],sR=[0,0],sO=[6,[4,0]],sP=[0,0],sE=[3,0,0,0],sF=[0,0],sG=[0,1],sH=[1,0,1],sI=[0,m,[0,j,[0,j,0]]],sJ=[0,1],sK=[0,h,[0,m,[0,a,0]]],sL=[0,0],sM=[0,97,[0,j,[0,d,[0,a,0]]]],sN=[6,[3,0]],sD=[0,0],sz=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gs]]]]]]]]]]],sq=[0,0],st=[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]],sA=[0,[0,92,92],[0,[0,47,47],[0,[0,98,8],[0,[0,B,12],[0,[0,g,10],[0,[0,h,13],[0,[0,b,9],0]]]]]]],ts=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gx]]]]]]]]]]],tz=[0,e,[0,g,[0,B,0]]],t1=[0,48,0],t2=[0,e,[0,g,[0,B,0]]],uy=[0,aM,[0,e,[0,g,[0,p,0]]]],uz=[0,99,[0,f,[0,j,[0,m,[0,u,[0,g,[0,d,0]]]]]]],uA=[0,v,[0,f,[0,v,[0,m,[0,j,[0,97,[0,b,[0,e,[0,f,[0,g,0]]]]]]]]]],uB=[0,p,[0,a,[0,99,[0,e,[0,d,[0,e,[0,f,[0,g,0]]]]]]]],uC=[0,C,[0,h,[0,f,[0,m,[0,v,0]]]]],uD=[0,99,[0,f,[0,g,[0,b,[0,a,[0,ae,[0,b,0]]]]]]],uE=[0,b,[0,h,[0,m,[0,b,[0,l,0]]]]],uF=[0,B,[0,f,[0,h,[0,u,[0,97,[0,b,0]]]]]],uG=[0,p,[0,a,[0,99,[0,e,[0,d,[0,e,[0,f,[0,g,[0,d,0]]]]]]]]],uH=[0,C,[0,h,[0,f,[0,m,[0,v,[0,d,0]]]]]],uI=[0,99,[0,f,[0,g,[0,b,[0,a,[0,ae,[0,b,[0,d,0]]]]]]]],uJ=[0,m,[0,b,[0,e,[0,j,[0,e,[0,b,[0,N,0]]]]]]],uK=[0,d,[0,97,[0,j,[0,b,0]]]],uL=[0,v,[0,h,[0,f,[0,B,[0,e,[0,j,[0,a,[0,d,0]]]]]]]],uM=[0,m,[0,g,[0,aM,[0,g,[0,f,[0,H,[0,g,0]]]]]]],uN=[0,b,[0,h,[0,m,[0,b,[0,l,[0,d,0]]]]]],uO=[0,H,[0,a,[0,e,[0,C,[0,l,[0,b,[0,d,0]]]]]]],uP=[0,u,[0,97,[0,d,[0,d,0]]]],uQ=[0,j,[0,f,[0,99,[0,97,[0,j,0]]]]],uR=[0,C,[0,j,[0,f,[0,98,[0,97,[0,j,0]]]]]],vg=n([48,49,50,51,52,53,54,55,56,57,46,43,45,a]),vj=[0,cA,[0,m,[0,97,[0,g,[0,b,[0,e,[0,b,[0,N,0]]]]]]]],vk=[0,C,[0,97,[0,u,[0,u,[0,97,0]]]]],vl=[0,u,0],vm=[0,b,[0,97,[0,m,0]]],vn=[0,b,[0,97,[0,m,[0,95,[0,f,[0,g,0]]]]]],vo=[0,98,[0,j,[0,e,[0,g,[0,p,0]]]]],vp=[0,j,[0,e,[0,v,[0,d,[0,99,[0,l,[0,e,[0,b,[0,dt,0]]]]]]]]],vq=[0,u,[0,a,[0,b,[0,h,[0,e,[0,99,0]]]]]],vr=[0,f,[0,h,[0,p,[0,a,[0,h,0]]]]],vs=[0,h,[0,f,[0,H,[0,d,0]]]],vt=[0,B,[0,97,[0,u,[0,e,[0,j,[0,N,0]]]]]],vu=[0,b,[0,a,[0,h,[0,u,[0,d,0]]]]],vv=[0,98,[0,f,[0,m,[0,g,[0,p,0]]]]],vw=[0,g,[0,97,[0,u,[0,a,[0,d,0]]]]],vx=[0,j,[0,f,[0,H,[0,a,[0,h,0]]]]],vy=[0,m,[0,v,[0,v,[0,a,[0,h,0]]]]],vz=[0,B,[0,a,[0,97,[0,b,[0,m,[0,h,[0,a,[0,d,0]]]]]]]],vA=n([99,f,a,B,B,e,99,e,a,g,b,d]),vB=[0,v,[0,97,[0,e,[0,h,[0,d,0]]]]],vC=[0,b,[0,l,[0,a,[0,b,[0,97,0]]]]],vD=[0,l,[0,e,[0,C,[0,l,[0,a,[0,h,0]]]]]],vE=n([u,m,j,b,e,v,j,e,a,h,d]),wt=[0,d,[0,m,[0,98,[0,aD,[0,a,[0,99,[0,b,0]]]]]]],wu=[0,u,[0,a,[0,b,[0,h,[0,e,[0,99,[0,d,0]]]]]]],wv=n([g,f,b,95,99,f,u,v,97,h,a,p]),ww=[0,99,[0,j,[0,97,[0,e,[0,u,[0,d,0]]]]]],wx=[0,b,[0,97,[0,h,[0,C,[0,a,[0,b,[0,d,0]]]]]]],wy=[0,D,[0,a,[0,h,[0,p,[0,e,[0,99,[0,b,0]]]]]]],wz=[0,D,[0,a,[0,h,[0,d,[0,e,[0,f,[0,g,[0,d,0]]]]]]]],wA=[0,e,[0,g,[0,b,[0,a,[0,h,[0,D,[0,97,[0,j,[0,d,0]]]]]]]]],wB=[0,99,[0,l,[0,97,[0,g,[0,C,[0,a,[0,p,0]]]]]]],wC=[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]],wD=[0,d,[0,l,[0,97,[0,50,[0,53,[0,54,0]]]]]],wE=[0,99,[0,a,[0,j,[0,j,[0,d,0]]]]],wF=[0,l,[0,a,[0,97,[0,p,[0,a,[0,h,0]]]]]],wG=[0,99,[0,j,[0,97,[0,d,[0,d,0]]]]],wH=[0,v,[0,f,[0,d,[0,e,[0,b,[0,e,[0,D,[0,a,0]]]]]]]],wI=[0,v,[0,h,[0,e,[0,D,[0,97,[0,99,[0,N,0]]]]]]],wJ=[0,p,[0,a,[0,99,[0,j,[0,97,[0,h,[0,a,[0,p,0]]]]]]]],wK=n([v,h,a,v,97,h,97,b,e,f,g]),wL=[0,d,[0,v,[0,a,[0,j,[0,j,[0,e,[0,g,[0,C,[0,d,0]]]]]]]]],wM=[0,m,[0,g,[0,p,[0,a,[0,99,[0,e,[0,p,[0,a,[0,p,0]]]]]]]]],wN=n([m,g,aM,g,f,H,g,95,d,l,97,h,a,d]),wO=[0,u,[0,97,[0,ae,[0,95,[0,p,[0,h,[0,e,[0,B,[0,b,0]]]]]]]]],wP=[0,a,[0,D,[0,97,[0,j,[0,m,[0,97,[0,b,[0,e,[0,f,[0,g,0]]]]]]]]]],wQ=n([p,a,v,a,g,p,d,95,f,g,95,C,h,f,m,v]),wR=[0,98,[0,m,[0,h,[0,p,[0,a,[0,g,0]]]]]],wS=[0,h,[0,97,[0,b,[0,e,[0,f,0]]]]],wT=[0,j,[0,f,[0,C,0]]],wU=[0,D,[0,97,[0,j,[0,m,[0,a,0]]]]],wV=[0,H,[0,e,[0,b,[0,g,[0,a,[0,d,[0,d,0]]]]]]],wW=n([a,ae,v,a,99,b,97,b,e,f,g,d]),wX=n([v,h,f,98,97,98,e,j,e,b,e,a,d]),wY=[0,h,[0,97,[0,b,[0,a,0]]]],wZ=[0,h,[0,97,[0,b,[0,a,[0,d,0]]]]],w1=[0,h,[0,a,[0,97,[0,d,[0,f,[0,g,0]]]]]],w2=[0,h,[0,a,[0,j,[0,97,[0,b,[0,e,[0,f,[0,g,0]]]]]]]],w3=[0,d,[0,99,[0,f,[0,v,[0,a,0]]]]],w4=[0,98,[0,N,0]],w5=n([97,d,d,m,u,v,b,e,f,g,d]),w6=[0,a,[0,D,[0,e,[0,p,[0,a,[0,g,[0,99,[0,a,0]]]]]]]],w7=[0,d,[0,m,[0,v,[0,h,[0,a,[0,u,[0,m,[0,u,0]]]]]]]],w8=[0,j,[0,e,[0,u,[0,e,[0,b,0]]]]],w9=[0,m,[0,g,[0,e,[0,b,0]]]],w_=[0,aD,[0,m,[0,p,[0,C,[0,a,[0,p,0]]]]]],w$=[0,a,[0,d,[0,b,[0,e,[0,u,[0,97,[0,g,[0,p,0]]]]]]]],xa=[0,b,[0,e,[0,v,[0,d,0]]]],xb=[0,B,[0,h,[0,f,[0,g,[0,b,[0,e,[0,a,[0,h,0]]]]]]]],xc=[0,b,[0,f,0]],xd=[0,98,[0,97,[0,j,[0,97,[0,g,[0,99,[0,a,[0,p,0]]]]]]]],xj=n([B,97,j,d,a,95,v,f,d,e,b,e,D,a,95,h,97,b,a]),xl=n([b,h,m,a,95,v,f,d,e,b,e,D,a,95,h,97,b,a]),xu=n([g,f,32,p,a,99,e,d,e,f,g,d,32,H,e,b,l,32,97,g,f,b,l,a,h,32,b,h,m,a,32,j,97,98,a,j]),xx=n([g,f,32,p,a,99,e,d,e,f,g,d,32,H,e,b,l,32,b,l,a,32,v,f,d,e,b,e,D,a,32,b,h,m,a,32,j,97,98,a,j]),xA=n([97,32,C,h,f,m,v,32,e,d,32,u,e,d,d,e,g,C,32,e,g,32,97,32,99,f,g,b,a,ae,b,32,97,g,p,32,g,f,32,v,f,v,m,j,97,b,e,f,g,32,H,97,d,32,C,e,D,a,g]),xD=n([g,f,32,v,f,v,m,j,97,b,e,f,g]),xF=n([B,a,H,a,h,32,b,l,97,g,32,b,H,f,32,C,h,f,m,v,d]),xH=n([g,f,32,p,a,99,e,d,e,f,g,d,32,h,a,99,f,h,p,a,p]),xJ=n([B,97,j,d,a,95,v,f,d,e,b,e,D,a,95,h,97,b,a,95,f,D,a,h,97,j,j]),xL=n([B,97,j,d,a,95,v,f,d,e,b,e,D,a,95,h,97,b,a]),xN=n([b,h,m,a,95,v,f,d,e,b,e,D,a,95,h,97,b,a,95,f,D,a,h,97,j,j]),xP=n([b,h,m,a,95,v,f,d,e,b,e,D,a,95,h,97,b,a]),xU=n([C,j,f,98,97,j,95,d,m,v,h,a,u,m,u]),xW=n([j,f,99,97,j,95,d,m,v,h,a,u,m,u]),xY=n([a,cA,m,97,j,e,dt,a,p,95,f,p,p,d]),x0=n([p,a,u,f,C,h,97,v,l,e,99,95,v,97,h,e,b,N]),x1=n([C,j,f,98,97,j,95,p,e,B,B,a,h,a,g,99,a]),x3=n([j,f,99,97,j,95,p,e,B,B,a,h,a,g,99,a]),yb=n([a,cA,m,97,j,e,dt,a,p,95,f,p,p,d]),yd=n([p,a,u,f,C,h,97,v,l,e,99,95,v,97,h,e,b,N]),yf=n([C,j,f,98,97,j,95,h,97,b,e,f]),yh=n([j,f,99,97,j,95,h,97,b,e,f]),yj=[0,61,0],yk=[0,60,[0,61,0]],yl=[0,62,[0,61,0]],ym=[0,b,[0,l,[0,e,[0,d,[0,32,[0,j,[0,97,[0,H,0]]]]]]]],yn=n([a,D,a,h,N,32,m,b,e,j,e,b,N,32,f,B,32,b,l,a,32,99,j,97,d,d]),yp=n([a,g,m,u,a,h,97,b,e,f,g]),yq=[0,j,[0,v,[0,45,[0,p,[0,m,[0,97,[0,j,0]]]]]]],yr=[0,84,[0,53,0]],ys=[0,84,[0,54,0]],yt=[0,84,[0,55,0]],yu=[0,84,[0,49,[0,52,0]]],yv=n([j,f,99,97,j,95,h,97,b,e,f]),yw=n([C,j,f,98,97,j,95,h,97,b,e,f]),yR=n([44,32,H,l,97,b,a,D,a,h,32,b,l,a,32,m,g,p,a,99,e,p,a,p,32,u,a,97,g,b]),yT=n([44,32,H,e,b,l,e,g,32,b,l,a,32,p,a,99,j,97,h,a,p,32,p,h,e,B,b]),yV=n([44,32,H,e,b,l,32,b,l,a,32,p,a,99,j,97,h,a,p,32,l,e,p,p,a,g,32,99,f,g,b,a,ae,b]),yX=n([44,32,H,l,f,a,D,a,h,32,b,l,a,32,m,g,aM,g,f,H,g,32,97,h,a]),yZ=[0,99,[0,f,[0,g,[0,B,[0,e,[0,p,[0,a,[0,g,[0,99,[0,a,0]]]]]]]]]],y0=[0,a,[0,g,[0,p,[0,d,0]]]],y1=[0,h,[0,a,[0,C,[0,e,[0,f,[0,g,0]]]]]],y2=n([e,g,p,a,v,a,g,p,a,g,b]),y3=[0,u,[0,a,[0,b,[0,l,[0,f,[0,p,0]]]]]],y4=[0,j,[0,e,[0,u,[0,e,[0,b,[0,d,0]]]]]],y5=[0,j,[0,a,[0,D,[0,a,[0,j,[0,d,0]]]]]],y6=[0,m,[0,v,[0,v,[0,a,[0,h,0]]]]],y7=[0,j,[0,f,[0,H,[0,a,[0,h,0]]]]],y8=[0,v,[0,97,[0,e,[0,h,0]]]],y9=[0,e,[0,g,[0,b,[0,a,[0,h,[0,D,[0,97,[0,j,0]]]]]]]],y_=[0,m,[0,g,[0,e,[0,b,[0,d,0]]]]],y$=[0,aM,[0,g,[0,f,[0,b,[0,d,0]]]]],za=[0,n([l,f,a,B,B,p,e,g,C,45,aM,j]),[0,n([a,u,v,e,h,e,99,97,j,45,98,a,h,g,d,b,a,e,g]),[0,n([e,g,b,a,h,d,a,99,b,e,f,g]),0]]],zC=n([v,f,v,m,j,97,b,e,f,g,32,97,b,32,99,f,g,B,e,p,a,g,99,a,32]),zD=n([v,f,v,m,j,97,b,e,f,g,44,32,f,g,a,45,d,e,p,a,p,32,97,b,32,99,f,g,B,e,p,a,g,99,a,32]),zW=n([b,l,a,32,p,h,97,H,d,32,H,e,b,l,e,g,32,97,32,99,a,j,j,32,97,h,a,32,e,g,p,a,v,a,g,p,a,g,b,44,32,a,97,99,l,32,H,e,b,l,32,b,l,a,32,j,97,H,32,f,B,32,b,l,a,32,99,a,j,j,44,32,97,g,p,32,l,f,H,32,u,97,g,N,32,b,l,a,h,a,32,97,h,a,32,p,f,a,d,32,g,f,b,32,p,a,v,a,g,p,32,f,g,32,l,f,H,32,b,l,a,N,32,99,97,u,a,32,f,m,b]),zY=n([b,l,a,32,99,f,g,b,a,ae,b,d,32,f,B,32,a,97,99,l,32,C,h,f,m,v,32,H,a,h,a,32,p,h,97,H,g,32,B,h,f,u,32,e,b,d,32,v,f,v,m,j,97,b,e,f,g,44,32,g,f,b,32,d,a,b,32,98,N,32,p,a,d,e,C,g]),z1=n([H,l,97,b,a,D,a,h,32,99,f,m,j,p,32,l,97,D,a,32,98,a,a,g,32,p,h,97,H,g,32,e,g,32,97,32,99,a,j,j,32,l,97,d,32,97,32,m,b,e,j,e,b,N,32,98,a,b,H,a,a,g,32,48,32,97,g,p,32,b,l,a,32,C,h,a,97,b,a,d,b,32,b,l,97,b,32,97,32,p,a,99,e,d,e,f,g,32,l,97,d,32,b,l,a,h,a]),z3=n([m,b,e,j,e,b,N,44,32,u,a,b,l,f,p,32,97,g,p,32,99,f,g,B,e,p,a,g,99,a,32,H,a,h,a,32,99,l,f,d,a,g,32,H,e,b,l,f,m,b,32,j,f,f,aM,e,g,C,32,97,b,32,b,l,a,32,p,h,97,H,d]),z5=n([b,l,a,32,p,h,97,H,d,32,f,B,32,p,e,B,B,a,h,a,g,b,32,99,a,j,j,d,32,97,h,a,32,e,g,p,a,v,a,g,p,a,g,b,32,f,B,32,a,97,99,l,32,f,b,l,a,h]),z7=n([97,32,d,97,u,v,j,e,g,C,32,m,g,e,b,32,99,97,g,32,l,97,D,a,32,g,f,32,u,f,h,a,32,b,l,97,g,32,f,g,a,32,h,f,H,32,e,g,32,97,32,99,a,j,j,44,32,97,d,32,e,d,32,b,l,a,32,99,97,d,a,32,l,a,h,a]),z9=n([p,e,B,B,a,h,a,g,b,32,d,97,u,v,j,e,g,C,32,m,g,e,b,d,32,97,h,a,32,e,g,p,a,v,a,g,p,a,g,b,44,32,l,f,H,32,u,97,g,N,32,b,l,a,h,a,32,97,h,a,32,p,f,a,d,32,g,f,b,32,p,a,v,a,g,p,32,f,g,32,l,f,H,32,b,l,a,N,32,99,97,u,a,32,f,m,b,44,32,97,g,p,32,H,l,97,b,32,97,32,m,g,e,b,32,C,a,b,d,32,e,g,32,97,32,C,h,f,m,v,32,f,B,32,97,32,99,f,g,b,a,ae,b,44,32,b,l,a,32,u,a,97,g,32,f,D,a,h,32,e,b,d,32,h,f,H,d,32,b,l,a,h,a,44,32,l,97,d,32,b,l,a,32,d,97,u,a,32,a,ae,v,a,99,b,97,b,e,f,g,32,B,f,h,32,97,j,j,32,m,g,e,b,d,32,f,B,32,b,l,a,32,99,f,g,b,a,ae,b,44,32,97,j,d,f,32,B,f,h,32,b,l,f,d,a,32,g,f,b,32,d,a,a,g,32,e,g,32,b,l,97,b,32,C,h,f,m,v,59,32,H,l,97,b,32,97,32,m,g,e,b,32,C,a,b,d,32,e,g,32,f,g,a,32,C,h,f,m,v,32,u,97,N,32,p,a,v,a,g,p,32,e,g,32,97,g,N,32,H,97,N,32,f,g,32,H,l,97,b,32,e,b,32,C,a,b,d,32,e,g,32,97,g,f,b,l,a,h]),z$=n([e,g,32,H,l,e,99,l,32,C,h,f,m,v,d,32,97,32,m,g,e,b,32,H,97,d,32,g,f,b,32,d,a,a,g,32,e,d,32,98,N,32,p,a,d,e,C,g,58,32,e,b,32,p,f,a,d,32,g,f,b,32,p,a,v,a,g,p,32,f,g,32,H,l,97,b,32,b,l,a,32,m,g,e,b,32,C,f,b,44,32,f,h,32,H,f,m,j,p,32,l,97,D,a,32,C,f,b]),Af=[0,u,[0,e,[0,d,[0,d,[0,e,[0,g,[0,C,0]]]]]]],Ag=[0,u,[0,a,[0,97,[0,d,[0,m,[0,h,[0,a,[0,p,0]]]]]]]],AR=n([u,a,97,g,32,f,D,a,h,32,m,g,e,b,d]),AT=[0,99,[0,l,[0,97,[0,g,[0,C,[0,a,[0,p,0]]]]]]],AV=[0,3],AW=[0,p,[0,a,[0,v,[0,a,[0,g,[0,p,[0,d,0]]]]]]],AY=[0,2],AZ=n([e,g,99,f,g,99,j,m,d,e,D,a]),A1=[0,1],A2=[0,a,[0,ae,[0,99,[0,a,[0,a,[0,p,[0,d,0]]]]]]],A4=[0,0],A5=[0,H,[0,e,[0,b,[0,l,[0,e,[0,g,0]]]]]],BD=[0,v,[0,97,[0,e,[0,h,0]]]],BE=[0,B,[0,f,[0,j,[0,j,[0,f,[0,H,[0,a,[0,p,0]]]]]]]],BF=[0,84,[0,49,[0,54,0]]],BG=n([b,l,e,d,32,j,97,H,44,32,H,e,b,l,e,g,32,b,l,a,32,p,a,99,j,97,h,a,p,32,p,h,e,B,b]),BJ=[0,0,[0,1,1]],BK=n([C,j,f,98,97,j,95,j,f,C,95,B,97,99,b,f,h]),BM=[0,0,[0,0,1]],BN=n([C,j,f,98,97,j,95,h,97,b,e,f,95,B,97,99,b,f,h]),BP=[0,1,[0,1,1]],BQ=n([j,f,99,97,j,95,j,f,C,95,B,97,99,b,f,h]),BS=[0,1,[0,0,1]],BT=n([j,f,99,97,j,95,h,97,b,e,f,95,B,97,99,b,f,h]),BV=[0,0,[0,1,0]],BW=n([C,j,f,98,97,j,95,j,f,C,95,h,97,p,e,m,d]),BY=[0,0,[0,0,0]],BZ=n([C,j,f,98,97,j,95,h,97,b,e,f,95,h,97,p,e,m,d]),B1=[0,1,[0,1,0]],B2=n([j,f,99,97,j,95,j,f,C,95,h,97,p,e,m,d]),B4=[0,1,[0,0,0]],B5=n([j,f,99,97,j,95,h,97,b,e,f,95,h,97,p,e,m,d]),B6=[0,a,[0,ae,[0,99,[0,a,[0,a,[0,p,[0,d,0]]]]]]],B8=[0,H,[0,e,[0,b,[0,l,[0,e,[0,g,0]]]]]],Ce=n([97,g,32,m,v,p,97,b,a,32,98,h,e,g,C,d,32,g,f,32,p,a,99,e,d,e,f,g,32,H,l,f,d,a,32,m,b,e,j,e,b,N,32,e,d,32,f,m,b,d,e,p,a,32,b,l,a,32,h,97,g,C,a,32,b,l,97,b,32,e,b,d,32,99,a,j,j,32,l,97,d,32,l,a,h,a]),Cg=n([b,l,a,32,99,f,g,b,a,ae,b,d,32,f,B,32,a,97,99,l,32,C,h,f,m,v,32,d,b,97,N,32,p,e,d,b,h,e,98,m,b,a,p,32,97,d,32,b,l,a,N,32,97,h,a,32,l,a,h,a]),Cl=n([b,l,e,d,32,b,97,98,j,a,44,32,H,e,b,l,e,g,32,b,l,a,32,p,a,99,j,97,h,a,p,32,p,h,e,B,b]),Cx=[0,B,[0,e,[0,j,[0,b,[0,a,[0,h,[0,d,0]]]]]]],Cy=[0,e,[0,g,[0,v,[0,m,[0,b,[0,d,0]]]]]],Cz=[0,f,[0,m,[0,b,[0,v,[0,m,[0,b,[0,d,0]]]]]]],CA=[0,h,[0,a,[0,j,[0,a,[0,97,[0,d,[0,a,[0,d,0]]]]]]]],CB=[0,p,[0,h,[0,97,[0,H,[0,d,0]]]]],CC=n([b,h,m,a,95,99,f,g,b,a,ae,b]),CD=[0,b,[0,h,[0,m,[0,a,[0,95,[0,C,[0,h,[0,f,[0,m,[0,v,0]]]]]]]]]],CE=[0,C,[0,j,[0,f,[0,98,[0,97,[0,j,[0,95,[0,b,[0,97,[0,m,0]]]]]]]]]],CF=[0,98,[0,N,[0,95,[0,99,[0,f,[0,g,[0,b,[0,a,[0,ae,[0,b,0]]]]]]]]]],CG=[0,v,[0,f,[0,j,[0,e,[0,99,[0,N,0]]]]]],C9=n([a,ae,v,95,a,v,d,e,j,f,g]),C_=[0,97,[0,b,[0,b,[0,h,[0,e,[0,98,[0,m,[0,b,[0,a,[0,d,0]]]]]]]]]],C$=n([u,m,j,b,e,v,j,e,a,h,d]),Da=[0,h,[0,97,[0,H,[0,95,[0,h,[0,97,[0,b,[0,e,[0,f,0]]]]]]]]],Dc=n([99,f,u,v,f,d,e,b,e,f,g]),De=[0,97,[0,b,[0,b,[0,97,[0,e,[0,g,[0,a,[0,p,0]]]]]]]],Df=[0,m,[0,g,[0,B,[0,e,[0,j,[0,b,[0,a,[0,h,[0,a,[0,p,0]]]]]]]]]],Dg=[0,v,[0,f,[0,j,[0,e,[0,99,[0,N,0]]]]]],Dh=[0,B,[0,j,[0,f,[0,f,[0,h,[0,d,0]]]]]],Ds=n([97,g,N,32,v,f,j,e,99,N,32,98,a,l,e,g,p,32,b,l,e,d,32,B,e,j,b,a,h]),Dt=n([32,b,l,97,b,32,aM,a,a,v,d,32,b,l,a,32,p,a,99,j,97,h,a,p,32,B,j,f,f,h]),Du=n([32,H,e,b,l,e,g,32,b,l,a,32,p,a,99,j,97,h,a,p,32,p,h,e,B,b,32,f,B,32,b,l,e,d,32,f,g,a]),Dv=n([44,32,97,g,N,32,m,b,e,j,e,b,N,32,f,B,32,b,l,a,32,p,a,99,j,97,h,a,p,32,h,97,g,C,a]),Dw=n([44,32,97,g,N,32,m,b,e,j,e,b,N,32,f,B,32,b,l,a,32,p,a,99,j,97,h,a,p,32,h,97,g,C,a]),Dx=n([b,l,e,d,32,v,f,j,e,99,N,32,97,g,p,32,99,f,g,b,a,ae,b,32,B,e,j,b,a,h,44,32,97,g,N,32,C,h,f,m,v,32,B,e,j,b,a,h,32,97,b,32,u,f,d,b,32,b,l,e,d,32,a,v,d,e,j,f,g,32,b,l,97,b,32,h,a,j,a,97,d,a,d,32,b,l,a,32,d,97,u,a,32,D,97,j,m,a,d]),Dz=n([b,l,e,d,32,v,f,j,e,99,N,32,97,g,p,32,C,h,f,m,v,32,B,e,j,b,a,h,44,32,97,g,N,32,99,f,g,b,a,ae,b,32,B,e,j,b,a,h,32,b,l,97,b,32,h,a,j,a,97,d,a,d,32,b,l,a,d,a,32,99,f,g,b,a,ae,b,d]),DC=[0,84,[0,49,[0,51,0]]],DD=n([84,53,45,p,a,99,e,d,e,f,g]),DQ=n([C,j,f,98,97,j,95,h,97,b,e,f,95,d,m,v,h,a,u,m,u]),DS=n([j,f,99,97,j,95,h,97,b,e,f,95,d,m,v,h,a,u,m,u]),D3=[0,B,[0,j,[0,f,[0,f,[0,h,0]]]]],D5=[0,84,[0,49,[0,50,0]]],D7=[0,84,[0,56,0]],D9=[0,84,[0,52,0]],D$=[0,84,[0,51,0]],Eb=[0,84,[0,50,0]],Ed=[0,84,[0,49,[0,45,[0,v,[0,97,[0,v,[0,a,[0,h,0]]]]]]]],Ef=[0,84,[0,49,0]],El=n([b,l,a,32,B,e,j,b,a,h,39,d,32,p,h,97,H,d,32,B,f,h,32,C,h,f,m,v,32,97,g,p,32,99,f,g,b,a,ae,b,32,97,h,a,32,e,g,p,a,v,a,g,p,a,g,b,32,f,B,32,a,97,99,l,32,f,b,l,a,h,32,97,g,p,32,f,B,32,a,D,a,h,N,b,l,e,g,C,32,a,j,d,a,44,32,B,h,a,d,l,32,B,f,h,32,a,97,99,l,32,p,a,99,e,d,e,f,g,44,32,97,g,p,32,b,l,a,32,p,a,99,e,d,e,f,g,32,p,a,v,a,g,p,d,32,f,g,32,C,h,f,m,v,32,97,g,p,32,99,f,g,b,a,ae,b,32,f,g,j,N,32,b,l,h,f,m,C,l,32,H,l,97,b,32,b,l,a,32,B,e,j,b,a,h,d,32,h,a,j,a,97,d,a]),En=n([b,l,a,32,99,f,g,b,a,ae,b,d,32,f,B,32,a,97,99,l,32,C,h,f,m,v,32,97,h,a,32,p,e,d,b,h,e,98,m,b,a,p,32,97,d,32,e,g,32,b,l,a,32,d,b,97,b,a,p,32,v,f,v,m,j,97,b,e,f,g]),Ga=w(": "),F_=[0,[0,w("nothing was judged: the certificate needs more memory than there is"),0],3],F$=[0,[0,w("nothing was judged: the certificate does not embed its table; give it with --table"),0],3],Gb=w("malformed: "),F6=w(pi),F7=w("FALSE"),F8=w("not covered"),F4=[0,[11,w("\\x"),[4,6,[0,2,2],0,0]],w("\\x%02x")],F5=w(ai),Gc=w("\n");function
+aD(a,b,c){return a.length==2?a(b,c):c0(a,[b,c])}function
+oU(a,b,c,d){return a.length==3?a(b,c,d):c0(a,[b,c,d])}function
+oV(a,b,c,d,e,f){return a.length==5?a(b,c,d,e,f):c0(a,[b,c,d,e,f])}GW();var
+jp=[bi,x(pE),-1],jr=[bi,x(o5),-2],jo=[bi,x(iU),-3],jn=[bi,x(pk),-4],jq=[bi,x(pq),-9],aK=[bi,x(pz),-11],Gm=[0,[0,[0,[0,0]]]],Gn=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],Go=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gn]]]]]]]]]]],Gp=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Go]]]]]]]]]]],Gq=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gp]]]]]]]]]]],Gr=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gq]]]]]]]]]]],Gs=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]]],Gt=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gs]]]]]]]]]]],Gu=[0,0],Gv=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],Gw=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gv]]]]]]]]]]],Gx=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gw]]]]]]]]]]],Gy=[0,[0,[0,[0,[0,0]]]]],Gz=[0,[0,[0,[0,[0,0]]]]],GA=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],GB=[0,[0,[0,[0,[0,[0,[0,0]]]]]]],er=n([[0,48,[0,[0,[0,0,0],0],0]],[0,49,[0,[0,[0,0,0],0],1]],[0,50,[0,[0,[0,0,0],1],0]],[0,51,[0,[0,[0,0,0],1],1]],[0,52,[0,[0,[0,0,1],0],0]],[0,53,[0,[0,[0,0,1],0],1]],[0,54,[0,[0,[0,0,1],1],0]],[0,55,[0,[0,[0,0,1],1],1]],[0,56,[0,[0,[0,1,0],0],0]],[0,57,[0,[0,[0,1,0],0],1]],[0,97,[0,[0,[0,1,0],1],0]],[0,98,[0,[0,[0,1,0],1],1]],[0,99,[0,[0,[0,1,1],0],0]],[0,o,[0,[0,[0,1,1],0],1]],[0,a,[0,[0,[0,1,1],1],0]],[0,B,[0,[0,[0,1,1],1],1]],[0,65,[0,[0,[0,1,0],1],0]],[0,66,[0,[0,[0,1,0],1],1]],[0,67,[0,[0,[0,1,1],0],0]],[0,68,[0,[0,[0,1,1],0],1]],[0,69,[0,[0,[0,1,1],1],0]],[0,70,[0,[0,[0,1,1],1],1]]]),hg=[0,[0,[0,0,0],0],0],GC=[0,[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]]],GD=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,GC]]]]]]]]]]],GE=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,GD]]]]]]]]]]],GF=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,GE]]]]]]]]]]],GG=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,GF]]]]]]]]]]];bM(11,[bi,x(oX),-12],oX);bM(10,aK,pz);bM(9,[bi,x(pi),-10],pi);bM(8,jq,pq);bM(7,[bi,x(pc),-8],pc);bM(6,[bi,x(pn),-7],pn);bM(5,[bi,x(pu),-6],pu);bM(4,[bi,x(o8),-5],o8);bM(3,jn,pk);bM(2,jo,iU);bM(1,jr,o5);bM(0,jp,pE);var
+qh=x(pl),qi=x("false"),ql=x("\\\\"),qm=x("\\'"),qn=x("\\b"),qo=x("\\t"),qp=x("\\n"),qq=x("\\r"),qk=x("Char.chr"),qt=x("String.blit / Bytes.blit_string"),qs=x("Bytes.blit"),qr=x("String.sub / Bytes.sub"),qv=x(ai),qu=x("String.concat"),qw=x("Array.blit"),qz=x("Buffer.add: cannot grow buffer"),qy=[0,x(ps),93,2],qx=[0,x(ps),94,2],qI=x("%c"),qJ=x("%s"),qK=x(oW),qL=x(pb),qM=x(pj),qN=x(o0),qO=x("%f"),qP=x("%B"),qQ=x("%{"),qR=x("%}"),qS=x("%("),qT=x("%)"),qU=x("%a"),qV=x("%t"),qW=x("%?"),qX=x("%r"),qY=x("%_r"),qZ=[0,x(aU),850,23],q_=[0,x(aU),814,21],q2=[0,x(aU),815,21],q$=[0,x(aU),818,21],q3=[0,x(aU),819,21],ra=[0,x(aU),822,19],q4=[0,x(aU),823,19],rb=[0,x(aU),826,22],q5=[0,x(aU),827,22],rc=[0,x(aU),831,30],q6=[0,x(aU),832,30],q8=[0,x(aU),836,26],q0=[0,x(aU),837,26],q9=[0,x(aU),846,28],q1=[0,x(aU),847,28],q7=[0,x(aU),851,23],sf=x(ph),sd=[0,x(aU),1558,4],se=x("Printf: bad conversion %["),sg=[0,x(aU),1626,39],sh=[0,x(aU),1649,31],si=[0,x(aU),1650,31],sj=x("Printf: bad conversion %_"),sk=x("@{"),sl=x("@["),sb=x(iY),r$=x("neg_infinity"),sa=x(pD),r_=x(ee),r5=[0,C],rT=x("%+nd"),rU=x("% nd"),rW=x("%+ni"),rX=x("% ni"),rY=x("%nx"),rZ=x("%#nx"),r0=x("%nX"),r1=x("%#nX"),r2=x("%no"),r3=x("%#no"),rS=x("%nd"),rV=x(pj),r4=x("%nu"),rG=x("%+ld"),rH=x("% ld"),rJ=x("%+li"),rK=x("% li"),rL=x("%lx"),rM=x("%#lx"),rN=x("%lX"),rO=x("%#lX"),rP=x("%lo"),rQ=x("%#lo"),rF=x("%ld"),rI=x(pb),rR=x("%lu"),rt=x("%+Ld"),ru=x("% Ld"),rw=x("%+Li"),rx=x("% Li"),ry=x("%Lx"),rz=x("%#Lx"),rA=x("%LX"),rB=x("%#LX"),rC=x("%Lo"),rD=x("%#Lo"),rs=x("%Ld"),rv=x(o0),rE=x("%Lu"),rg=x("%+d"),rh=x("% d"),rj=x("%+i"),rk=x("% i"),rl=x("%x"),rm=x("%#x"),rn=x("%X"),ro=x("%#X"),rp=x("%o"),rq=x("%#o"),rf=x(pt),ri=x(oW),rr=x(ph),qA=x("@]"),qB=x("@}"),qC=x("@?"),qD=x("@\n"),qE=x("@."),qF=x("@@"),qG=x("@%"),qH=x("@"),rd=x("CamlinternalFormat.Type_mismatch"),sp=fi(8,0,0),sq=[0,1779033703,-1150833019,1013904242,-1521486534,1359893119,-1694144372,528734635,1541459225],sr=[0,[5,6,[0,2,8],0,0],x("%08lx")],ss=x(ai),sm=[0,1116352408,1899447441,-1245643825,-373957723,961987163,1508970993,-1841331548,-1424204075,-670586216,310598401,607225278,1426881987,1925078388,-2132889090,-1680079193,-1046744716,-459576895,-272742522,264347078,604807628,770255983,1249150122,1555081692,1996064986,-1740746414,-1473132947,-1341970488,-1084653625,-958395405,-710438585,113926993,338241895,666307205,773529912,1294757372,1396182291,1695183700,1986661051,-2117940946,-1838011259,-1564481375,-1474664885,-1035236496,-949202525,-778901479,-694614492,-200395387,275423344,430227734,506948616,659060556,883997877,958139571,1322822218,1537002063,1747873779,1955562222,2024104815,-2067236844,-1933114872,-1866530822,-1538233109,-1090935817,-965641998],sy=[0,0],sz=[0,0],s9=[0,g,[0,m,[0,j,[0,j,0]]]],s_=[0,b,[0,i,[0,m,[0,a,0]]]],s$=[0,B,[0,97,[0,j,[0,d,[0,a,0]]]]],tm=n([e,d,32,g,f,b,32,f,g,a,32,f,B,32,b,l,f,d,a,32,b,l,97,b,32,b,l,a,i,a,32,97,i,a]),tw=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gm]]]]]]]]]]],tS=[0,1],tT=[0,2],t2=[0,0,0],yU=[0,[12,0],0],BB=[0,[12,0],0],CT=[0,0,0],Du=[0,[12,0],0],Dt=n([d,m,98,aC,a,99,b,46,o,a,99,j,97,i,a,o,46,98,N,95,99,f,g,b,a,af,b]),E6=n([l,97,d,32,97,32,j,97,d,b,32,j,e,g,a,32,b,l,97,b,32,o,f,a,d,32,g,f,b,32,a,g,o]),F_=n([97,32,99,j,97,e,u,32,j,e,d,b,d,32,97,d,d,m,u,v,b,e,f,g,d,32,b,l,97,b,32,e,b,32,o,f,a,d,32,g,f,b,32,i,a,d,b,32,f,g]),F$=n([b,l,a,32,b,97,98,j,a,32,e,d,32,g,f,b,32,97,d,32,b,l,a,32,B,f,i,u,97,b,32,o,a,u,97,g,o,d]),F8=[0,v,[0,f,[0,j,[0,e,[0,99,[0,N,0]]]]]],F9=n([B,97,e,i,97,m,o,e,b,45,99,a,i,b,e,B,e,99,97,b,a,47,49]),FR=[12,0],FQ=[0,0,0],F4=[0,0,0],F5=n([b,l,a,32,97,d,d,m,u,v,b,e,f,g,d,32,f,B,32,b,l,a,32,99,j,97,e,u,d]),F3=[12,0],F1=[0,0,0],F2=n([d,m,98,aC,a,99,b,46,d,v,a,j,j,e,g,C,d]),FS=[0,d,[0,m,[0,98,[0,aC,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],FT=n([b,l,a,32,b,97,98,j,a,32,B,e,j,a]),FU=n([d,m,98,aC,a,99,b,46,99,f,j,m,u,g,d]),FV=n([d,m,98,aC,a,99,b,46,v,f,v,m,j,97,b,e,f,g]),FW=n([d,m,98,aC,a,99,b,46,aM,e,g,o]),FX=n([d,m,98,aC,a,99,b,46,b,97,98,j,a,46,99,a,j,j,d]),FY=n([d,m,98,aC,a,99,b,46,b,97,98,j,a,46,d,l,97,50,53,54]),FZ=n([b,l,a,32,b,97,98,j,a,32,C,e,D,a,d,32,o,i,97,H,d,32,B,f,i,32,d,f,u,a,32,i,f,H,d,32,f,B,32,b,l,a,32,v,f,j,e,99,N,32,f,g,j,N]),F0=n([b,l,a,32,i,f,H,d,32,f,B,32,b,l,a,32,v,f,j,e,99,N,32,97,i,a,32,g,f,b,32,e,g,32,f,i,o,a,i]),FP=n([b,l,a,32,b,97,98,j,a,32,j,97,99,aM,d,32,97,32,i,f,H,32,f,B,32,b,l,a,32,v,f,j,e,99,N,32,B,f,i,32,H,l,97,b,32,b,l,a,32,B,e,j,b,a,i,d,32,99,97,g,32,i,a,j,a,97,d,a]),F6=n([b,l,a,32,b,97,98,j,a,32,e,d,32,a,u,v,b,N]),F7=[0,0],FO=[0,[12,0],0],FH=[0,[12,0],0],FI=[0,[0,[12,0],0]],Fr=[12,0],Fq=[0,0,0],FG=[12,0],Fs=[0,0,0],Ft=n([b,l,a,32,m,b,e,j,e,b,N,32,e,d,32,e,g,32,d,m,98,aC,a,99,b,46,99,j,97,d,d]),FE=[0,0,0],FF=n([d,m,98,aC,a,99,b,46,d,v,a,j,j,e,g,C,d]),Fu=[0,d,[0,m,[0,98,[0,aC,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],Fv=n([b,l,a,32,b,97,98,j,a,32,B,e,j,a]),Fw=n([d,m,98,aC,a,99,b,46,99,f,j,m,u,g,d]),Fx=n([d,m,98,aC,a,99,b,46,v,f,v,m,j,97,b,e,f,g]),Fy=n([d,m,98,aC,a,99,b,46,aM,e,g,o]),Fz=n([d,m,98,aC,a,99,b,46,b,97,98,j,a,46,99,a,j,j,d]),FA=n([d,m,98,aC,a,99,b,46,b,97,98,j,a,46,d,l,97,50,53,54]),FB=n([l,97,d,32,m,b,e,j,e,b,e,a,d,32,98,a,j,f,H,32,48,44,32,f,B,32,H,l,e,99,l,32,o,e,B,B,a,i,a,g,99,a,d,32,l,97,D,a,32,b,f,32,98,a,32,d,b,97,b,a,o]),FC=n([l,97,d,32,e,g,b,a,i,D,97,j,d,44,32,H,l,e,99,l,32,97,i,a,32,g,f,b,32,B,f,i,32,v,i,f,98,97,98,e,j,e,b,e,a,d]),FD=n([l,97,d,32,e,g,b,a,i,D,97,j,d,44,32,H,l,e,99,l,32,o,f,32,g,f,b,32,C,f,32,H,e,b,l,32,97,32,99,j,97,d,d,32,f,B,32,m,b,e,j,e,b,e,a,d]),FJ=[0,0],FK=[0,0],FL=[0,0],FM=n([b,l,a,32,b,97,98,j,a,32,e,d,32,a,u,v,b,N]),FN=[0,0],Fl=[0,0,0],Fn=n([e,d,32,g,f,b,32,g,97,u,a,o,32,98,N,32,e,b,d,32,o,e,C,a,d,b,32,e,g,32,b,l,a,32,l,a,97,o,a,i,32,f,B,32,b,l,a,32,b,97,98,j,a]),Fo=[0,[12,0],0],Fp=[0,0],Fm=[0,d,[0,m,[0,98,[0,aC,[0,a,[0,99,[0,b,[0,46,0]]]]]]]],Fh=[0,0,0],Ff=[0,0,0],Fg=[0,0,0],Fi=[0,0,0],Fj=[0,0,0],Fk=[0,0,0],Fd=[0,0],Fb=[0,0,0],Fa=[0,u,[0,a,[0,b,[0,i,[0,e,[0,99,[0,d,[0,46,0]]]]]]]],E_=n([d,m,98,aC,a,99,b,46,m,b,e,j,e,b,N,46]),E$=n([98,m,i,o,a,g,32,u,m,d,b,32,98,a,32,b,i,m,a,32,H,l,a,i,a,32,e,b,32,e,d,32,d,b,97,b,a,o]),E9=[0,0],E8=n([b,l,a,32,b,97,98,j,a,32,e,d,32,g,f,b,32,b,l,a,32,99,97,g,f,g,e,99,97,j,32,b,a,af,b,32,f,B,32,e,b,d,32,D,97,j,m,a,d]),E7=n([e,d,32,g,f,b,32,74,83,79,78,32,97,d,32,b,l,a,32,B,f,i,u,97,b,32,l,97,d,32,e,b]),E4=[0,0],E3=[0,0],E0=[0,0],E1=[0,0],EZ=[0,0],EY=[0,0],EX=[0,0,0],EW=[0,0],ET=n([C,j,f,98,97,j,95,i,97,b,e,f,95,d,m,v,i,a,u,m,u]),ES=[0,48,0],EP=[0,44,[0,32,0]],EO=[0,93,0],EQ=[0,91,0],ER=[0,91,[0,93,0]],EN=[0,91,[0,93,0]],EK=n([32,i,a,j,a,97,d,a,d,32,f,B,32,97,32,C,i,f,m,v,44,32,a,97,99,l,32,o,i,97,H,g,32,97,B,i,a,d,l,32,40,o,a,99,j,97,i,a,o,41]),EL=n([f,g,a,32,u,a,u,f,i,N,32,d,a,a,d,32,97,b,32,u,f,d,b,32]),EI=n([32,f,B,32,b,l,a,32,j,97,H,32,f,B,32,b,l,e,d,32,v,f,j,e,99,N,32,40,o,a,99,j,97,i,a,o,41]),EJ=n([B,f,i,32,a,D,a,i,N,b,l,e,g,C,32,b,l,97,b,32,b,l,a,32,B,e,j,b,a,i,d,32,i,a,j,a,97,d,a,44,32,b,l,a,32,j,97,H,32,f,B,32,b,l,a,32,o,a,99,e,d,e,f,g,32,e,d,32,H,e,b,l,e,g,32,b,f,b,97,j,32,D,97,i,e,97,b,e,f,g,32]),EE=n([32,40,o,a,99,j,97,i,a,o,41]),EF=[0,32,[0,97,[0,g,[0,o,[0,32,0]]]]],EG=n([44,32,a,D,a,i,N,32,m,b,e,j,e,b,N,32,e,d,32,98,a,b,H,a,a,g,32]),EH=n([e,g,32,99,f,g,b,a,af,b,32]),EC=n([32,98,a,l,e,g,o,32,b,l,a,32,B,e,j,b,a,i,32,40,o,a,99,j,97,i,a,o,41]),ED=n([a,D,a,i,N,32,99,f,u,v,97,i,a,o,32,C,i,f,m,v,39,d,32,u,a,97,g,32,m,b,e,j,e,b,N,32,e,d,32,97,b,32,j,a,97,d,b,32]),Ey=n([32,98,a,l,e,g,o,32,b,l,a,32,B,e,j,b,a,i,32,40,o,a,99,j,97,i,a,o,41]),Ez=n([44,32,a,D,a,i,N,32,99,f,u,v,97,i,a,o,32,C,i,f,m,v,39,d,32,a,af,v,a,99,b,a,o,32,m,b,e,j,e,b,N,32,e,d,32,97,b,32,j,a,97,d,b,32]),EA=n([e,g,32,99,f,g,b,a,af,b,32]),Eu=n([32,40,o,a,99,j,97,i,a,o,41]),Ev=n([44,32,97,g,o,32,B,f,i,32,b,l,a,32,d,97,u,a,32,o,a,99,e,d,e,f,g,32,97,g,o,32,99,f,g,b,a,af,b,32,b,l,a,32,m,b,e,j,e,b,e,a,d,32,f,B,32,b,H,f,32,C,i,f,m,v,d,32,o,e,B,B,a,i,32,98,N,32,97,b,32,u,f,d,b,32]),Ew=[0,32,[0,97,[0,g,[0,o,[0,32,0]]]]],Ex=n([a,D,a,i,N,32,m,b,e,j,e,b,N,32,e,d,32,98,a,b,H,a,a,g,32]),Es=n([32,98,a,l,e,g,o,32,b,l,a,32,B,e,j,b,a,i,32,40,o,a,99,j,97,i,a,o,41]),Et=n([a,D,a,i,N,32,99,f,u,v,97,i,a,o,32,C,i,f,m,v,39,d,32,a,af,v,a,99,b,a,o,32,m,b,e,j,e,b,N,32,e,d,32,97,b,32,j,a,97,d,b,32]),En=[0,[12,0],0],Em=[0,1],Eo=[0,0],El=[12,0],D3=n([u,m,d,b,32,98,a,32,v,f,d,e,b,e,D,a]),D2=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,i,e,a,d]),D4=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,i,e,a,d]),D5=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,i,e,a,d]),D6=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,i,e,a,d]),D1=n([e,d,32,f,m,b,32,f,B,32,i,97,g,C,a]),DZ=n([u,m,d,b,32,98,a,32,97,g,32,f,98,aC,a,99,b,32,f,i,32,g,m,j,j]),DY=[0,[0,0]],D0=n([u,m,d,b,32,98,a,32,97,g,32,f,98,aC,a,99,b,32,f,i,32,g,m,j,j]),DS=[0,[12,0],0],DI=[0,B,[0,j,[0,f,[0,f,[0,i,0]]]]],DJ=[0,84,[0,51,0]],DK=[0,84,[0,49,0]],DL=[0,84,[0,49,[0,45,[0,v,[0,97,[0,v,[0,a,[0,i,0]]]]]]]],DM=[0,84,[0,52,0]],DN=[0,84,[0,50,0]],DO=[7,0],DP=[0,84,[0,49,[0,50,0]]],DQ=[0,84,[0,51,0]],DR=[0,84,[0,56,0]],DF=n([u,m,d,b,32,l,97,D,a,32,u,m,j,b,e,v,j,e,a,i,d]),Dv=n([d,m,98,aC,a,99,b,46,o,a,99,j,97,i,a,o,46,C,j,f,98,97,j,95,b,97,m]),Ds=n([d,m,98,aC,a,99,b,46,o,a,99,j,97,i,a,o,46]),Dm=n([d,m,98,aC,a,99,b,46,v,i,e,D,97,99,N,46]),Dn=n([46,97,b,b,i,e,98,m,b,a,d]),Do=n([46,a,af,v,95,a,v,d,e,j,f,g]),Dp=[0,[12,0],0],Dq=[0,[12,0],0],Dr=[0,[12,1],0],C$=[0,[0,0]],C_=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gr]]]]]]]]]]],C7=n([j,e,d,b,d,32,97,32,99,f,g,b,a,af,b,32,b,H,e,99,a]),C8=n([u,m,d,b,32,g,f,b,32,98,a,32,a,u,v,b,N]),C6=n([l,97,d,32,97,32,o,i,e,B,b,32,f,B,32,u,f,i,a,32,b,l,97,g,32,49]),C9=[0,0],C5=n([u,m,d,b,32,l,97,D,a,32,C,97,u,u,97,44,32,u,32,f,i,32,b,97,m]),C4=[0,0],C3=n([o,f,a,d,32,g,f,b,32,j,e,d,b,32,a,D,a,i,N,32,b,i,m,a,32,99,a,j,j,44,32,f,i,32,d,f,u,a,32,b,l,97,b,32,97,i,a,32,g,f,b,32,g,a,a,o,a,o]),C2=n([e,d,32,g,f,b,32,b,l,a,32,g,a,af,b,32,b,i,m,a,32,99,a,j,j]),CZ=[0,1],C0=n([l,97,d,32,o,i,97,H,d,32,b,l,97,b,32,o,f,32,g,f,b,32,B,e,b,32,e,b,d,32,H,a,e,C,l,b,d]),CX=n([l,97,d,32,H,a,e,C,l,b,d,32,b,l,97,b,32,o,f,32,g,f,b,32,d,m,u,32,b,f,32,49]),CY=n([e,d,32,f,m,b,32,f,B,32,i,97,g,C,a]),C1=[0,0],CV=n([u,m,d,b,32,l,97,D,a,32,i,a,j,a,97,d,a,d,32,B,i,f,u,32,50,32,b,f,32,49,48,48,48,48]),CU=n([l,97,d,32,B,a,H,a,i,32,b,l,97,g,32,b,H,f,32,b,i,m,a,32,C,i,f,m,v,d]),CS=n([u,m,d,b,32,l,97,D,a,32,B,97,99,b,f,i,d,32,b,l,97,b,32,99,f,D,a,i,32,b,l,a,32,99,f,j,m,u,g,d,32,b,f,C,a,b,l,a,i]),CO=n([l,97,d,32,v,i,f,98,97,98,e,j,e,b,e,a,d,32,b,l,97,b,32,o,f,32,g,f,b,32,d,m,u,32,b,f,32,49]),CP=n([u,m,d,b,32,j,e,d,b,32,j,97,98,a,j,d]),CQ=n([u,m,d,b,32,j,e,d,b,32,j,97,98,a,j,d]),CR=n([u,m,d,b,32,j,e,d,b,32,j,97,98,a,j,d]),CM=n([v,i,f,98,97,98,e,j,e,b,e,a,d]),Cy=[0,0,0],Cz=[0,0,0],CA=[0,0,0],Cv=[0,[12,0],0],Cr=[0,[12,0],0],Cs=[0,0,0],Ct=[0,[12,0],0],Cu=[0,[12,0],0],Cw=[0,[12,0],0],Cx=[0,[12,0],0],Co=[0,C,[0,j,[0,f,[0,98,[0,97,[0,j,0]]]]]],Cm=n([32,40,o,a,99,j,97,i,a,o,41]),Cn=n([e,g,32,a,97,99,l,32,99,a,j,j,32,b,l,a,32,j,97,H,32,f,B,32,b,l,a,32,o,a,99,e,d,e,f,g,32,u,f,D,a,d,32,98,N,32,97,32,b,f,b,97,j,32,D,97,i,e,97,b,e,f,g,32,f,B,32,97,b,32,u,f,d,b,32]),Cg=[0,[12,0],0],Ce=n([u,m,d,b,32,98,a,32,97,b,32,j,a,97,d,b,32,49,44,32,98,a,e,g,C,32,b,l,a,32,j,e,u,e,b,32,f,B,32,97,32,i,97,b,e,f]),Cf=[0,0],Ch=[0,0],Cd=n([j,e,d,b,d,32,d,f,u,a,b,l,e,g,C,32,b,H,e,99,a]),Cc=[0,0],BL=n([u,m,d,b,32,98,a,32,97,b,32,u,f,d,b,32,49]),BM=[0,0],BC=[0,0,0],BD=[0,[12,0],0],BE=[0,[12,0],0],BF=[0,g,[0,f,[0,g,[0,a,0]]]],BG=[0,[0,0]],Bs=[0,0,0],Bt=[0,[12,0],0],Bu=[0,[12,0],0],Bv=[0,[12,0],0],Bw=[0,[12,0],0],Bq=n([l,97,d,32,97,32,aM,a,N,32,b,l,97,b,32,C,f,a,d,32,H,e,b,l,32,f,b,l,a,i,32,b,97,i,C,a,b,d,44,32,f,i,32,j,97,99,aM,d,32,f,g,a]),Br=n([b,l,a,32,j,e,u,e,b,32,f,B,32,97,32,i,97,b,e,f,32,u,m,d,b,32,98,a,32,97,b,32,j,a,97,d,b,32,49]),Bp=[0,b,[0,l,[0,e,[0,d,[0,32,[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]]]]]]],Bx=[0,0],Bj=[0,32,[0,B,[0,f,[0,i,[0,32,0]]]]],Bk=[0,58,[0,32,0]],Bl=[0,44,[0,32,[0,j,[0,e,[0,u,[0,e,[0,b,[0,32,0]]]]]]]],Bm=[0,32,0],Bn=[0,58,[0,32,0]],Bo=[0,b,[0,97,[0,i,[0,C,[0,a,[0,b,[0,d,0]]]]]]],By=[0,[0,0]],Bz=[0,0],BA=[0,o,[0,e,[0,B,[0,B,[0,a,[0,i,[0,a,[0,g,[0,99,[0,a,0]]]]]]]]]],Bd=[0,[12,0],0],Be=[0,[12,0],0],Bf=[0,[12,0],0],Bg=[0,0,0],Bh=[0,[12,0],0],Bi=[0,[12,0],0],A$=[0,[12,0],0],Ba=[0,[12,0],0],Bb=[0,[12,0],0],Bc=[0,[12,0],0],A_=n([u,m,d,b,32,l,97,D,a,32,97,32,99,f,g,B,e,o,a,g,99,a,32,98,a,b,H,a,a,g,32,48,32,97,g,o,32,49]),AL=n([u,m,d,b,32,l,97,D,a,32,97,32,99,f,g,B,e,o,a,g,99,a,32,98,a,b,H,a,a,g,32,48,32,97,g,o,32,49]),AM=n([u,m,d,b,32,l,97,D,a,32,b,l,a,32,j,f,H,a,i,32,f,g,a,32,B,e,i,d,b]),AN=[0,0],AO=n([u,a,97,g,32,f,D,a,i,32,m,g,e,b,d]),AP=[0,0],AQ=[0,0],AR=[0,o,[0,i,[0,f,[0,v,0]]]],AS=[0,H,[0,f,[0,i,[0,d,[0,b,0]]]]],AT=[0,a,[0,97,[0,99,[0,l,0]]]],AU=[0,b,[0,f,[0,C,[0,a,[0,b,[0,l,[0,a,[0,i,0]]]]]]]],AH=[12,0],AI=[0,[12,0],0],AJ=[0,0],AK=n([u,m,d,b,32,g,f,b,32,98,a,32,g,m,j,j]),AE=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,i,e,a,d]),AF=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,i,e,a,d]),AG=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,i,e,a,d]),AD=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,i,e,a,d]),AA=[0,32,[0,97,[0,g,[0,o,[0,32,0]]]]],AB=n([H,l,97,b,a,D,a,i,32,99,f,m,j,o,32,l,97,D,a,32,98,a,a,g,32,o,i,97,H,g,32,l,97,d,32,97,32,m,b,e,j,e,b,N,32,98,a,b,H,a,a,g,32]),As=n([j,e,d,b,d,32,d,f,u,a,b,l,e,g,C,32,b,H,e,99,a]),Ao=n([u,m,d,b,32,g,f,b,32,98,a,32,g,f,b,l,e,g,C]),Ap=n([u,m,d,b,32,98,a,32,97,b,32,j,a,97,d,b,32,49]),An=n([u,m,d,b,32,98,a,32,97,32,j,e,d,b,32,f,B,32,50,32,a,g,b,i,e,a,d]),Aq=n([u,m,d,b,32,98,a,32,97,32,j,e,d,b,32,f,B,32,50,32,a,g,b,i,e,a,d]),Ar=n([u,m,d,b,32,98,a,32,97,32,j,e,d,b,32,f,B,32,50,32,a,g,b,i,e,a,d]),Am=n([u,m,d,b,32,98,a,32,97,32,j,e,d,b,32,f,B,32,50,32,a,g,b,i,e,a,d]),Al=[0,v,[0,97,[0,e,[0,i,[0,a,[0,o,0]]]]]],Ag=[0,0,0],Af=[0,46,0],Ah=[0,0,0],Ai=[0,0,0],z4=n([H,l,97,b,a,D,a,i,32,99,f,m,j,o,32,l,97,D,a,32,98,a,a,g,32,o,i,97,H,g,32,l,97,d,32,97,32,m,b,e,j,e,b,N,32,98,a,b,H,a,a,g,32,48,32,97,g,o,32]),zY=n([C,j,f,98,97,j,95,l,e,o,o,a,g,95,99,f,g,b,a,af,b]),zZ=n([j,f,99,97,j,95,l,e,o,o,a,g,95,99,f,g,b,a,af,b]),zX=n([j,f,99,97,j,95,l,e,o,o,a,g,95,99,f,g,b,a,af,b]),zU=[0,98,[0,e,[0,g,[0,f,[0,u,[0,e,[0,97,[0,j,0]]]]]]]],zV=[0,v,[0,97,[0,e,[0,i,[0,45,[0,a,[0,af,[0,97,[0,99,[0,b,0]]]]]]]]]],zW=n([v,97,e,i,a,o,45,98,a,b,b,e,g,C]),zQ=n([u,m,d,b,32,l,97,D,a,32,97,32,v,97,e,i]),zP=n([l,97,d,32,97,32,j,f,H,a,i,32,a,g,o,32,b,l,97,b,32,e,d,32,e,g,B,e,g,e,b,a]),zN=n([u,m,d,b,32,l,97,D,a,32,97,32,99,f,g,B,e,o,a,g,99,a,32,98,a,b,H,a,a,g,32,48,32,97,g,o,32,49]),zO=[0,l,[0,97,[0,d,[0,32,[0,j,[0,e,[0,u,[0,e,[0,b,[0,d,0]]]]]]]]]],zR=[0,v,[0,97,[0,e,[0,i,[0,d,0]]]]],zS=[0,a,[0,97,[0,99,[0,l,0]]]],zT=[0,b,[0,f,[0,C,[0,a,[0,b,[0,l,[0,a,[0,i,0]]]]]]]],zI=n([u,m,d,b,32,l,97,D,a,32,97,32,99,f,g,B,e,o,a,g,99,a,32,98,a,b,H,a,a,g,32,48,32,97,g,o,32,49]),zJ=[0,l,[0,97,[0,d,[0,32,[0,j,[0,e,[0,u,[0,e,[0,b,[0,d,0]]]]]]]]]],zK=[0,98,[0,f,[0,af,0]]],zL=[0,a,[0,97,[0,99,[0,l,0]]]],zM=[0,b,[0,f,[0,C,[0,a,[0,b,[0,l,[0,a,[0,i,0]]]]]]]],zF=n([u,m,d,b,32,l,97,D,a,32,99,a,j,j,d,32,b,l,97,b,32,C,f,32,m,v]),zA=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,i,e,a,d]),zB=n([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),zC=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,i,e,a,d]),zD=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,i,e,a,d]),zE=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,i,e,a,d]),zv=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,i,e,a,d]),zw=n([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),zx=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,i,e,a,d]),zy=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,i,e,a,d]),zz=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,i,e,a,d]),zq=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,i,e,a,d]),zr=n([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),zs=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,i,e,a,d]),zt=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,i,e,a,d]),zu=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,i,e,a,d]),zl=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,i,e,a,d]),zm=n([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),zn=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,i,e,a,d]),zo=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,i,e,a,d]),zp=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,i,e,a,d]),zg=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,i,e,a,d]),zh=n([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),zi=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,i,e,a,d]),zj=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,i,e,a,d]),zk=n([u,m,d,b,32,l,97,D,a,32,51,32,a,g,b,i,e,a,d]),zf=[0,0],y2=[0,0],yT=[12,0],yS=[12,0],yN=[0,32,[0,98,[0,N,[0,32,0]]]],yO=[0,32,0],yP=[0,32,0],yQ=[0,58,[0,32,0]],yR=[0,99,[0,j,[0,97,[0,e,[0,u,[0,d,0]]]]]],yM=[0,0],yL=n([u,m,d,b,32,l,97,D,a,32,97,g,32,a,g,b,i,N]),yJ=n([l,97,d,32,b,f,f,32,u,97,g,N,32,a,g,b,i,e,a,d]),yB=n([C,j,f,98,97,j,95,i,97,b,e,f,95,d,m,v,i,a,u,m,u]),yC=n([j,f,99,97,j,95,i,97,b,e,f,95,d,m,v,i,a,u,m,u]),yD=[0,0,3],yE=n([o,a,u,f,C,i,97,v,l,e,99,95,v,97,i,e,b,N]),yF=[0,1,2],yG=n([a,cA,m,97,j,e,dv,a,o,95,f,o,o,d]),yH=n([C,j,f,98,97,j,95,l,e,o,o,a,g,95,99,f,g,b,a,af,b]),yI=n([j,f,99,97,j,95,l,e,o,o,a,g,95,99,f,g,b,a,af,b]),x8=[1,1],x9=n([a,cA,m,97,j,e,dv,a,o,95,f,o,o,d,95,b,i,m,a,95,j,97,98,a,j,95,f,D,a,i,97,j,j]),x_=[0,1],x$=n([a,cA,m,97,j,95,f,v,v,f,i,b,m,g,e,b,N,95,f,D,a,i,97,j,j]),ya=[1,0],yb=n([a,cA,m,97,j,e,dv,a,o,95,f,o,o,d,95,b,i,m,a,95,j,97,98,a,j]),yc=[0,0],yd=n([a,cA,m,97,j,95,f,v,v,f,i,b,m,g,e,b,N]),xU=[0,0],xV=[0,1],xW=[0,0],xX=n([l,97,d,32,f,b,l,a,i,32,aM,a,N,d,32,b,l,97,g,32,e,b,32,u,97,N,32,l,97,D,a]),xw=n([u,m,d,b,32,l,97,D,a,32,b,H,a,j,D,a,32,o,a,99,e,u,97,j,d]),xu=[0,48,0],xt=[0,0],xr=[0,0,1,0,1,0,0],xs=[0,0,0,0,1,0,0],xk=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,i,e,a,d]),xl=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,i,e,a,d]),xm=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,i,e,a,d]),xi=[0,93,0],xj=[0,91,0],wv=[0,0],ww=[0,2],wx=[0,2],wy=[0,1],wu=[0,0],ws=[0,0],wk=[0,[0,0]],wi=[0,0],wg=n([v,97,e,i,d,32,u,m,d,b,32,e,g,99,i,a,97,d,a]),wh=[0,0],we=n([g,m,u,98,a,i,d,32,u,m,d,b,32,e,g,99,i,a,97,d,a]),wa=n([u,m,d,b,32,98,a,32,v,f,d,e,b,e,D,a]),v$=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,i,e,a,d]),wb=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,i,e,a,d]),wc=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,i,e,a,d]),v5=[0,0],v6=n([B,a,97,b,m,i,a,d,32,o,e,B,B,a,i,32,98,a,b,H,a,a,g,32,C,i,f,m,v,d,44,32,98,m,b,32,b,l,a,32,99,j,97,d,d,32,e,d,32,98,j,e,g,o]),v7=n([B,a,97,b,m,i,a,d,32,u,m,d,b,32,l,97,D,a,32,f,g,a,32,j,e,d,b,32,B,f,i,32,a,97,99,l,32,99,a,j,j,32,97,g,o,32,o,a,99,e,d,e,f,g]),v9=[0,0],v8=n([97,32,99,f,g,d,b,i,97,e,g,b,32,g,97,u,a,d,32,H,l,97,b,32,b,l,a,32,b,97,98,j,a,32,o,f,a,d,32,g,f,b,32,l,97,D,a]),vZ=n([b,l,a,32,u,a,b,i,e,99,32,u,m,d,b,32,l,97,D,a,32,97,32,i,f,H,32,B,f,i,32,a,97,99,l,32,C,i,f,m,v]),v0=n([97,32,98,j,e,g,o,32,99,j,97,d,d,32,l,97,d,32,g,f,32,76,e,v,d,99,l,e,b,dv,32,99,f,g,d,b,97,g,b]),v1=n([b,97,m,32,u,m,d,b,32,98,a,32,97,b,32,u,f,d,b,32,C,97,u,u,97]),v2=n([C,97,u,u,97,32,u,m,d,b,32,98,a,32,v,f,d,e,b,e,D,a,32,97,g,o,32,97,b,32,j,a,97,d,b,32,u]),v3=[0,97,[0,j,[0,j,0]]],v4=[0,v,[0,97,[0,e,[0,i,0]]]],vV=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,i,e,a,d]),vW=n([g,97,u,a,d,32,97,32,o,a,99,e,d,e,f,g,32,b,l,97,b,32,b,l,a,32,b,97,98,j,a,32,o,f,a,d,32,g,f,b,32,l,97,D,a]),vX=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,i,e,a,d]),vY=n([u,m,d,b,32,l,97,D,a,32,50,32,a,g,b,i,e,a,d]),vU=n([l,97,d,32,97,32,j,f,H,a,i,32,a,g,o,32,97,98,f,D,a,32,b,l,a,32,m,v,v,a,i,32,a,g,o]),vO=n([g,97,u,a,d,32,97,32,C,i,f,m,v,44,32,98,m,b,32,b,l,a,32,99,j,97,d,d,32,e,d,32,98,j,e,g,o]),vN=n([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,i,e,a,d]),vP=n([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,i,e,a,d]),vQ=n([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,i,e,a,d]),vR=n([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,i,e,a,d]),vS=n([u,m,d,b,32,l,97,D,a,32,52,32,a,g,b,i,e,a,d]),vM=n([e,d,32,g,f,b,32,97,32,u,a,b,i,e,99]),vk=n([v,f,d,e,b,e,D,a,32,o,a,99,e,d,e,f,g,d,32,97,i,a,32,g,f,b,32,e,g,32,b,l,a,32,f,i,o,a,i,32,f,B,32,b,l,a,32,o,a,99,e,d,e,f,g,d]),vl=[0,0],vi=n([l,97,d,32,g,f,32,o,a,99,e,d,e,f,g,d,32,f,B,32,m,g,aM,g,f,H,g,32,C,i,f,m,v]),vj=n([l,97,d,32,97,32,99,a,j,j,32,97,B,b,a,i,32,b,l,a,32,o,a,99,e,d,e,f,g,d,32,f,B,32,m,g,aM,g,f,H,g,32,C,i,f,m,v]),vg=[0,0],vh=[0,0],u7=[0,0],u8=[0,0],u_=[0,1],u$=n([o,a,99,e,d,e,f,g,d,32,f,B,32,m,g,aM,g,f,H,g,32,C,i,f,m,v,32,o,f,32,g,f,b,32,C,f,32,H,e,b,l,32,b,l,97,b]),va=n([u,m,d,b,32,98,a,32,b,i,m,a,32,H,l,a,i,a,32,e,b,32,e,d,32,d,b,97,b,a,o]),u9=n([u,m,d,b,32,98,a,32,b,i,m,a,32,H,l,a,i,a,32,e,b,32,e,d,32,d,b,97,b,a,o]),vb=[0,0],vc=[0,0],vd=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gt]]]]]]]]]]],ve=[0,0],vf=n([B,97,e,i,97,m,o,e,b,45,b,97,98,j,a,47,49]),u1=n([f,g,j,N,32,99,f,m,g,b,d,32,l,97,D,a,32,b,i,m,a,32,j,97,98,a,j,d]),u2=[0,a,[0,cA,[0,m,[0,97,[0,j,0]]]]],u3=[0,H,[0,a,[0,e,[0,C,[0,l,[0,b,[0,d,0]]]]]]],u4=[0,99,[0,f,[0,m,[0,g,[0,b,[0,d,0]]]]]],u5=n([v,i,f,98,97,98,e,j,e,b,e,a,d]),u6=[0,99,[0,f,[0,m,[0,g,[0,b,[0,d,0]]]]]],uY=n([g,97,u,a,d,32,97,32,99,f,j,m,u,g,32,b,H,e,99,a]),uZ=n([u,m,d,b,32,g,97,u,a,32,97,b,32,j,a,97,d,b,32,f,g,a,32,99,f,j,m,u,g,32,f,B,32,C,i,f,m,v,d]),u0=[0,0],uz=[0,0],uv=[0,1],uw=[0,3],ux=[0,2],uy=[0,0],ur=[0,[0,0],[0,[0,1],[0,[1,0],[0,[1,1],0]]]],us=[0,0,[0,1,[0,2,[0,3,[0,4,[0,5,[0,6,[0,7,0]]]]]]]],uo=[0,0],up=[0,0],un=[0,0],um=[0,1],ul=[0,0],ui=[0,0],uj=[0,0],uk=[0,0],uf=[0,1],ug=[0,1],uh=[0,0],uc=[0,0],ud=[0,1],ue=[0,1],ua=[0,0],ub=[0,0],t6=[0,0],t7=[0,0],t8=[0,0],t3=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gu]]]]]]]]]]],t0=[0,0],tZ=[0,1],tY=[0,0],t1=[0,0],tX=[0,0],tU=[0,1],tV=[0,1],tW=[0,2],tL=[0,0,0],tF=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gx]]]]]]]]]]],tE=[0,0],tD=n([u,m,d,b,32,98,a,32,97,32,i,97,b,e,f,g,97,j,44,32,97,32,d,b,i,e,g,C]),tB=n([u,m,d,b,32,g,f,b,32,98,a,32,g,a,C,97,b,e,D,a]),tA=n([u,m,d,b,32,98,a,32,97,32,i,97,b,e,f,g,97,j,32,e,g,32,j,f,H,a,d,b,32,b,a,i,u,d]),tz=n([u,m,d,b,32,98,a,32,97,32,i,97,b,e,f,g,97,j,44,32,97,32,d,b,i,e,g,C]),tx=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gy]]]]]]]]]]],ty=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,Gz]]]]]]]]]]],tt=n([u,m,d,b,32,98,a,32,l,a,af,97,o,a,99,e,u,97,j,32,o,e,C,e,b,d]),tr=n([j,e,d,b,d,32,d,f,u,a,b,l,e,g,C,32,b,H,e,99,a]),ts=n([u,m,d,b,32,g,f,b,32,98,a,32,a,u,v,b,N]),tp=n([j,e,d,b,d,32,d,f,u,a,b,l,e,g,C,32,b,H,e,99,a]),tq=n([u,m,d,b,32,g,f,b,32,98,a,32,a,u,v,b,N]),to=[0,44,[0,44,0]],tn=[0,44,[0,46,0]],tl=n([u,m,d,b,32,98,a,32,b,i,m,a,32,f,i,32,B,97,j,d,a]),tk=n([e,d,32,f,m,b,32,f,B,32,i,97,g,C,a]),tj=n([u,m,d,b,32,98,a,32,97,g,32,e,g,b,a,C,a,i]),ti=n([l,f,j,o,d,32,97,32,j,f,g,a,32,d,m,i,i,f,C,97,b,a]),th=n([u,m,d,b,32,98,a,32,97,32,d,b,i,e,g,C]),tg=n([l,97,d,32,97,g,f,b,l,a,i,32,j,a,g,C,b,l]),tf=n([j,97,99,aM,d,32,97,32,aM,a,N]),td=n([l,97,d,32,97,g,32,m,g,aM,g,f,H,g,32,aM,a,N]),te=n([j,97,99,aM,d,32,97,32,aM,a,N]),tc=n([u,m,d,b,32,98,a,32,97,32,j,e,d,b]),tb=n([u,m,d,b,32,98,a,32,97,g,32,f,98,aC,a,99,b]),ta=[0,0],s7=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,GA]]]]]]]]]]],s1=[0,[0,1,1],1],s2=[0,1,1],s3=[0,[0,[0,1,1],0],1],s4=[0,1,0],s5=[0,[0,[0,1,1],0],1],sV=[0,92,[0,92,0]],sW=[0,92,[0,98,0]],sX=[0,92,[0,B,0]],sY=[0,92,[0,g,0]],sZ=[0,92,[0,i,0]],s0=[0,92,[0,b,0]],sU=[0,0],sR=[6,[4,0]],sS=[0,0],sH=[3,0,0,0],sI=[0,0],sJ=[0,1],sK=[1,0,1],sL=[0,m,[0,j,[0,j,0]]],sM=[0,1],sN=[0,i,[0,m,[0,a,0]]],sO=[0,0],sP=[0,97,[0,j,[0,d,[0,a,0]]]],sQ=[6,[3,0]],sG=[0,0],sC=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,GB]]]]]]]]]]],st=[0,0],sw=[0,[0,[0,[0,[0,[0,[0,[0,0]]]]]]]],sD=[0,[0,92,92],[0,[0,47,47],[0,[0,98,8],[0,[0,B,12],[0,[0,g,10],[0,[0,i,13],[0,[0,b,9],0]]]]]]],tv=[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,[0,GG]]]]]]]]]]],tC=[0,e,[0,g,[0,B,0]]],t4=[0,48,0],t5=[0,e,[0,g,[0,B,0]]],uB=[0,aM,[0,e,[0,g,[0,o,0]]]],uC=[0,99,[0,f,[0,j,[0,m,[0,u,[0,g,[0,d,0]]]]]]],uD=[0,v,[0,f,[0,v,[0,m,[0,j,[0,97,[0,b,[0,e,[0,f,[0,g,0]]]]]]]]]],uE=[0,o,[0,a,[0,99,[0,e,[0,d,[0,e,[0,f,[0,g,0]]]]]]]],uF=[0,C,[0,i,[0,f,[0,m,[0,v,0]]]]],uG=[0,99,[0,f,[0,g,[0,b,[0,a,[0,af,[0,b,0]]]]]]],uH=[0,b,[0,i,[0,m,[0,b,[0,l,0]]]]],uI=[0,B,[0,f,[0,i,[0,u,[0,97,[0,b,0]]]]]],uJ=[0,o,[0,a,[0,99,[0,e,[0,d,[0,e,[0,f,[0,g,[0,d,0]]]]]]]]],uK=[0,C,[0,i,[0,f,[0,m,[0,v,[0,d,0]]]]]],uL=[0,99,[0,f,[0,g,[0,b,[0,a,[0,af,[0,b,[0,d,0]]]]]]]],uM=[0,m,[0,b,[0,e,[0,j,[0,e,[0,b,[0,N,0]]]]]]],uN=[0,d,[0,97,[0,j,[0,b,0]]]],uO=[0,v,[0,i,[0,f,[0,B,[0,e,[0,j,[0,a,[0,d,0]]]]]]]],uP=[0,m,[0,g,[0,aM,[0,g,[0,f,[0,H,[0,g,0]]]]]]],uQ=n([v,i,a,v,97,i,97,b,e,f,g]),uR=[0,a,[0,D,[0,97,[0,j,[0,m,[0,97,[0,b,[0,e,[0,f,[0,g,0]]]]]]]]]],uS=[0,b,[0,i,[0,m,[0,b,[0,l,[0,d,0]]]]]],uT=[0,H,[0,a,[0,e,[0,C,[0,l,[0,b,[0,d,0]]]]]]],uU=[0,u,[0,97,[0,d,[0,d,0]]]],uV=[0,j,[0,f,[0,99,[0,97,[0,j,0]]]]],uW=[0,C,[0,j,[0,f,[0,98,[0,97,[0,j,0]]]]]],vm=n([48,49,50,51,52,53,54,55,56,57,46,43,45,a]),vp=[0,cA,[0,m,[0,97,[0,g,[0,b,[0,e,[0,b,[0,N,0]]]]]]]],vq=[0,C,[0,97,[0,u,[0,u,[0,97,0]]]]],vr=[0,u,0],vs=[0,b,[0,97,[0,m,0]]],vt=[0,b,[0,97,[0,m,[0,95,[0,f,[0,g,0]]]]]],vu=[0,98,[0,j,[0,e,[0,g,[0,o,0]]]]],vv=[0,j,[0,e,[0,v,[0,d,[0,99,[0,l,[0,e,[0,b,[0,dv,0]]]]]]]]],vw=[0,u,[0,a,[0,b,[0,i,[0,e,[0,99,0]]]]]],vx=[0,f,[0,i,[0,o,[0,a,[0,i,0]]]]],vy=[0,i,[0,f,[0,H,[0,d,0]]]],vz=[0,B,[0,97,[0,u,[0,e,[0,j,[0,N,0]]]]]],vA=[0,b,[0,a,[0,i,[0,u,[0,d,0]]]]],vB=[0,98,[0,f,[0,m,[0,g,[0,o,0]]]]],vC=[0,g,[0,97,[0,u,[0,a,[0,d,0]]]]],vD=[0,j,[0,f,[0,H,[0,a,[0,i,0]]]]],vE=[0,m,[0,v,[0,v,[0,a,[0,i,0]]]]],vF=[0,B,[0,a,[0,97,[0,b,[0,m,[0,i,[0,a,[0,d,0]]]]]]]],vG=n([99,f,a,B,B,e,99,e,a,g,b,d]),vH=[0,v,[0,97,[0,e,[0,i,[0,d,0]]]]],vI=[0,b,[0,l,[0,a,[0,b,[0,97,0]]]]],vJ=[0,l,[0,e,[0,C,[0,l,[0,a,[0,i,0]]]]]],vK=n([u,m,j,b,e,v,j,e,a,i,d]),wz=[0,d,[0,m,[0,98,[0,aC,[0,a,[0,99,[0,b,0]]]]]]],wA=[0,u,[0,a,[0,b,[0,i,[0,e,[0,99,[0,d,0]]]]]]],wB=n([g,f,b,95,99,f,u,v,97,i,a,o]),wC=[0,99,[0,j,[0,97,[0,e,[0,u,[0,d,0]]]]]],wD=[0,b,[0,97,[0,i,[0,C,[0,a,[0,b,[0,d,0]]]]]]],wE=[0,D,[0,a,[0,i,[0,o,[0,e,[0,99,[0,b,0]]]]]]],wF=[0,D,[0,a,[0,i,[0,d,[0,e,[0,f,[0,g,[0,d,0]]]]]]]],wG=[0,e,[0,g,[0,b,[0,a,[0,i,[0,D,[0,97,[0,j,[0,d,0]]]]]]]]],wH=[0,99,[0,l,[0,97,[0,g,[0,C,[0,a,[0,o,0]]]]]]],wI=[0,b,[0,97,[0,98,[0,j,[0,a,0]]]]],wJ=[0,d,[0,l,[0,97,[0,50,[0,53,[0,54,0]]]]]],wK=[0,99,[0,a,[0,j,[0,j,[0,d,0]]]]],wL=[0,l,[0,a,[0,97,[0,o,[0,a,[0,i,0]]]]]],wM=[0,99,[0,j,[0,97,[0,d,[0,d,0]]]]],wN=[0,v,[0,f,[0,d,[0,e,[0,b,[0,e,[0,D,[0,a,0]]]]]]]],wO=[0,v,[0,i,[0,e,[0,D,[0,97,[0,99,[0,N,0]]]]]]],wP=[0,o,[0,a,[0,99,[0,j,[0,97,[0,i,[0,a,[0,o,0]]]]]]]],wQ=[0,d,[0,v,[0,a,[0,j,[0,j,[0,e,[0,g,[0,C,[0,d,0]]]]]]]]],wR=[0,m,[0,g,[0,o,[0,a,[0,99,[0,e,[0,o,[0,a,[0,o,0]]]]]]]]],wS=n([m,g,aM,g,f,H,g,95,d,l,97,i,a,d]),wT=[0,u,[0,97,[0,af,[0,95,[0,o,[0,i,[0,e,[0,B,[0,b,0]]]]]]]]],wU=n([o,a,v,a,g,o,d,95,f,g,95,C,i,f,m,v]),wV=[0,98,[0,m,[0,i,[0,o,[0,a,[0,g,0]]]]]],wW=[0,i,[0,97,[0,b,[0,e,[0,f,0]]]]],wX=[0,j,[0,f,[0,C,0]]],wY=[0,D,[0,97,[0,j,[0,m,[0,a,0]]]]],wZ=[0,H,[0,e,[0,b,[0,g,[0,a,[0,d,[0,d,0]]]]]]],w0=n([a,af,v,a,99,b,97,b,e,f,g,d]),w1=n([v,i,f,98,97,98,e,j,e,b,e,a,d]),w2=[0,i,[0,97,[0,b,[0,a,0]]]],w3=[0,i,[0,97,[0,b,[0,a,[0,d,0]]]]],w5=[0,i,[0,a,[0,97,[0,d,[0,f,[0,g,0]]]]]],w6=[0,i,[0,a,[0,j,[0,97,[0,b,[0,e,[0,f,[0,g,0]]]]]]]],w7=[0,d,[0,99,[0,f,[0,v,[0,a,0]]]]],w8=[0,98,[0,N,0]],w9=n([97,d,d,m,u,v,b,e,f,g,d]),w_=[0,a,[0,D,[0,e,[0,o,[0,a,[0,g,[0,99,[0,a,0]]]]]]]],w$=[0,d,[0,m,[0,v,[0,i,[0,a,[0,u,[0,m,[0,u,0]]]]]]]],xa=[0,j,[0,e,[0,u,[0,e,[0,b,0]]]]],xb=[0,m,[0,g,[0,e,[0,b,0]]]],xc=[0,aC,[0,m,[0,o,[0,C,[0,a,[0,o,0]]]]]],xd=[0,a,[0,d,[0,b,[0,e,[0,u,[0,97,[0,g,[0,o,0]]]]]]]],xe=[0,b,[0,e,[0,v,[0,d,0]]]],xf=[0,B,[0,i,[0,f,[0,g,[0,b,[0,e,[0,a,[0,i,0]]]]]]]],xg=[0,b,[0,f,0]],xh=[0,98,[0,97,[0,j,[0,97,[0,g,[0,99,[0,a,[0,o,0]]]]]]]],xn=n([B,97,j,d,a,95,v,f,d,e,b,e,D,a,95,i,97,b,a]),xp=n([b,i,m,a,95,v,f,d,e,b,e,D,a,95,i,97,b,a]),xy=n([g,f,32,o,a,99,e,d,e,f,g,d,32,H,e,b,l,32,97,g,f,b,l,a,i,32,b,i,m,a,32,j,97,98,a,j]),xB=n([g,f,32,o,a,99,e,d,e,f,g,d,32,H,e,b,l,32,b,l,a,32,v,f,d,e,b,e,D,a,32,b,i,m,a,32,j,97,98,a,j]),xE=n([97,32,C,i,f,m,v,32,e,d,32,u,e,d,d,e,g,C,32,e,g,32,97,32,99,f,g,b,a,af,b,32,97,g,o,32,g,f,32,v,f,v,m,j,97,b,e,f,g,32,H,97,d,32,C,e,D,a,g]),xH=n([g,f,32,v,f,v,m,j,97,b,e,f,g]),xJ=n([B,a,H,a,i,32,b,l,97,g,32,b,H,f,32,C,i,f,m,v,d]),xL=n([g,f,32,o,a,99,e,d,e,f,g,d,32,i,a,99,f,i,o,a,o]),xN=n([B,97,j,d,a,95,v,f,d,e,b,e,D,a,95,i,97,b,a,95,f,D,a,i,97,j,j]),xP=n([B,97,j,d,a,95,v,f,d,e,b,e,D,a,95,i,97,b,a]),xR=n([b,i,m,a,95,v,f,d,e,b,e,D,a,95,i,97,b,a,95,f,D,a,i,97,j,j]),xT=n([b,i,m,a,95,v,f,d,e,b,e,D,a,95,i,97,b,a]),xY=n([C,j,f,98,97,j,95,d,m,v,i,a,u,m,u]),x0=n([j,f,99,97,j,95,d,m,v,i,a,u,m,u]),x2=n([a,cA,m,97,j,e,dv,a,o,95,f,o,o,d]),x4=n([o,a,u,f,C,i,97,v,l,e,99,95,v,97,i,e,b,N]),x5=n([C,j,f,98,97,j,95,o,e,B,B,a,i,a,g,99,a]),x7=n([j,f,99,97,j,95,o,e,B,B,a,i,a,g,99,a]),yf=n([a,cA,m,97,j,e,dv,a,o,95,f,o,o,d]),yh=n([o,a,u,f,C,i,97,v,l,e,99,95,v,97,i,e,b,N]),yj=n([C,j,f,98,97,j,95,i,97,b,e,f]),yl=n([j,f,99,97,j,95,i,97,b,e,f]),yn=[0,61,0],yo=[0,60,[0,61,0]],yp=[0,62,[0,61,0]],yq=[0,b,[0,l,[0,e,[0,d,[0,32,[0,j,[0,97,[0,H,0]]]]]]]],yr=n([a,D,a,i,N,32,m,b,e,j,e,b,N,32,f,B,32,b,l,a,32,99,j,97,d,d]),yt=n([a,g,m,u,a,i,97,b,e,f,g]),yu=[0,j,[0,v,[0,45,[0,o,[0,m,[0,97,[0,j,0]]]]]]],yv=[0,84,[0,53,0]],yw=[0,84,[0,54,0]],yx=[0,84,[0,55,0]],yy=[0,84,[0,49,[0,52,0]]],yz=n([j,f,99,97,j,95,i,97,b,e,f]),yA=n([C,j,f,98,97,j,95,i,97,b,e,f]),yV=n([44,32,H,l,97,b,a,D,a,i,32,b,l,a,32,m,g,o,a,99,e,o,a,o,32,u,a,97,g,b]),yX=n([44,32,H,e,b,l,e,g,32,b,l,a,32,o,a,99,j,97,i,a,o,32,o,i,e,B,b]),yZ=n([44,32,H,e,b,l,32,b,l,a,32,o,a,99,j,97,i,a,o,32,l,e,o,o,a,g,32,99,f,g,b,a,af,b]),y1=n([44,32,H,l,f,a,D,a,i,32,b,l,a,32,m,g,aM,g,f,H,g,32,97,i,a]),y3=[0,99,[0,f,[0,g,[0,B,[0,e,[0,o,[0,a,[0,g,[0,99,[0,a,0]]]]]]]]]],y4=[0,a,[0,g,[0,o,[0,d,0]]]],y5=[0,i,[0,a,[0,C,[0,e,[0,f,[0,g,0]]]]]],y6=n([e,g,o,a,v,a,g,o,a,g,b]),y7=[0,u,[0,a,[0,b,[0,l,[0,f,[0,o,0]]]]]],y8=[0,j,[0,e,[0,u,[0,e,[0,b,[0,d,0]]]]]],y9=[0,j,[0,a,[0,D,[0,a,[0,j,[0,d,0]]]]]],y_=[0,m,[0,v,[0,v,[0,a,[0,i,0]]]]],y$=[0,j,[0,f,[0,H,[0,a,[0,i,0]]]]],za=[0,v,[0,97,[0,e,[0,i,0]]]],zb=[0,e,[0,g,[0,b,[0,a,[0,i,[0,D,[0,97,[0,j,0]]]]]]]],zc=[0,m,[0,g,[0,e,[0,b,[0,d,0]]]]],zd=[0,aM,[0,g,[0,f,[0,b,[0,d,0]]]]],ze=[0,n([l,f,a,B,B,o,e,g,C,45,aM,j]),[0,n([a,u,v,e,i,e,99,97,j,45,98,a,i,g,d,b,a,e,g]),[0,n([e,g,b,a,i,d,a,99,b,e,f,g]),0]]],zG=n([v,f,v,m,j,97,b,e,f,g,32,97,b,32,99,f,g,B,e,o,a,g,99,a,32]),zH=n([v,f,v,m,j,97,b,e,f,g,44,32,f,g,a,45,d,e,o,a,o,32,97,b,32,99,f,g,B,e,o,a,g,99,a,32]),z0=n([b,l,a,32,o,i,97,H,d,32,H,e,b,l,e,g,32,97,32,99,a,j,j,32,97,i,a,32,e,g,o,a,v,a,g,o,a,g,b,44,32,a,97,99,l,32,H,e,b,l,32,b,l,a,32,j,97,H,32,f,B,32,b,l,a,32,99,a,j,j,44,32,97,g,o,32,l,f,H,32,u,97,g,N,32,b,l,a,i,a,32,97,i,a,32,o,f,a,d,32,g,f,b,32,o,a,v,a,g,o,32,f,g,32,l,f,H,32,b,l,a,N,32,99,97,u,a,32,f,m,b]),z2=n([b,l,a,32,99,f,g,b,a,af,b,d,32,f,B,32,a,97,99,l,32,C,i,f,m,v,32,H,a,i,a,32,o,i,97,H,g,32,B,i,f,u,32,e,b,d,32,v,f,v,m,j,97,b,e,f,g,44,32,g,f,b,32,d,a,b,32,98,N,32,o,a,d,e,C,g]),z5=n([H,l,97,b,a,D,a,i,32,99,f,m,j,o,32,l,97,D,a,32,98,a,a,g,32,o,i,97,H,g,32,e,g,32,97,32,99,a,j,j,32,l,97,d,32,97,32,m,b,e,j,e,b,N,32,98,a,b,H,a,a,g,32,48,32,97,g,o,32,b,l,a,32,C,i,a,97,b,a,d,b,32,b,l,97,b,32,97,32,o,a,99,e,d,e,f,g,32,l,97,d,32,b,l,a,i,a]),z7=n([m,b,e,j,e,b,N,44,32,u,a,b,l,f,o,32,97,g,o,32,99,f,g,B,e,o,a,g,99,a,32,H,a,i,a,32,99,l,f,d,a,g,32,H,e,b,l,f,m,b,32,j,f,f,aM,e,g,C,32,97,b,32,b,l,a,32,o,i,97,H,d]),z9=n([b,l,a,32,o,i,97,H,d,32,f,B,32,o,e,B,B,a,i,a,g,b,32,99,a,j,j,d,32,97,i,a,32,e,g,o,a,v,a,g,o,a,g,b,32,f,B,32,a,97,99,l,32,f,b,l,a,i]),z$=n([97,32,d,97,u,v,j,e,g,C,32,m,g,e,b,32,99,97,g,32,l,97,D,a,32,g,f,32,u,f,i,a,32,b,l,97,g,32,f,g,a,32,i,f,H,32,e,g,32,97,32,99,a,j,j,44,32,97,d,32,e,d,32,b,l,a,32,99,97,d,a,32,l,a,i,a]),Ab=n([o,e,B,B,a,i,a,g,b,32,d,97,u,v,j,e,g,C,32,m,g,e,b,d,32,97,i,a,32,e,g,o,a,v,a,g,o,a,g,b,44,32,l,f,H,32,u,97,g,N,32,b,l,a,i,a,32,97,i,a,32,o,f,a,d,32,g,f,b,32,o,a,v,a,g,o,32,f,g,32,l,f,H,32,b,l,a,N,32,99,97,u,a,32,f,m,b,44,32,97,g,o,32,H,l,97,b,32,97,32,m,g,e,b,32,C,a,b,d,32,e,g,32,97,32,C,i,f,m,v,32,f,B,32,97,32,99,f,g,b,a,af,b,44,32,b,l,a,32,u,a,97,g,32,f,D,a,i,32,e,b,d,32,i,f,H,d,32,b,l,a,i,a,44,32,l,97,d,32,b,l,a,32,d,97,u,a,32,a,af,v,a,99,b,97,b,e,f,g,32,B,f,i,32,97,j,j,32,m,g,e,b,d,32,f,B,32,b,l,a,32,99,f,g,b,a,af,b,44,32,97,j,d,f,32,B,f,i,32,b,l,f,d,a,32,g,f,b,32,d,a,a,g,32,e,g,32,b,l,97,b,32,C,i,f,m,v,59,32,H,l,97,b,32,97,32,m,g,e,b,32,C,a,b,d,32,e,g,32,f,g,a,32,C,i,f,m,v,32,u,97,N,32,o,a,v,a,g,o,32,e,g,32,97,g,N,32,H,97,N,32,f,g,32,H,l,97,b,32,e,b,32,C,a,b,d,32,e,g,32,97,g,f,b,l,a,i]),Ad=n([e,g,32,H,l,e,99,l,32,C,i,f,m,v,d,32,97,32,m,g,e,b,32,H,97,d,32,g,f,b,32,d,a,a,g,32,e,d,32,98,N,32,o,a,d,e,C,g,58,32,e,b,32,o,f,a,d,32,g,f,b,32,o,a,v,a,g,o,32,f,g,32,H,l,97,b,32,b,l,a,32,m,g,e,b,32,C,f,b,44,32,f,i,32,H,f,m,j,o,32,l,97,D,a,32,C,f,b]),Aj=[0,u,[0,e,[0,d,[0,d,[0,e,[0,g,[0,C,0]]]]]]],Ak=[0,u,[0,a,[0,97,[0,d,[0,m,[0,i,[0,a,[0,o,0]]]]]]]],AV=n([u,a,97,g,32,f,D,a,i,32,m,g,e,b,d]),AX=[0,99,[0,l,[0,97,[0,g,[0,C,[0,a,[0,o,0]]]]]]],AZ=[0,3],A0=[0,o,[0,a,[0,v,[0,a,[0,g,[0,o,[0,d,0]]]]]]],A2=[0,2],A3=n([e,g,99,f,g,99,j,m,d,e,D,a]),A5=[0,1],A6=[0,a,[0,af,[0,99,[0,a,[0,a,[0,o,[0,d,0]]]]]]],A8=[0,0],A9=[0,H,[0,e,[0,b,[0,l,[0,e,[0,g,0]]]]]],BH=[0,v,[0,97,[0,e,[0,i,0]]]],BI=[0,B,[0,f,[0,j,[0,j,[0,f,[0,H,[0,a,[0,o,0]]]]]]]],BJ=[0,84,[0,49,[0,54,0]]],BK=n([b,l,e,d,32,j,97,H,44,32,H,e,b,l,e,g,32,b,l,a,32,o,a,99,j,97,i,a,o,32,o,i,e,B,b]),BN=[0,0,[0,1,1]],BO=n([C,j,f,98,97,j,95,j,f,C,95,B,97,99,b,f,i]),BQ=[0,0,[0,0,1]],BR=n([C,j,f,98,97,j,95,i,97,b,e,f,95,B,97,99,b,f,i]),BT=[0,1,[0,1,1]],BU=n([j,f,99,97,j,95,j,f,C,95,B,97,99,b,f,i]),BW=[0,1,[0,0,1]],BX=n([j,f,99,97,j,95,i,97,b,e,f,95,B,97,99,b,f,i]),BZ=[0,0,[0,1,0]],B0=n([C,j,f,98,97,j,95,j,f,C,95,i,97,o,e,m,d]),B2=[0,0,[0,0,0]],B3=n([C,j,f,98,97,j,95,i,97,b,e,f,95,i,97,o,e,m,d]),B5=[0,1,[0,1,0]],B6=n([j,f,99,97,j,95,j,f,C,95,i,97,o,e,m,d]),B8=[0,1,[0,0,0]],B9=n([j,f,99,97,j,95,i,97,b,e,f,95,i,97,o,e,m,d]),B_=[0,a,[0,af,[0,99,[0,a,[0,a,[0,o,[0,d,0]]]]]]],Ca=[0,H,[0,e,[0,b,[0,l,[0,e,[0,g,0]]]]]],Ci=n([97,g,32,m,v,o,97,b,a,32,98,i,e,g,C,d,32,g,f,32,o,a,99,e,d,e,f,g,32,H,l,f,d,a,32,m,b,e,j,e,b,N,32,e,d,32,f,m,b,d,e,o,a,32,b,l,a,32,i,97,g,C,a,32,b,l,97,b,32,e,b,d,32,99,a,j,j,32,l,97,d,32,l,a,i,a]),Ck=n([b,l,a,32,99,f,g,b,a,af,b,d,32,f,B,32,a,97,99,l,32,C,i,f,m,v,32,d,b,97,N,32,o,e,d,b,i,e,98,m,b,a,o,32,97,d,32,b,l,a,N,32,97,i,a,32,l,a,i,a]),Cp=n([b,l,e,d,32,b,97,98,j,a,44,32,H,e,b,l,e,g,32,b,l,a,32,o,a,99,j,97,i,a,o,32,o,i,e,B,b]),CB=[0,B,[0,e,[0,j,[0,b,[0,a,[0,i,[0,d,0]]]]]]],CC=[0,e,[0,g,[0,v,[0,m,[0,b,[0,d,0]]]]]],CD=[0,f,[0,m,[0,b,[0,v,[0,m,[0,b,[0,d,0]]]]]]],CE=[0,i,[0,a,[0,j,[0,a,[0,97,[0,d,[0,a,[0,d,0]]]]]]]],CF=[0,o,[0,i,[0,97,[0,H,[0,d,0]]]]],CG=n([b,i,m,a,95,99,f,g,b,a,af,b]),CH=[0,b,[0,i,[0,m,[0,a,[0,95,[0,C,[0,i,[0,f,[0,m,[0,v,0]]]]]]]]]],CI=[0,C,[0,j,[0,f,[0,98,[0,97,[0,j,[0,95,[0,b,[0,97,[0,m,0]]]]]]]]]],CJ=[0,98,[0,N,[0,95,[0,99,[0,f,[0,g,[0,b,[0,a,[0,af,[0,b,0]]]]]]]]]],CK=[0,v,[0,f,[0,j,[0,e,[0,99,[0,N,0]]]]]],Db=n([a,af,v,95,a,v,d,e,j,f,g]),Dc=[0,97,[0,b,[0,b,[0,i,[0,e,[0,98,[0,m,[0,b,[0,a,[0,d,0]]]]]]]]]],Dd=n([u,m,j,b,e,v,j,e,a,i,d]),De=[0,i,[0,97,[0,H,[0,95,[0,i,[0,97,[0,b,[0,e,[0,f,0]]]]]]]]],Dg=n([99,f,u,v,f,d,e,b,e,f,g]),Di=[0,97,[0,b,[0,b,[0,97,[0,e,[0,g,[0,a,[0,o,0]]]]]]]],Dj=[0,m,[0,g,[0,B,[0,e,[0,j,[0,b,[0,a,[0,i,[0,a,[0,o,0]]]]]]]]]],Dk=[0,v,[0,f,[0,j,[0,e,[0,99,[0,N,0]]]]]],Dl=[0,B,[0,j,[0,f,[0,f,[0,i,[0,d,0]]]]]],Dw=n([97,g,N,32,v,f,j,e,99,N,32,98,a,l,e,g,o,32,b,l,e,d,32,B,e,j,b,a,i]),Dx=n([32,b,l,97,b,32,aM,a,a,v,d,32,b,l,a,32,o,a,99,j,97,i,a,o,32,B,j,f,f,i]),Dy=n([32,H,e,b,l,e,g,32,b,l,a,32,o,a,99,j,97,i,a,o,32,o,i,e,B,b,32,f,B,32,b,l,e,d,32,f,g,a]),Dz=n([44,32,97,g,N,32,m,b,e,j,e,b,N,32,f,B,32,b,l,a,32,o,a,99,j,97,i,a,o,32,i,97,g,C,a]),DA=n([44,32,97,g,N,32,m,b,e,j,e,b,N,32,f,B,32,b,l,a,32,o,a,99,j,97,i,a,o,32,i,97,g,C,a]),DB=n([b,l,e,d,32,v,f,j,e,99,N,32,97,g,o,32,99,f,g,b,a,af,b,32,B,e,j,b,a,i,44,32,97,g,N,32,C,i,f,m,v,32,B,e,j,b,a,i,32,97,b,32,u,f,d,b,32,b,l,e,d,32,a,v,d,e,j,f,g,32,b,l,97,b,32,i,a,j,a,97,d,a,d,32,b,l,a,32,d,97,u,a,32,D,97,j,m,a,d]),DD=n([b,l,e,d,32,v,f,j,e,99,N,32,97,g,o,32,C,i,f,m,v,32,B,e,j,b,a,i,44,32,97,g,N,32,99,f,g,b,a,af,b,32,B,e,j,b,a,i,32,b,l,97,b,32,i,a,j,a,97,d,a,d,32,b,l,a,d,a,32,99,f,g,b,a,af,b,d]),DG=[0,84,[0,49,[0,51,0]]],DH=n([84,53,45,o,a,99,e,d,e,f,g]),DU=n([C,j,f,98,97,j,95,i,97,b,e,f,95,d,m,v,i,a,u,m,u]),DW=n([j,f,99,97,j,95,i,97,b,e,f,95,d,m,v,i,a,u,m,u]),D7=[0,B,[0,j,[0,f,[0,f,[0,i,0]]]]],D9=[0,84,[0,49,[0,50,0]]],D$=[0,84,[0,56,0]],Eb=[0,84,[0,52,0]],Ed=[0,84,[0,51,0]],Ef=[0,84,[0,50,0]],Eh=[0,84,[0,49,[0,45,[0,v,[0,97,[0,v,[0,a,[0,i,0]]]]]]]],Ej=[0,84,[0,49,0]],Ep=n([b,l,a,32,B,e,j,b,a,i,39,d,32,o,i,97,H,d,32,B,f,i,32,C,i,f,m,v,32,97,g,o,32,99,f,g,b,a,af,b,32,97,i,a,32,e,g,o,a,v,a,g,o,a,g,b,32,f,B,32,a,97,99,l,32,f,b,l,a,i,32,97,g,o,32,f,B,32,a,D,a,i,N,b,l,e,g,C,32,a,j,d,a,44,32,B,i,a,d,l,32,B,f,i,32,a,97,99,l,32,o,a,99,e,d,e,f,g,44,32,97,g,o,32,b,l,a,32,o,a,99,e,d,e,f,g,32,o,a,v,a,g,o,d,32,f,g,32,C,i,f,m,v,32,97,g,o,32,99,f,g,b,a,af,b,32,f,g,j,N,32,b,l,i,f,m,C,l,32,H,l,97,b,32,b,l,a,32,B,e,j,b,a,i,d,32,i,a,j,a,97,d,a]),Er=n([b,l,a,32,99,f,g,b,a,af,b,d,32,f,B,32,a,97,99,l,32,C,i,f,m,v,32,97,i,a,32,o,e,d,b,i,e,98,m,b,a,o,32,97,d,32,e,g,32,b,l,a,32,d,b,97,b,a,o,32,v,f,v,m,j,97,b,e,f,g]),Gj=x(": "),Gh=[0,[0,x("nothing was judged: the certificate needs more memory than there is"),0],3],Gi=[0,[0,x("nothing was judged: the certificate does not embed its table; give it with --table"),0],3],Gk=x("malformed: "),Gd=x(pl),Ge=x("FALSE"),Gf=x("not covered"),Gb=[0,[11,x("\\x"),[4,6,[0,2,2],0,0]],x("\\x%02x")],Gc=x(ai),Gl=x("\n");function
 aF(a){if(typeof
 a==="number")return 0;else
 switch(a[0]){case
@@ -781,25 +781,25 @@ b=a[1];return[9,b,b,aF(a[3])];case
 11:return[11,aF(a[1])];case
 12:return[12,aF(a[1])];case
 13:return[13,aF(a[1])];default:return[14,aF(a[1])]}}function
-be(a,b){if(typeof
+bf(a,b){if(typeof
 a==="number")return b;else
 switch(a[0]){case
-0:return[0,be(a[1],b)];case
-1:return[1,be(a[1],b)];case
-2:return[2,be(a[1],b)];case
-3:return[3,be(a[1],b)];case
-4:return[4,be(a[1],b)];case
-5:return[5,be(a[1],b)];case
-6:return[6,be(a[1],b)];case
-7:return[7,be(a[1],b)];case
+0:return[0,bf(a[1],b)];case
+1:return[1,bf(a[1],b)];case
+2:return[2,bf(a[1],b)];case
+3:return[3,bf(a[1],b)];case
+4:return[4,bf(a[1],b)];case
+5:return[5,bf(a[1],b)];case
+6:return[6,bf(a[1],b)];case
+7:return[7,bf(a[1],b)];case
 8:var
-c=a[1];return[8,c,be(a[2],b)];case
+c=a[1];return[8,c,bf(a[2],b)];case
 9:var
-d=a[2],e=a[1];return[9,e,d,be(a[3],b)];case
-10:return[10,be(a[1],b)];case
-11:return[11,be(a[1],b)];case
-12:return[12,be(a[1],b)];case
-13:return[13,be(a[1],b)];default:return[14,be(a[1],b)]}}function
+d=a[2],e=a[1];return[9,e,d,bf(a[3],b)];case
+10:return[10,bf(a[1],b)];case
+11:return[11,bf(a[1],b)];case
+12:return[12,bf(a[1],b)];case
+13:return[13,bf(a[1],b)];default:return[14,bf(a[1],b)]}}function
 az(a,b){if(typeof
 a==="number")return b;else
 switch(a[0]){case
@@ -847,18 +847,18 @@ F=a[1];return[23,F,az(a[2],b)];default:var
 G=a[2],H=a[1];return[24,H,G,az(a[3],b)]}}function
 c2(a){throw[0,jn,a]}function
 gX(a){return 0<=a?a:-a|0}function
-eg(d,c){var
-a=aE(d),e=aE(c),b=aU(a+e|0);cc(d,0,b,0,a);cc(c,0,b,a,e);return bv(b)}function
-qd(a){return a?qe:qf}G9(0);p0(1);p0(2);function
+ej(d,c){var
+a=aE(d),e=aE(c),b=aV(a+e|0);cc(d,0,b,0,a);cc(c,0,b,a,e);return bv(b)}function
+qg(a){return a?qh:qi}Hg(0);p3(1);p3(2);function
 js(b){function
 a(b){var
 a=b;for(;;){if(a){var
-c=a[2],d=a[1];try{G8(d)}catch(a){a=p7(a);if(a[1]!==jr)throw a;var
+c=a[2],d=a[1];try{Hf(d)}catch(a){a=p_(a);if(a[1]!==jr)throw a;var
 e=a}var
-a=c;continue}return 0}}return a(G_(0))}He(w(oV),js);function
-qg(b,a){return a?[0,F(b,a[1])]:0}function
-gY(a){if(0<=a&&!(iV<a))return a;return c2(qh)}var
-eh=(4*Hh(0)|0)-1|0;function
+a=c;continue}return 0}}return a(Hh(0))}Hn(x(oY),js);function
+qj(b,a){return a?[0,F(b,a[1])]:0}function
+gY(a){if(0<=a&&!(iV<a))return a;return c2(qk)}var
+ek=(4*Hq(0)|0)-1|0;function
 gZ(d){var
 a=d,b=0;for(;;){if(a){var
 c=[0,a[1],b],a=a[2],b=c;continue}return b}}function
@@ -866,41 +866,41 @@ jt(d,c){var
 b=0,a=c;for(;;){if(a){var
 e=a[2],b=[0,F(d,a[1]),b],a=e;continue}return b}}function
 cH(a,c){var
-b=aU(a);GK(b,0,a,c);return b}function
+b=aV(a);GT(b,0,a,c);return b}function
 ju(d,b,a){var
 f=0;if(0<=b&&0<=a&&!((bu(d)-a|0)<b)){var
-c=aU(a);du(d,b,c,0,a);var
+c=aV(a);dw(d,b,c,0,a);var
 e=c;f=1}if(!f)var
-e=c2(qo);return bv(e)}function
-jv(e,c,d,b,a){if(0<=a&&0<=c&&!((bu(e)-a|0)<c)&&0<=b&&!((bu(d)-a|0)<b))return du(e,c,d,b,a);return c2(qp)}function
-cd(e,c,d,b,a){if(0<=a&&0<=c&&!((aE(e)-a|0)<c)&&0<=b&&!((bu(d)-a|0)<b))return cc(e,c,d,b,a);return c2(qq)}function
+e=c2(qr);return bv(e)}function
+jv(e,c,d,b,a){if(0<=a&&0<=c&&!((bu(e)-a|0)<c)&&0<=b&&!((bu(d)-a|0)<b))return dw(e,c,d,b,a);return c2(qs)}function
+cd(e,c,d,b,a){if(0<=a&&0<=c&&!((aE(e)-a|0)<c)&&0<=b&&!((bu(d)-a|0)<b))return cc(e,c,d,b,a);return c2(qt)}function
 jw(b,a){return bv(cH(b,a))}function
 g0(k,g){if(g){var
 h=aE(k),c=0,b=g,p=0;for(;;){if(b){var
 i=b[1];if(b[2]){var
-j=(aE(i)+h|0)+c|0,m=b[2],n=c<=j?j:c2(qr),c=n,b=m;continue}var
+j=(aE(i)+h|0)+c|0,m=b[2],n=c<=j?j:c2(qu),c=n,b=m;continue}var
 l=aE(i)+c|0}else
 var
 l=c;var
-f=aU(l),e=p,d=g;for(;;){if(d){var
+f=aV(l),e=p,d=g;for(;;){if(d){var
 a=d[1];if(d[2]){var
 o=d[2];cc(a,0,f,e,aE(a));cc(k,0,f,e+aE(a)|0,h);var
-e=(e+aE(a)|0)+h|0,d=o;continue}cc(a,0,f,e,aE(a))}return bv(f)}}}return qs}function
+e=(e+aE(a)|0)+h|0,d=o;continue}cc(a,0,f,e,aE(a))}return bv(f)}}}return qv}function
 jx(a,c){var
-d=a[2],b=[0,a[3]];for(;;){if(b[1]<(d+c|0)){b[1]=2*b[1]|0;continue}if(eh<b[1]){if(!((d+c|0)<=eh))throw[0,jo,qw];b[1]=eh}var
-e=aU(b[1]);jv(a[1],0,e,0,a[2]);a[1]=e;a[3]=b[1];if((a[2]+c|0)<=a[3]){if((d+c|0)<=a[3])return 0;throw[0,aK,qu]}throw[0,aK,qv]}}function
-ei(a,c){var
+d=a[2],b=[0,a[3]];for(;;){if(b[1]<(d+c|0)){b[1]=2*b[1]|0;continue}if(ek<b[1]){if(!((d+c|0)<=ek))throw[0,jo,qz];b[1]=ek}var
+e=aV(b[1]);jv(a[1],0,e,0,a[2]);a[1]=e;a[3]=b[1];if((a[2]+c|0)<=a[3]){if((d+c|0)<=a[3])return 0;throw[0,aK,qx]}throw[0,aK,qy]}}function
+el(a,c){var
 b=aE(c),d=a[2]+b|0;if(a[3]<d)jx(a,b);cc(c,0,a[1],a[2],b);a[2]=d;return 0}function
 g1(a){return 5===a[2]?12:-6}function
-jy(a){return[0,0,aU(a)]}function
+jy(a){return[0,0,aV(a)]}function
 jz(a,h){var
 b=bu(a[2]),c=a[1]+h|0,d=b<c?1:0;if(d){var
-e=b*2|0,i=c<=e?e:c,f=aU(i);jv(a[2],0,f,0,b);a[2]=f;var
+e=b*2|0,i=c<=e?e:c,f=aV(i);jv(a[2],0,f,0,b);a[2]=f;var
 g=0}else
 var
 g=d;return g}function
-dB(a,b){jz(a,1);cC(a[2],a[1],b);a[1]=a[1]+1|0;return 0}function
-a6(a,c){var
+dD(a,b){jz(a,1);cC(a[2],a[1],b);a[1]=a[1]+1|0;return 0}function
+a7(a,c){var
 b=aE(c);jz(a,b);cd(c,0,a[2],a[1],b);a[1]=a[1]+b|0;return 0}function
 jA(a){return ju(a[2],0,a[1])}function
 g2(b,c){var
@@ -908,48 +908,48 @@ a=c;for(;;)if(typeof
 a==="number")return 0;else
 switch(a[0]){case
 0:var
-d=a[1];a6(b,qF);var
+d=a[1];a7(b,qI);var
 a=d;continue;case
 1:var
-e=a[1];a6(b,qG);var
+e=a[1];a7(b,qJ);var
 a=e;continue;case
 2:var
-f=a[1];a6(b,qH);var
+f=a[1];a7(b,qK);var
 a=f;continue;case
 3:var
-g=a[1];a6(b,qI);var
+g=a[1];a7(b,qL);var
 a=g;continue;case
 4:var
-h=a[1];a6(b,qJ);var
+h=a[1];a7(b,qM);var
 a=h;continue;case
 5:var
-i=a[1];a6(b,qK);var
+i=a[1];a7(b,qN);var
 a=i;continue;case
 6:var
-j=a[1];a6(b,qL);var
+j=a[1];a7(b,qO);var
 a=j;continue;case
 7:var
-k=a[1];a6(b,qM);var
+k=a[1];a7(b,qP);var
 a=k;continue;case
 8:var
-l=a[2],m=a[1];a6(b,qN);g2(b,m);a6(b,qO);var
+l=a[2],m=a[1];a7(b,qQ);g2(b,m);a7(b,qR);var
 a=l;continue;case
 9:var
-n=a[3],o=a[1];a6(b,qP);g2(b,o);a6(b,qQ);var
+n=a[3],o=a[1];a7(b,qS);g2(b,o);a7(b,qT);var
 a=n;continue;case
 10:var
-p=a[1];a6(b,qR);var
+p=a[1];a7(b,qU);var
 a=p;continue;case
 11:var
-q=a[1];a6(b,qS);var
+q=a[1];a7(b,qV);var
 a=q;continue;case
 12:var
-r=a[1];a6(b,qT);var
+r=a[1];a7(b,qW);var
 a=r;continue;case
 13:var
-s=a[1];a6(b,qU);var
+s=a[1];a7(b,qX);var
 a=s;continue;default:var
-t=a[1];a6(b,qV);var
+t=a[1];a7(b,qY);var
 a=t;continue}}function
 aQ(a){if(typeof
 a==="number")return 0;else
@@ -970,39 +970,39 @@ c=a[2],d=a[1];return[9,c,d,aQ(a[3])];case
 11:return[11,aQ(a[1])];case
 12:return[12,aQ(a[1])];case
 13:return[13,aQ(a[1])];default:return[14,aQ(a[1])]}}function
-a7(a){if(typeof
+a8(a){if(typeof
 a==="number"){var
 r=function(a){return 0},s=function(a){return 0},t=function(a){return 0};return[0,function(a){return 0},t,s,r]}else
 switch(a[0]){case
 0:var
-b=a7(a[1]),u=b[4],v=b[3],w=b[2],x=b[1],y=function(a){F(w,0);return 0};return[0,function(a){F(x,0);return 0},y,v,u];case
+b=a8(a[1]),u=b[4],v=b[3],w=b[2],x=b[1],y=function(a){F(w,0);return 0};return[0,function(a){F(x,0);return 0},y,v,u];case
 1:var
-c=a7(a[1]),z=c[4],A=c[3],B=c[2],C=c[1],D=function(a){F(B,0);return 0};return[0,function(a){F(C,0);return 0},D,A,z];case
+c=a8(a[1]),z=c[4],A=c[3],B=c[2],C=c[1],D=function(a){F(B,0);return 0};return[0,function(a){F(C,0);return 0},D,A,z];case
 2:var
-d=a7(a[1]),E=d[4],G=d[3],H=d[2],I=d[1],J=function(a){F(H,0);return 0};return[0,function(a){F(I,0);return 0},J,G,E];case
+d=a8(a[1]),E=d[4],G=d[3],H=d[2],I=d[1],J=function(a){F(H,0);return 0};return[0,function(a){F(I,0);return 0},J,G,E];case
 3:var
-e=a7(a[1]),K=e[4],L=e[3],M=e[2],N=e[1],O=function(a){F(M,0);return 0};return[0,function(a){F(N,0);return 0},O,L,K];case
+e=a8(a[1]),K=e[4],L=e[3],M=e[2],N=e[1],O=function(a){F(M,0);return 0};return[0,function(a){F(N,0);return 0},O,L,K];case
 4:var
-f=a7(a[1]),P=f[4],Q=f[3],R=f[2],S=f[1],T=function(a){F(R,0);return 0};return[0,function(a){F(S,0);return 0},T,Q,P];case
+f=a8(a[1]),P=f[4],Q=f[3],R=f[2],S=f[1],T=function(a){F(R,0);return 0};return[0,function(a){F(S,0);return 0},T,Q,P];case
 5:var
-g=a7(a[1]),U=g[4],V=g[3],W=g[2],X=g[1],Y=function(a){F(W,0);return 0};return[0,function(a){F(X,0);return 0},Y,V,U];case
+g=a8(a[1]),U=g[4],V=g[3],W=g[2],X=g[1],Y=function(a){F(W,0);return 0};return[0,function(a){F(X,0);return 0},Y,V,U];case
 6:var
-h=a7(a[1]),Z=h[4],_=h[3],$=h[2],aa=h[1],ab=function(a){F($,0);return 0};return[0,function(a){F(aa,0);return 0},ab,_,Z];case
+h=a8(a[1]),Z=h[4],_=h[3],$=h[2],aa=h[1],ab=function(a){F($,0);return 0};return[0,function(a){F(aa,0);return 0},ab,_,Z];case
 7:var
-i=a7(a[1]),ac=i[4],ad=i[3],ae=i[2],af=i[1],ag=function(a){F(ae,0);return 0};return[0,function(a){F(af,0);return 0},ag,ad,ac];case
+i=a8(a[1]),ac=i[4],ad=i[3],ae=i[2],af=i[1],ag=function(a){F(ae,0);return 0};return[0,function(a){F(af,0);return 0},ag,ad,ac];case
 8:var
-j=a7(a[2]),ah=j[4],ai=j[3],aj=j[2],ak=j[1],al=function(a){F(aj,0);return 0};return[0,function(a){F(ak,0);return 0},al,ai,ah];case
+j=a8(a[2]),ah=j[4],ai=j[3],aj=j[2],ak=j[1],al=function(a){F(aj,0);return 0};return[0,function(a){F(ak,0);return 0},al,ai,ah];case
 9:var
-am=a[2],an=a[1],k=a7(a[3]),ao=k[4],ap=k[3],aq=k[2],ar=k[1],l=a7(aS(aQ(an),am)),as=l[4],at=l[3],au=l[2],av=l[1],aw=function(a){F(as,0);F(ao,0);return 0},ax=function(a){F(ap,0);F(at,0);return 0},ay=function(a){F(au,0);F(aq,0);return 0};return[0,function(a){F(ar,0);F(av,0);return 0},ay,ax,aw];case
+am=a[2],an=a[1],k=a8(a[3]),ao=k[4],ap=k[3],aq=k[2],ar=k[1],l=a8(aS(aQ(an),am)),as=l[4],at=l[3],au=l[2],av=l[1],aw=function(a){F(as,0);F(ao,0);return 0},ax=function(a){F(ap,0);F(at,0);return 0},ay=function(a){F(au,0);F(aq,0);return 0};return[0,function(a){F(ar,0);F(av,0);return 0},ay,ax,aw];case
 10:var
-m=a7(a[1]),az=m[4],aA=m[3],aB=m[2],aC=m[1],aD=function(a){F(aB,0);return 0};return[0,function(a){F(aC,0);return 0},aD,aA,az];case
+m=a8(a[1]),az=m[4],aA=m[3],aB=m[2],aC=m[1],aD=function(a){F(aB,0);return 0};return[0,function(a){F(aC,0);return 0},aD,aA,az];case
 11:var
-n=a7(a[1]),aE=n[4],aF=n[3],aG=n[2],aH=n[1],aI=function(a){F(aG,0);return 0};return[0,function(a){F(aH,0);return 0},aI,aF,aE];case
+n=a8(a[1]),aE=n[4],aF=n[3],aG=n[2],aH=n[1],aI=function(a){F(aG,0);return 0};return[0,function(a){F(aH,0);return 0},aI,aF,aE];case
 12:var
-o=a7(a[1]),aJ=o[4],aK=o[3],aL=o[2],aM=o[1],aN=function(a){F(aL,0);return 0};return[0,function(a){F(aM,0);return 0},aN,aK,aJ];case
+o=a8(a[1]),aJ=o[4],aK=o[3],aL=o[2],aM=o[1],aN=function(a){F(aL,0);return 0};return[0,function(a){F(aM,0);return 0},aN,aK,aJ];case
 13:var
-p=a7(a[1]),aO=p[4],aP=p[3],aR=p[2],aT=p[1],aU=function(a){F(aO,0);return 0},aV=function(a){F(aP,0);return 0},aW=function(a){F(aR,0);return 0};return[0,function(a){F(aT,0);return 0},aW,aV,aU];default:var
-q=a7(a[1]),aX=q[4],aY=q[3],aZ=q[2],a0=q[1],a1=function(a){F(aX,0);return 0},a2=function(a){F(aY,0);return 0},a3=function(a){F(aZ,0);return 0};return[0,function(a){F(a0,0);return 0},a3,a2,a1]}}function
+p=a8(a[1]),aO=p[4],aP=p[3],aR=p[2],aT=p[1],aU=function(a){F(aO,0);return 0},aV=function(a){F(aP,0);return 0},aW=function(a){F(aR,0);return 0};return[0,function(a){F(aT,0);return 0},aW,aV,aU];default:var
+q=a8(a[1]),aX=q[4],aY=q[3],aZ=q[2],a0=q[1],a1=function(a){F(aX,0);return 0},a2=function(a){F(aY,0);return 0},a3=function(a){F(aZ,0);return 0};return[0,function(a){F(a0,0);return 0},a3,a2,a1]}}function
 aS(c,b){var
 a=0;if(typeof
 c==="number")if(typeof
@@ -1014,7 +1014,7 @@ switch(b[0]){case
 13:a=3;break;case
 14:a=4;break;case
 8:a=5;break;case
-9:a=6;break;default:throw[0,aK,qW]}else
+9:a=6;break;default:throw[0,aK,qZ]}else
 switch(c[0]){case
 0:var
 d=0,s=c[1];if(typeof
@@ -1120,35 +1120,35 @@ C=b[1],D=aS(A,b[2]);return[8,aS(B,C),D];case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:a=4;break;default:l=1}if(l)throw[0,aK,q5];break;case
+14:a=4;break;default:l=1}if(l)throw[0,aK,q8];break;case
 9:var
 m=0,E=c[3],G=c[2],H=c[1];if(typeof
 b==="number")m=1;else
 switch(b[0]){case
 8:a=5;break;case
 9:var
-I=b[3],J=b[2],K=b[1],r=a7(aS(aQ(G),K)),L=r[4];F(r[2],0);F(L,0);return[9,H,J,aS(E,I)];case
+I=b[3],J=b[2],K=b[1],r=a8(aS(aQ(G),K)),L=r[4];F(r[2],0);F(L,0);return[9,H,J,aS(E,I)];case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:a=4;break;default:m=1}if(m)throw[0,aK,q6];break;case
+14:a=4;break;default:m=1}if(m)throw[0,aK,q9];break;case
 10:var
 M=c[1];if(typeof
-b!=="number"&&10===b[0])return[10,aS(M,b[1])];throw[0,aK,q7];case
+b!=="number"&&10===b[0])return[10,aS(M,b[1])];throw[0,aK,q_];case
 11:var
 n=0,N=c[1];if(typeof
 b==="number")n=1;else
 switch(b[0]){case
 10:break;case
-11:return[11,aS(N,b[1])];default:n=1}if(n)throw[0,aK,q8];break;case
+11:return[11,aS(N,b[1])];default:n=1}if(n)throw[0,aK,q$];break;case
 12:var
 o=0,O=c[1];if(typeof
 b==="number")o=1;else
 switch(b[0]){case
 10:break;case
 11:a=1;break;case
-12:return[12,aS(O,b[1])];default:o=1}if(o)throw[0,aK,q9];break;case
+12:return[12,aS(O,b[1])];default:o=1}if(o)throw[0,aK,ra];break;case
 13:var
 p=0,P=c[1];if(typeof
 b==="number")p=1;else
@@ -1156,7 +1156,7 @@ switch(b[0]){case
 10:break;case
 11:a=1;break;case
 12:a=2;break;case
-13:return[13,aS(P,b[1])];default:p=1}if(p)throw[0,aK,q_];break;default:var
+13:return[13,aS(P,b[1])];default:p=1}if(p)throw[0,aK,rb];break;default:var
 q=0,Q=c[1];if(typeof
 b==="number")q=1;else
 switch(b[0]){case
@@ -1164,23 +1164,23 @@ switch(b[0]){case
 11:a=1;break;case
 12:a=2;break;case
 13:a=3;break;case
-14:return[14,aS(Q,b[1])];default:q=1}if(q)throw[0,aK,q$]}switch(a){case
-0:throw[0,aK,qZ];case
-1:throw[0,aK,q0];case
-2:throw[0,aK,q1];case
-3:throw[0,aK,q2];case
-4:throw[0,aK,q3];case
-5:throw[0,aK,qX];case
-6:throw[0,aK,qY];default:throw[0,aK,q4]}}var
-aW=[bi,ra,GM(0)];function
-fl(b,a){if(typeof
+14:return[14,aS(Q,b[1])];default:q=1}if(q)throw[0,aK,rc]}switch(a){case
+0:throw[0,aK,q2];case
+1:throw[0,aK,q3];case
+2:throw[0,aK,q4];case
+3:throw[0,aK,q5];case
+4:throw[0,aK,q6];case
+5:throw[0,aK,q0];case
+6:throw[0,aK,q1];default:throw[0,aK,q7]}}var
+aX=[bi,rd,GV(0)];function
+fm(b,a){if(typeof
 b==="number")return[0,0,a];else{if(0===b[0])return[0,[0,b[1],b[2]],a];if(typeof
-a!=="number"&&2===a[0])return[0,[1,b[1]],a[1]];throw aW}}function
-ej(e,b,d){var
-a=fl(e,d);if(typeof
+a!=="number"&&2===a[0])return[0,[1,b[1]],a[1]];throw aX}}function
+em(e,b,d){var
+a=fm(e,d);if(typeof
 b==="number"){if(b){var
 c=a[2];if(typeof
-c!=="number"&&2===c[0])return[0,a[1],1,c[1]];throw aW}return[0,a[1],0,a[2]]}return[0,a[1],[0,b[1]],a[2]]}function
+c!=="number"&&2===c[0])return[0,a[1],1,c[1]];throw aX}return[0,a[1],0,a[2]]}return[0,a[1],[0,b[1]],a[2]]}function
 bl(b,c,a){if(typeof
 b==="number")return[0,0,ar(c,a)];else
 switch(b[0]){case
@@ -1210,13 +1210,13 @@ a!=="number"&&7===a[0]){var
 m=bl(b[1],c,a[1]);return[0,[7,m[1]],m[2]]}break;case
 8:if(typeof
 a!=="number"&&8===a[0]){var
-n=a[1],v=a[2],w=b[2];if(fi([0,b[1]],[0,n]))throw aW;var
+n=a[1],v=a[2],w=b[2];if(fj([0,b[1]],[0,n]))throw aX;var
 o=bl(w,c,v);return[0,[8,n,o[1]],o[2]]}break;case
 9:if(typeof
 a!=="number"&&9===a[0]){var
-d=a[2],e=a[1],x=a[3],y=b[3],z=b[2],A=b[1],B=[0,aF(e)];if(fi([0,aF(A)],B))throw aW;var
-C=[0,aF(d)];if(fi([0,aF(z)],C))throw aW;var
-p=a7(aS(aQ(e),d)),D=p[4];F(p[2],0);F(D,0);var
+d=a[2],e=a[1],x=a[3],y=b[3],z=b[2],A=b[1],B=[0,aF(e)];if(fj([0,aF(A)],B))throw aX;var
+C=[0,aF(d)];if(fj([0,aF(z)],C))throw aX;var
+p=a8(aS(aQ(e),d)),D=p[4];F(p[2],0);F(D,0);var
 q=bl(aF(y),c,x),E=q[2];return[0,[9,e,d,aQ(q[1])],E]}break;case
 10:if(typeof
 a!=="number"&&10===a[0]){var
@@ -1229,7 +1229,7 @@ a!=="number"&&13===a[0]){var
 t=bl(b[1],c,a[1]);return[0,[13,t[1]],t[2]]}break;case
 14:if(typeof
 a!=="number"&&14===a[0]){var
-u=bl(b[1],c,a[1]);return[0,[14,u[1]],u[2]]}break}throw aW}function
+u=bl(b[1],c,a[1]);return[0,[14,u[1]],u[2]]}break}throw aX}function
 ar(b,a){if(typeof
 b==="number")return[0,0,a];else
 switch(b[0]){case
@@ -1240,37 +1240,37 @@ s=ar(b[1],a[1]);return[0,[0,s[1]],s[2]]}break;case
 a!=="number"&&0===a[0]){var
 t=ar(b[1],a[1]);return[0,[1,t[1]],t[2]]}break;case
 2:var
-aa=b[2],u=fl(b[1],a),e=u[2],ab=u[1];if(typeof
+aa=b[2],u=fm(b[1],a),e=u[2],ab=u[1];if(typeof
 e!=="number"&&1===e[0]){var
-v=ar(aa,e[1]);return[0,[2,ab,v[1]],v[2]]}throw aW;case
+v=ar(aa,e[1]);return[0,[2,ab,v[1]],v[2]]}throw aX;case
 3:var
-ac=b[2],w=fl(b[1],a),f=w[2],ad=w[1];if(typeof
+ac=b[2],w=fm(b[1],a),f=w[2],ad=w[1];if(typeof
 f!=="number"&&1===f[0]){var
-x=ar(ac,f[1]);return[0,[3,ad,x[1]],x[2]]}throw aW;case
+x=ar(ac,f[1]);return[0,[3,ad,x[1]],x[2]]}throw aX;case
 4:var
-ae=b[4],af=b[1],g=ej(b[2],b[3],a),h=g[3],ag=g[1];if(typeof
+ae=b[4],af=b[1],g=em(b[2],b[3],a),h=g[3],ag=g[1];if(typeof
 h!=="number"&&2===h[0]){var
-ah=g[2],y=ar(ae,h[1]);return[0,[4,af,ag,ah,y[1]],y[2]]}throw aW;case
+ah=g[2],y=ar(ae,h[1]);return[0,[4,af,ag,ah,y[1]],y[2]]}throw aX;case
 5:var
-ai=b[4],aj=b[1],i=ej(b[2],b[3],a),j=i[3],ak=i[1];if(typeof
+ai=b[4],aj=b[1],i=em(b[2],b[3],a),j=i[3],ak=i[1];if(typeof
 j!=="number"&&3===j[0]){var
-al=i[2],z=ar(ai,j[1]);return[0,[5,aj,ak,al,z[1]],z[2]]}throw aW;case
+al=i[2],z=ar(ai,j[1]);return[0,[5,aj,ak,al,z[1]],z[2]]}throw aX;case
 6:var
-am=b[4],an=b[1],k=ej(b[2],b[3],a),l=k[3],ao=k[1];if(typeof
+am=b[4],an=b[1],k=em(b[2],b[3],a),l=k[3],ao=k[1];if(typeof
 l!=="number"&&4===l[0]){var
-ap=k[2],A=ar(am,l[1]);return[0,[6,an,ao,ap,A[1]],A[2]]}throw aW;case
+ap=k[2],A=ar(am,l[1]);return[0,[6,an,ao,ap,A[1]],A[2]]}throw aX;case
 7:var
-aq=b[4],as=b[1],m=ej(b[2],b[3],a),n=m[3],at=m[1];if(typeof
+aq=b[4],as=b[1],m=em(b[2],b[3],a),n=m[3],at=m[1];if(typeof
 n!=="number"&&5===n[0]){var
-au=m[2],B=ar(aq,n[1]);return[0,[7,as,at,au,B[1]],B[2]]}throw aW;case
+au=m[2],B=ar(aq,n[1]);return[0,[7,as,at,au,B[1]],B[2]]}throw aX;case
 8:var
-av=b[4],aw=b[1],o=ej(b[2],b[3],a),p=o[3],ax=o[1];if(typeof
+av=b[4],aw=b[1],o=em(b[2],b[3],a),p=o[3],ax=o[1];if(typeof
 p!=="number"&&6===p[0]){var
-ay=o[2],C=ar(av,p[1]);return[0,[8,aw,ax,ay,C[1]],C[2]]}throw aW;case
+ay=o[2],C=ar(av,p[1]);return[0,[8,aw,ax,ay,C[1]],C[2]]}throw aX;case
 9:var
-az=b[2],D=fl(b[1],a),q=D[2],aA=D[1];if(typeof
+az=b[2],D=fm(b[1],a),q=D[2],aA=D[1];if(typeof
 q!=="number"&&7===q[0]){var
-E=ar(az,q[1]);return[0,[9,aA,E[1]],E[2]]}throw aW;case
+E=ar(az,q[1]);return[0,[9,aA,E[1]],E[2]]}throw aX;case
 10:var
 F=ar(b[1],a);return[0,[10,F[1]],F[2]];case
 11:var
@@ -1279,11 +1279,11 @@ aB=b[1],G=ar(b[2],a);return[0,[11,aB,G[1]],G[2]];case
 aC=b[1],H=ar(b[2],a);return[0,[12,aC,H[1]],H[2]];case
 13:if(typeof
 a!=="number"&&8===a[0]){var
-I=a[1],aD=a[2],aE=b[3],aG=b[1];if(fi([0,b[2]],[0,I]))throw aW;var
+I=a[1],aD=a[2],aE=b[3],aG=b[1];if(fj([0,b[2]],[0,I]))throw aX;var
 J=ar(aE,aD);return[0,[13,aG,I,J[1]],J[2]]}break;case
 14:if(typeof
 a!=="number"&&9===a[0]){var
-K=a[1],aH=a[3],aI=b[3],aJ=b[2],aK=b[1],aL=[0,aF(K)];if(fi([0,aF(aJ)],aL))throw aW;var
+K=a[1],aH=a[3],aI=b[3],aJ=b[2],aK=b[1],aL=[0,aF(K)];if(fj([0,aF(aJ)],aL))throw aX;var
 L=ar(aI,aF(aH));return[0,[14,aK,K,L[1]],L[2]]}break;case
 15:if(typeof
 a!=="number"&&10===a[0]){var
@@ -1313,7 +1313,7 @@ c==="number")switch(c){case
 1:return bw(c,d,a);case
 2:if(typeof
 a!=="number"&&14===a[0]){var
-Z=ar(d,a[1]);return[0,[23,2,Z[1]],Z[2]]}throw aW;default:return bw(c,d,a)}else
+Z=ar(d,a[1]);return[0,[23,2,Z[1]],Z[2]]}throw aX;default:return bw(c,d,a)}else
 switch(c[0]){case
 0:return bw(c,d,a);case
 1:return bw(c,d,a);case
@@ -1326,7 +1326,7 @@ switch(c[0]){case
 8:return bw([8,c[1],c[2]],d,a);case
 9:var
 aU=c[1],_=bl(c[2],d,a),$=_[2];return[0,[23,[9,aU,_[1]],$[1]],$[2]];case
-10:return bw(c,d,a);default:return bw(c,d,a)}}throw aW}function
+10:return bw(c,d,a);default:return bw(c,d,a)}}throw aX}function
 bw(d,c,b){var
 a=ar(c,b);return[0,[23,d,a[1]],a[2]]}function
 bx(k,g,a){var
@@ -1338,14 +1338,14 @@ e=0;if(0<b){var
 i=0;if(43!==bC(a,0)&&45!==bC(a,0)&&32!==bC(a,0)){e=1;i=1}if(!i){cC(c,0,bC(a,0));cd(a,1,c,(d-b|0)+1|0,b-1|0)}}else
 e=1;if(e){var
 f=0;if(1<b&&48===bC(a,0)){var
-j=0;if(ae!==bC(a,1)&&88!==bC(a,1)){f=1;j=1}if(!j){cC(c,1,bC(a,1));cd(a,2,c,(d-b|0)+2|0,b-2|0)}}else
+j=0;if(af!==bC(a,1)&&88!==bC(a,1)){f=1;j=1}if(!j){cC(c,1,bC(a,1));cd(a,2,c,(d-b|0)+2|0,b-2|0)}}else
 f=1;if(f)cd(a,0,c,d-b|0,b)}}return bv(c)}function
-dC(k,b){var
-c=gX(k),a=aE(b),d=bC(b,0),e=0;if(58<=d){if(71<=d){if(!(5<d+pl>>>0))e=1}else
+dE(k,b){var
+c=gX(k),a=aE(b),d=bC(b,0),e=0;if(58<=d){if(71<=d){if(!(5<d+po>>>0))e=1}else
 if(65<=d)e=1}else{var
 f=0;if(32!==d)if(43<=d)switch(d-43|0){case
 5:if(a<(c+2|0)&&1<a){var
-j=0;if(ae===bC(b,1)||88===bC(b,1))j=1;if(j){var
+j=0;if(af===bC(b,1)||88===bC(b,1))j=1;if(j){var
 h=cH(c+2|0,48);cC(h,1,bC(b,1));cd(b,2,h,(c-a|0)+4|0,a-2|0);return bv(h)}}e=1;f=1;break;case
 0:case
 2:break;case
@@ -1355,33 +1355,33 @@ h=cH(c+2|0,48);cC(h,1,bC(b,1));cd(b,2,h,(c-a|0)+4|0,a-2|0);return bv(h)}}e=1;f=1
 f=1;if(!f&&a<(c+1|0)){var
 g=cH(c+1|0,48);cC(g,0,d);cd(b,1,g,(c-a|0)+2|0,a-1|0);return bv(g)}}if(e&&a<c){var
 i=cH(c,48);cd(b,0,i,c-a|0,a);return bv(i)}return b}function
-rb(n){var
+re(n){var
 m=0,G=aE(n);for(;;){if(G<=m)var
 s=n;else{var
-r=fj(n,m)+px|0,t=0;if(59<r>>>0){if(33<r-61>>>0)t=1}else
+r=fk(n,m)+pA|0,t=0;if(59<r>>>0){if(33<r-61>>>0)t=1}else
 if(2===r)t=1;if(!t){var
 m=m+1|0;continue}var
-f=dv(n),a=[0,0],x=bu(f)-1|0,C=0;if(!(x<0)){var
+f=dx(n),a=[0,0],x=bu(f)-1|0,C=0;if(!(x<0)){var
 l=C;for(;;){var
-i=cD(f,l),j=0;if(32<=i){var
-o=i-34|0,u=0;if(58<o>>>0){if(93<=o)u=1}else
-if(56<o-1>>>0){j=1;u=1}if(!u){var
+h=cD(f,l),j=0;if(32<=h){var
+p=h-34|0,u=0;if(58<p>>>0){if(93<=p)u=1}else
+if(56<p-1>>>0){j=1;u=1}if(!u){var
 q=1;j=2}}else
-if(11<=i){if(13===i)j=1}else
-if(8<=i)j=1;switch(j){case
+if(11<=h){if(13===h)j=1}else
+if(8<=h)j=1;switch(j){case
 0:var
 q=4;break;case
 1:var
 q=2;break}a[1]=a[1]+q|0;var
 F=l+1|0;if(x!==l){var
 l=F;continue}break}}if(a[1]===bu(f)){var
-v=bu(f),w=aU(v);du(f,0,w,0,v);var
+v=bu(f),w=aV(v);dw(f,0,w,0,v);var
 z=w}else{var
-c=aU(a[1]);a[1]=0;var
+c=aV(a[1]);a[1]=0;var
 y=bu(f)-1|0,D=0;if(!(y<0)){var
 k=D;for(;;){var
 d=cD(f,k),e=0;if(35<=d)if(92===d)e=2;else
-if(fb<=d)e=1;else
+if(fc<=d)e=1;else
 e=3;else
 if(32<=d)if(34<=d)e=2;else
 e=3;else
@@ -1390,8 +1390,8 @@ switch(d){case
 8:aH(c,a[1],92);a[1]++;aH(c,a[1],98);break;case
 9:aH(c,a[1],92);a[1]++;aH(c,a[1],b);break;case
 10:aH(c,a[1],92);a[1]++;aH(c,a[1],g);break;case
-13:aH(c,a[1],92);a[1]++;aH(c,a[1],h);break;default:e=1}switch(e){case
-1:aH(c,a[1],92);a[1]++;aH(c,a[1],48+(d/p|0)|0);a[1]++;aH(c,a[1],48+((d/10|0)%10|0)|0);a[1]++;aH(c,a[1],48+(d%10|0)|0);break;case
+13:aH(c,a[1],92);a[1]++;aH(c,a[1],i);break;default:e=1}switch(e){case
+1:aH(c,a[1],92);a[1]++;aH(c,a[1],48+(d/o|0)|0);a[1]++;aH(c,a[1],48+((d/10|0)%10|0)|0);a[1]++;aH(c,a[1],48+(d%10|0)|0);break;case
 2:aH(c,a[1],92);a[1]++;aH(c,a[1],d);break;case
 3:aH(c,a[1],d);break}a[1]++;var
 E=k+1|0;if(y!==k){var
@@ -1400,7 +1400,7 @@ z=c}var
 s=bv(z)}var
 A=aE(s),B=cH(A+2|0,34);cc(s,0,B,1,A);return bv(B)}}function
 jB(d,f){var
-g=gX(f),e=r2[1];switch(d[2]){case
+g=gX(f),e=r5[1];switch(d[2]){case
 0:var
 b=B;break;case
 1:var
@@ -1418,160 +1418,160 @@ b=l;break;case
 7:var
 b=72;break;default:var
 b=70}var
-c=jy(16);dB(c,37);switch(d[1]){case
+c=jy(16);dD(c,37);switch(d[1]){case
 0:break;case
-1:dB(c,43);break;default:dB(c,32)}if(8<=d[2])dB(c,35);dB(c,46);a6(c,w(ai+g));dB(c,b);return jA(c)}function
-fm(m,a){if(13<=m){var
+1:dD(c,43);break;default:dD(c,32)}if(8<=d[2])dD(c,35);dD(c,46);a7(c,x(ai+g));dD(c,b);return jA(c)}function
+fn(m,a){if(13<=m){var
 g=[0,0],h=aE(a)-1|0,n=0;if(!(h<0)){var
-c=n;for(;;){if(!(9<fj(a,c)+o3>>>0))g[1]++;var
+c=n;for(;;){if(!(9<fk(a,c)+o6>>>0))g[1]++;var
 q=c+1|0;if(h!==c){var
 c=q;continue}break}}var
-i=g[1],j=aU(aE(a)+((i-1|0)/3|0)|0),k=[0,0],d=function(a){cC(j,k[1],a);k[1]++;return 0},e=[0,((i-1|0)%3|0)+1|0],l=aE(a)-1|0,o=0;if(!(l<0)){var
+i=g[1],j=aV(aE(a)+((i-1|0)/3|0)|0),k=[0,0],d=function(a){cC(j,k[1],a);k[1]++;return 0},e=[0,((i-1|0)%3|0)+1|0],l=aE(a)-1|0,o=0;if(!(l<0)){var
 b=o;for(;;){var
-f=fj(a,b);if(9<f+o3>>>0)d(f);else{if(0===e[1]){d(95);e[1]=3}e[1]+=-1;d(f)}var
+f=fk(a,b);if(9<f+o6>>>0)d(f);else{if(0===e[1]){d(95);e[1]=3}e[1]+=-1;d(f)}var
 p=b+1|0;if(l!==b){var
 b=p;continue}break}}return bv(j)}return a}function
-r3(b,c){switch(b){case
-1:var
-a=rd;break;case
-2:var
-a=re;break;case
-4:var
-a=rg;break;case
-5:var
-a=rh;break;case
-6:var
-a=ri;break;case
-7:var
-a=rj;break;case
-8:var
-a=rk;break;case
-9:var
-a=rl;break;case
-10:var
-a=rm;break;case
-11:var
-a=rn;break;case
-0:case
-13:var
-a=rc;break;case
-3:case
-14:var
-a=rf;break;default:var
-a=ro}return fm(b,gT(a,c))}function
-r4(b,c){switch(b){case
-1:var
-a=rD;break;case
-2:var
-a=rE;break;case
-4:var
-a=rG;break;case
-5:var
-a=rH;break;case
-6:var
-a=rI;break;case
-7:var
-a=rJ;break;case
-8:var
-a=rK;break;case
-9:var
-a=rL;break;case
-10:var
-a=rM;break;case
-11:var
-a=rN;break;case
-0:case
-13:var
-a=rC;break;case
-3:case
-14:var
-a=rF;break;default:var
-a=rO}return fm(b,gT(a,c))}function
-r5(b,c){switch(b){case
-1:var
-a=rQ;break;case
-2:var
-a=rR;break;case
-4:var
-a=rT;break;case
-5:var
-a=rU;break;case
-6:var
-a=rV;break;case
-7:var
-a=rW;break;case
-8:var
-a=rX;break;case
-9:var
-a=rY;break;case
-10:var
-a=rZ;break;case
-11:var
-a=r0;break;case
-0:case
-13:var
-a=rP;break;case
-3:case
-14:var
-a=rS;break;default:var
-a=r1}return fm(b,gT(a,c))}function
 r6(b,c){switch(b){case
 1:var
-a=rq;break;case
+a=rg;break;case
 2:var
-a=rr;break;case
+a=rh;break;case
 4:var
-a=rt;break;case
+a=rj;break;case
 5:var
-a=ru;break;case
+a=rk;break;case
 6:var
-a=rv;break;case
+a=rl;break;case
 7:var
-a=rw;break;case
+a=rm;break;case
 8:var
-a=rx;break;case
+a=rn;break;case
 9:var
-a=ry;break;case
+a=ro;break;case
 10:var
-a=rz;break;case
+a=rp;break;case
 11:var
-a=rA;break;case
+a=rq;break;case
 0:case
 13:var
-a=rp;break;case
+a=rf;break;case
 3:case
 14:var
-a=rs;break;default:var
-a=rB}return fm(b,GV(a,c))}function
+a=ri;break;default:var
+a=rr}return fn(b,gT(a,c))}function
+r7(b,c){switch(b){case
+1:var
+a=rG;break;case
+2:var
+a=rH;break;case
+4:var
+a=rJ;break;case
+5:var
+a=rK;break;case
+6:var
+a=rL;break;case
+7:var
+a=rM;break;case
+8:var
+a=rN;break;case
+9:var
+a=rO;break;case
+10:var
+a=rP;break;case
+11:var
+a=rQ;break;case
+0:case
+13:var
+a=rF;break;case
+3:case
+14:var
+a=rI;break;default:var
+a=rR}return fn(b,gT(a,c))}function
+r8(b,c){switch(b){case
+1:var
+a=rT;break;case
+2:var
+a=rU;break;case
+4:var
+a=rW;break;case
+5:var
+a=rX;break;case
+6:var
+a=rY;break;case
+7:var
+a=rZ;break;case
+8:var
+a=r0;break;case
+9:var
+a=r1;break;case
+10:var
+a=r2;break;case
+11:var
+a=r3;break;case
+0:case
+13:var
+a=rS;break;case
+3:case
+14:var
+a=rV;break;default:var
+a=r4}return fn(b,gT(a,c))}function
+r9(b,c){switch(b){case
+1:var
+a=rt;break;case
+2:var
+a=ru;break;case
+4:var
+a=rw;break;case
+5:var
+a=rx;break;case
+6:var
+a=ry;break;case
+7:var
+a=rz;break;case
+8:var
+a=rA;break;case
+9:var
+a=rB;break;case
+10:var
+a=rC;break;case
+11:var
+a=rD;break;case
+0:case
+13:var
+a=rs;break;case
+3:case
+14:var
+a=rv;break;default:var
+a=rE}return fn(b,G4(a,c))}function
 ce(c,i,b){function
 j(d){switch(c[1]){case
 0:var
 a=45;break;case
 1:var
 a=43;break;default:var
-a=32}return GP(b,i,a)}function
+a=32}return GY(b,i,a)}function
 q(c){var
-a=GI(b);return 3===a?b<0.?r8:r9:4<=a?r_:c}switch(c[2]){case
+a=GR(b);return 3===a?b<0.?r$:sa:4<=a?sb:c}switch(c[2]){case
 5:var
-e=pT(jB(c,i),b),d=0,u=aE(e);for(;;){if(d===u)var
+e=pW(jB(c,i),b),d=0,u=aE(e);for(;;){if(d===u)var
 p=0;else{var
 k=bC(e,d)-46|0,l=0;if(23<k>>>0){if(55===k)l=1}else
 if(21<k-1>>>0)l=1;if(!l){var
 d=d+1|0;continue}var
 p=1}var
-v=p?e:eg(e,r7);return q(v)}case
+v=p?e:ej(e,r_);return q(v)}case
 6:return j(0);case
 7:var
-h=dv(j(0)),f=bu(h);if(0===f)var
+h=dx(j(0)),f=bu(h);if(0===f)var
 o=h;else{var
-m=aU(f),n=f-1|0,r=0;if(!(n<0)){var
+m=aV(f),n=f-1|0,r=0;if(!(n<0)){var
 a=r;for(;;){var
-g=cD(h,a),s=25<g+pl>>>0?g:g+px|0;aH(m,a,s);var
+g=cD(h,a),s=25<g+po>>>0?g:g+pA|0;aH(m,a,s);var
 t=a+1|0;if(n!==a){var
 a=t;continue}break}}var
 o=m}return bv(o);case
-8:return q(j(0));default:return pT(jB(c,i),b)}}function
-fa(d,x,w,v){var
+8:return q(j(0));default:return pW(jB(c,i),b)}}function
+fb(d,x,w,v){var
 b=x,a=w,c=v;for(;;)if(typeof
 c==="number")return F(b,a);else
 switch(c[0]){case
@@ -1580,36 +1580,36 @@ y=c[1];return function(c){return an(b,[5,a,c],y)};case
 1:var
 z=c[1];return function(c){var
 e=0;if(40<=c)if(92===c)var
-d=qi;else
-if(fb<=c)e=1;else
+d=ql;else
+if(fc<=c)e=1;else
 e=2;else
 if(32<=c)if(39<=c)var
-d=qj;else
+d=qm;else
 e=2;else
 if(14<=c)e=1;else
 switch(c){case
 8:var
-d=qk;break;case
+d=qn;break;case
 9:var
-d=ql;break;case
+d=qo;break;case
 10:var
-d=qm;break;case
+d=qp;break;case
 13:var
-d=qn;break;default:e=1}switch(e){case
+d=qq;break;default:e=1}switch(e){case
 1:var
-f=aU(4);aH(f,0,92);aH(f,1,48+(c/p|0)|0);aH(f,2,48+((c/10|0)%10|0)|0);aH(f,3,48+(c%10|0)|0);var
+f=aV(4);aH(f,0,92);aH(f,1,48+(c/o|0)|0);aH(f,2,48+((c/10|0)%10|0)|0);aH(f,3,48+(c%10|0)|0);var
 d=bv(f);break;case
 2:var
-g=aU(1);aH(g,0,c);var
+g=aV(1);aH(g,0,c);var
 d=bv(g);break}var
 h=aE(d),i=cH(h+2|0,39);cc(d,0,i,1,h);return an(b,[4,a,bv(i)],z)};case
 2:var
 A=c[2],B=c[1];return g3(b,a,A,B,function(a){return a});case
-3:return g3(b,a,c[2],c[1],rb);case
-4:return fn(b,a,c[4],c[2],c[3],r3,c[1]);case
-5:return fn(b,a,c[4],c[2],c[3],r4,c[1]);case
-6:return fn(b,a,c[4],c[2],c[3],r5,c[1]);case
-7:return fn(b,a,c[4],c[2],c[3],r6,c[1]);case
+3:return g3(b,a,c[2],c[1],re);case
+4:return fo(b,a,c[4],c[2],c[3],r6,c[1]);case
+5:return fo(b,a,c[4],c[2],c[3],r7,c[1]);case
+6:return fo(b,a,c[4],c[2],c[3],r8,c[1]);case
+7:return fo(b,a,c[4],c[2],c[3],r9,c[1]);case
 8:var
 g=c[4],h=c[3],i=c[2],f=c[1];if(typeof
 i==="number"){if(typeof
@@ -1621,7 +1621,7 @@ U=h[1];return function(c){return an(b,[4,a,bx(m,l,ce(f,U,c))],g)}}var
 n=i[1];if(typeof
 h==="number")return h?function(e,d,c){return an(b,[4,a,bx(n,e,ce(f,d,c))],g)}:function(d,c){return an(b,[4,a,bx(n,d,ce(f,g1(f),c))],g)};var
 V=h[1];return function(d,c){return an(b,[4,a,bx(n,d,ce(f,V,c))],g)}}case
-9:return g3(b,a,c[2],c[1],qd);case
+9:return g3(b,a,c[2],c[1],qg);case
 10:var
 a=[7,a],c=c[1];continue;case
 11:var
@@ -1629,14 +1629,14 @@ a=[2,a,c[1]],c=c[2];continue;case
 12:var
 a=[3,a,c[1]],c=c[2];continue;case
 13:var
-C=c[3],D=c[2],o=jy(16);g2(o,D);var
-u=jA(o);return function(c){return an(b,[4,a,u],C)};case
+C=c[3],D=c[2],p=jy(16);g2(p,D);var
+u=jA(p);return function(c){return an(b,[4,a,u],C)};case
 14:var
 E=c[3],G=c[2];return function(d){var
 e=d[1],c=ar(e,aF(aQ(G)));if(typeof
-c[2]==="number")return an(b,a,az(c[1],E));throw aW};case
+c[2]==="number")return an(b,a,az(c[1],E));throw aX};case
 15:var
-H=c[1];return function(d,c){return an(b,[6,a,function(a){return aC(d,a,c)}],H)};case
+H=c[1];return function(d,c){return an(b,[6,a,function(a){return aD(d,a,c)}],H)};case
 16:var
 I=c[1];return function(c){return an(b,[6,a,c],I)};case
 17:var
@@ -1645,35 +1645,35 @@ a=[0,a,c[1]],c=c[2];continue;case
 k=c[1];if(0===k[0]){var
 J=c[2],K=k[1][1],L=0,b=function(b,c,d){return function(a){return an(c,[1,b,[0,a]],d)}}(a,b,J),a=L,c=K;continue}var
 M=c[2],N=k[1][1],O=0,b=function(b,c,d){return function(a){return an(c,[1,b,[1,a]],d)}}(a,b,M),a=O,c=N;continue;case
-19:throw[0,aK,sa];case
+19:throw[0,aK,sd];case
 20:var
-P=c[3],Q=[8,a,sb];return function(a){return an(b,Q,P)};case
+P=c[3],Q=[8,a,se];return function(a){return an(b,Q,P)};case
 21:var
-R=c[2];return function(c){return an(b,[4,a,gT(sc,c)],R)};case
+R=c[2];return function(c){return an(b,[4,a,gT(sf,c)],R)};case
 22:var
 S=c[1];return function(c){return an(b,[5,a,c],S)};case
 23:var
 e=c[2],j=c[1];if(typeof
 j==="number")switch(j){case
-0:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e]);case
-1:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e]);case
-2:throw[0,aK,sd];default:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e])}else
+0:return d<50?aq(d+1|0,b,a,e):a6(aq,[0,b,a,e]);case
+1:return d<50?aq(d+1|0,b,a,e):a6(aq,[0,b,a,e]);case
+2:throw[0,aK,sg];default:return d<50?aq(d+1|0,b,a,e):a6(aq,[0,b,a,e])}else
 switch(j[0]){case
-0:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e]);case
-1:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e]);case
-2:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e]);case
-3:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e]);case
-4:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e]);case
-5:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e]);case
-6:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e]);case
-7:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e]);case
-8:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e]);case
+0:return d<50?aq(d+1|0,b,a,e):a6(aq,[0,b,a,e]);case
+1:return d<50?aq(d+1|0,b,a,e):a6(aq,[0,b,a,e]);case
+2:return d<50?aq(d+1|0,b,a,e):a6(aq,[0,b,a,e]);case
+3:return d<50?aq(d+1|0,b,a,e):a6(aq,[0,b,a,e]);case
+4:return d<50?aq(d+1|0,b,a,e):a6(aq,[0,b,a,e]);case
+5:return d<50?aq(d+1|0,b,a,e):a6(aq,[0,b,a,e]);case
+6:return d<50?aq(d+1|0,b,a,e):a6(aq,[0,b,a,e]);case
+7:return d<50?aq(d+1|0,b,a,e):a6(aq,[0,b,a,e]);case
+8:return d<50?aq(d+1|0,b,a,e):a6(aq,[0,b,a,e]);case
 9:var
-t=j[2];return d<50?iS(d+1|0,b,a,t,e):a5(iS,[0,b,a,t,e]);case
-10:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e]);default:return d<50?aq(d+1|0,b,a,e):a5(aq,[0,b,a,e])}default:var
-q=c[3],r=c[1],s=F(c[2],0);return d<50?iR(d+1|0,b,a,q,r,s):a5(iR,[0,b,a,q,r,s])}}function
+t=j[2];return d<50?iS(d+1|0,b,a,t,e):a6(iS,[0,b,a,t,e]);case
+10:return d<50?aq(d+1|0,b,a,e):a6(aq,[0,b,a,e]);default:return d<50?aq(d+1|0,b,a,e):a6(aq,[0,b,a,e])}default:var
+q=c[3],r=c[1],s=F(c[2],0);return d<50?iR(d+1|0,b,a,q,r,s):a6(iR,[0,b,a,q,r,s])}}function
 iS(e,d,c,a,b){if(typeof
-a==="number")return e<50?aq(e+1|0,d,c,b):a5(aq,[0,d,c,b]);else
+a==="number")return e<50?aq(e+1|0,d,c,b):a6(aq,[0,d,c,b]);else
 switch(a[0]){case
 0:var
 f=a[1];return function(a){return bD(d,c,f,b)};case
@@ -1694,36 +1694,36 @@ m=a[1];return function(a){return bD(d,c,m,b)};case
 8:var
 n=a[2];return function(a){return bD(d,c,n,b)};case
 9:var
-o=a[3],p=a[2],q=aS(aQ(a[1]),p);return function(a){return bD(d,c,be(q,o),b)};case
+o=a[3],p=a[2],q=aS(aQ(a[1]),p);return function(a){return bD(d,c,bf(q,o),b)};case
 10:var
 r=a[1];return function(e,a){return bD(d,c,r,b)};case
 11:var
 s=a[1];return function(a){return bD(d,c,s,b)};case
 12:var
 t=a[1];return function(a){return bD(d,c,t,b)};case
-13:throw[0,aK,se];default:throw[0,aK,sf]}}function
+13:throw[0,aK,sh];default:throw[0,aK,si]}}function
 aq(d,b,e,a){var
-c=[8,e,sg];return d<50?fa(d+1|0,b,c,a):a5(fa,[0,b,c,a])}function
+c=[8,e,sj];return d<50?fb(d+1|0,b,c,a):a6(fb,[0,b,c,a])}function
 iR(g,b,e,a,d,c){if(d){var
-h=d[1];return function(d){return r$(b,e,a,h,F(c,d))}}var
-f=[4,e,c];return g<50?fa(g+1|0,b,f,a):a5(fa,[0,b,f,a])}function
-an(a,b,c){return jj(fa(0,a,b,c))}function
+h=d[1];return function(d){return sc(b,e,a,h,F(c,d))}}var
+f=[4,e,c];return g<50?fb(g+1|0,b,f,a):a6(fb,[0,b,f,a])}function
+an(a,b,c){return jj(fb(0,a,b,c))}function
 bD(a,b,c,d){return jj(iS(0,a,b,c,d))}function
-r$(a,b,c,d,e){return jj(iR(0,a,b,c,d,e))}function
+sc(a,b,c,d,e){return jj(iR(0,a,b,c,d,e))}function
 g3(e,d,c,a,b){if(typeof
 a==="number")return function(a){return an(e,[4,d,F(b,a)],c)};else{if(0===a[0]){var
 f=a[2],g=a[1];return function(a){return an(e,[4,d,bx(g,f,F(b,a))],c)}}var
 h=a[1];return function(f,a){return an(e,[4,d,bx(h,f,F(b,a))],c)}}}function
-fn(f,e,d,g,c,b,a){if(typeof
+fo(f,e,d,g,c,b,a){if(typeof
 g==="number"){if(typeof
-c==="number")return c?function(g,c){return an(f,[4,e,dC(g,aC(b,a,c))],d)}:function(c){return an(f,[4,e,aC(b,a,c)],d)};var
-k=c[1];return function(c){return an(f,[4,e,dC(k,aC(b,a,c))],d)}}else{if(0===g[0]){var
+c==="number")return c?function(g,c){return an(f,[4,e,dE(g,aD(b,a,c))],d)}:function(c){return an(f,[4,e,aD(b,a,c)],d)};var
+k=c[1];return function(c){return an(f,[4,e,dE(k,aD(b,a,c))],d)}}else{if(0===g[0]){var
 h=g[2],i=g[1];if(typeof
-c==="number")return c?function(g,c){return an(f,[4,e,bx(i,h,dC(g,aC(b,a,c)))],d)}:function(c){return an(f,[4,e,bx(i,h,aC(b,a,c))],d)};var
-l=c[1];return function(c){return an(f,[4,e,bx(i,h,dC(l,aC(b,a,c)))],d)}}var
+c==="number")return c?function(g,c){return an(f,[4,e,bx(i,h,dE(g,aD(b,a,c)))],d)}:function(c){return an(f,[4,e,bx(i,h,aD(b,a,c))],d)};var
+l=c[1];return function(c){return an(f,[4,e,bx(i,h,dE(l,aD(b,a,c)))],d)}}var
 j=g[1];if(typeof
-c==="number")return c?function(h,g,c){return an(f,[4,e,bx(j,h,dC(g,aC(b,a,c)))],d)}:function(g,c){return an(f,[4,e,bx(j,g,aC(b,a,c))],d)};var
-m=c[1];return function(g,c){return an(f,[4,e,bx(j,g,dC(m,aC(b,a,c)))],d)}}}function
+c==="number")return c?function(h,g,c){return an(f,[4,e,bx(j,h,dE(g,aD(b,a,c)))],d)}:function(g,c){return an(f,[4,e,bx(j,g,aD(b,a,c))],d)};var
+m=c[1];return function(g,c){return an(f,[4,e,bx(j,g,dE(m,aD(b,a,c)))],d)}}}function
 cI(b,h){var
 a=h;for(;;)if(typeof
 a==="number")return 0;else
@@ -1732,147 +1732,147 @@ switch(a[0]){case
 d=a[2],i=a[1];if(typeof
 d==="number")switch(d){case
 0:var
-c=qx;break;case
-1:var
-c=qy;break;case
-2:var
-c=qz;break;case
-3:var
 c=qA;break;case
-4:var
+1:var
 c=qB;break;case
+2:var
+c=qC;break;case
+3:var
+c=qD;break;case
+4:var
+c=qE;break;case
 5:var
-c=qC;break;default:var
-c=qD}else
+c=qF;break;default:var
+c=qG}else
 switch(d[0]){case
 0:var
 c=d[1];break;case
 1:var
 c=d[1];break;default:var
-c=eg(qE,jw(1,d[1]))}cI(b,i);return ei(b,c);case
+c=ej(qH,jw(1,d[1]))}cI(b,i);return el(b,c);case
 1:var
 f=a[2],g=a[1];if(0===f[0]){var
-j=f[1];cI(b,g);ei(b,sh);var
+j=f[1];cI(b,g);el(b,sk);var
 a=j;continue}var
-k=f[1];cI(b,g);ei(b,si);var
+k=f[1];cI(b,g);el(b,sl);var
 a=k;continue;case
 6:var
-n=a[2];cI(b,a[1]);return ei(b,F(n,0));case
+n=a[2];cI(b,a[1]);return el(b,F(n,0));case
 7:var
 a=a[1];continue;case
 8:var
 o=a[2];cI(b,a[1]);return c2(o);case
 2:case
 4:var
-l=a[2];cI(b,a[1]);return ei(b,l);default:var
+l=a[2];cI(b,a[1]);return el(b,l);default:var
 m=a[2];cI(b,a[1]);var
 e=b[2];if(b[3]<=e)jx(b,1);aH(b[1],e,m);b[2]=e+1|0;return 0}}function
 jC(b){var
 a=b[1];return an(function(d){var
-e=64,b=eh<64?eh:e,c=aU(b),a=[0,c,0,b,c];cI(a,d);return ju(a[1],0,a[2])},0,a)}var
-s=bk(0),o=bk(1);function
-aX(a){return p8(a,s)}function
+e=64,b=ek<64?ek:e,c=aV(b),a=[0,c,0,b,c];cI(a,d);return ju(a[1],0,a[2])},0,a)}var
+s=bk(0),p=bk(1);function
+aY(a){return p$(a,s)}function
 jD(a){return P(a,s)?aJ(a):a}function
 cf(b,a){return P(b,a)?a:b}function
 c3(b,a){return E(bk(b),a)}function
 c(b,a){return r(bk(b),a)}function
-x(a){return E(a,o)}function
+y(a){return E(a,p)}function
 bm(d,a){var
-b=p$(d,a),c=S(d,r(b,a));return K(s,c)?[0,b,c]:P(s,a)?[0,S(b,o),E(c,a)]:[0,x(b),S(c,a)]}function
+b=qc(d,a),c=S(d,r(b,a));return K(s,c)?[0,b,c]:P(s,a)?[0,S(b,p),E(c,a)]:[0,y(b),S(c,a)]}function
 jE(b,a){return bm(b,a)[1]}function
 jF(b,a){return bm(b,a)[2]}function
 g4(d,c){var
 b=d,a=c;for(;;){if(z(a,s))return jD(b);var
-e=S(b,r(p$(b,a),a)),b=a,a=e;continue}}var
-sk=sj.slice();function
+e=S(b,r(qc(b,a),a)),b=a,a=e;continue}}var
+sn=sm.slice();function
 bY(b,a){return b>>>a|0|b<<(32-a|0)}function
-sl(M){var
+so(M){var
 h=0,p=M;for(;;){if(p){var
 h=h+1|0,p=p[2];continue}var
 g=cH(((h+72|0)/64|0)*64|0,0),q=0,m=M;for(;;){if(m){var
 Q=m[2];cC(g,q,m[1]);var
-q=q+1|0,m=Q;continue}cC(g,h,ds);GH(g,bu(g)-8|0,GS(G0(sm,pW(h))));var
-f=sn.slice(),N=(bu(g)/64|0)-1|0,av=0;if(!(N<0)){var
+q=q+1|0,m=Q;continue}cC(g,h,du);GQ(g,bu(g)-8|0,G1(G9(sp,pZ(h))));var
+f=sq.slice(),N=(bu(g)/64|0)-1|0,av=0;if(!(N<0)){var
 o=av;a:for(;;){var
-aw=64*o|0,B=function(b){return function(a){return 16<=a?0:GQ(GE(g,b+(4*a|0)|0))}}(aw),c=pZ(64,B(0)),i=1;for(;;){c[1+i]=B(i);var
+aw=64*o|0,B=function(b){return function(a){return 16<=a?0:GZ(GN(g,b+(4*a|0)|0))}}(aw),c=p2(64,B(0)),i=1;for(;;){c[1+i]=B(i);var
 T=i+1|0;if(63!==i){var
 i=T;continue}var
 b=16;for(;;){var
-D=b+i2|0,E=b+i2|0,am=a4(c,D)[1+D]>>>3|0,G=b+i2|0,an=bY(a4(c,E)[1+E],18)^am,H=b-2|0,ao=bY(a4(c,G)[1+G],7)^an,I=b-2|0,ap=a4(c,H)[1+H]>>>10|0,J=b-2|0,aq=bY(a4(c,I)[1+I],19)^ap,K=b-7|0,ar=bY(a4(c,J)[1+J],17)^aq,L=b-16|0,as=a4(c,K)[1+K],at=((a4(c,L)[1+L]+ao|0)+as|0)+ar|0;a4(c,b)[1+b]=at;var
+D=b+i2|0,E=b+i2|0,am=a5(c,D)[1+D]>>>3|0,G=b+i2|0,an=bY(a5(c,E)[1+E],18)^am,H=b-2|0,ao=bY(a5(c,G)[1+G],7)^an,I=b-2|0,ap=a5(c,H)[1+H]>>>10|0,J=b-2|0,aq=bY(a5(c,I)[1+I],19)^ap,K=b-7|0,ar=bY(a5(c,J)[1+J],17)^aq,L=b-16|0,as=a5(c,K)[1+K],at=((a5(c,L)[1+L]+ao|0)+as|0)+ar|0;a5(c,b)[1+b]=at;var
 au=b+1|0;if(63!==b){var
 b=au;continue}var
-x=f.length-1,a=0===x?[0]:GB(f,0,x),e=0;for(;;){var
-k=a4(a,0)[1],l=a4(a,4)[5],_=bY(l,25),$=bY(l,11)^_,aa=bY(l,6)^$,ab=bY(k,22),ac=bY(k,13)^ab,ad=bY(k,2)^ac,ae=a4(c,e)[1+e],af=a4(sk,e)[1+e],ag=(l^-1)&a4(a,6)[7],ah=l&a4(a,5)[6]^ag,C=(((a4(a,7)[8]+aa|0)+ah|0)+af|0)+ae|0,ai=a4(a,2)[3],aj=a4(a,1)[2]&ai,P=0,ak=ad+(k&a[2]^k&a[3]^aj)|0;if(!((a.length-1-7|0)<0)&&!((a.length-1-7|0)<1)){Gy(a,0,a,1,7);P=1}if(!P)c2(qt);a[5]=a[5]+C|0;a[1]=C+ak|0;var
+x=f.length-1,a=0===x?[0]:GK(f,0,x),e=0;for(;;){var
+k=a5(a,0)[1],l=a5(a,4)[5],_=bY(l,25),$=bY(l,11)^_,aa=bY(l,6)^$,ab=bY(k,22),ac=bY(k,13)^ab,ad=bY(k,2)^ac,ae=a5(c,e)[1+e],af=a5(sn,e)[1+e],ag=(l^-1)&a5(a,6)[7],ah=l&a5(a,5)[6]^ag,C=(((a5(a,7)[8]+aa|0)+ah|0)+af|0)+ae|0,ai=a5(a,2)[3],aj=a5(a,1)[2]&ai,P=0,ak=ad+(k&a[2]^k&a[3]^aj)|0;if(!((a.length-1-7|0)<0)&&!((a.length-1-7|0)<1)){GH(a,0,a,1,7);P=1}if(!P)c2(qw);a[5]=a[5]+C|0;a[1]=C+ak|0;var
 al=e+1|0;if(63!==e){var
 e=al;continue}var
 A=a.length-1-1|0,W=0;if(!(A<0)){var
 d=W;for(;;){var
-X=a[1+d];f[1+d]=a4(f,d)[1+d]+X|0;var
+X=a[1+d];f[1+d]=a5(f,d)[1+d]+X|0;var
 Y=d+1|0;if(A!==d){var
 d=Y;continue}break}}var
 ax=o+1|0;if(N!==o){var
 o=ax;continue a}break}break}break}break}}var
-O=jC(so),r=f.length-1;if(0===r)var
+O=jC(sr),r=f.length-1;if(0===r)var
 t=[0];else{var
-y=pZ(r,F(O,f[1])),z=r-1|0,U=1;if(!(z<1)){var
+y=p2(r,F(O,f[1])),z=r-1|0,U=1;if(!(z<1)){var
 j=U;for(;;){y[1+j]=F(O,f[1+j]);var
 V=j+1|0;if(z!==j){var
 j=V;continue}break}}var
 t=y}var
 n=t.length-1-1|0,s=0;for(;;){if(0<=n){var
 Z=[0,t[1+n],s],n=n-1|0,s=Z;continue}var
-w=dv(g0(sp,s)),v=function(a,d){if(a===bu(w))return 0;var
-b=pM(w,a),c=a+1|0;return[0,b,function(a){return v(c,a)}]},R=0,S=function(a){return v(R,a)},u=function(f,e){if(0===f){var
+w=dx(g0(ss,s)),v=function(a,d){if(a===bu(w))return 0;var
+b=pP(w,a),c=a+1|0;return[0,b,function(a){return v(c,a)}]},R=0,S=function(a){return v(R,a)},u=function(f,e){if(0===f){var
 a=0,d=e;for(;;){var
 b=F(d,0);if(b){var
 a=[0,b[1],a],d=b[2];continue}return gZ(a)}}var
 c=F(e,0);if(c){var
 g=c[1];return[0,g,u(f-1|0,c[2])]}return 0};return u(500,S)}}}}function
-dD(b,a){return b?a?0:1:a}function
+dF(b,a){return b?a?0:1:a}function
 I(a){return a?0:1}function
-af(b,a){var
+ag(b,a){var
 c=a?[0,F(b,a[1])]:a;return c}function
-aY(a){return a[1]}function
-a$(a){return a[2]}function
-fo(b,a){return b?[0,fo(b[1],a)]:a}function
-fp(a,b){return a?fo(b,fp(a[1],b)):a}function
+aZ(a){return a[1]}function
+ba(a){return a[2]}function
+fp(b,a){return b?[0,fp(b[1],a)]:a}function
+fq(a,b){return a?fp(b,fq(a[1],b)):a}function
 bn(b,a){return b?a:a?0:1}function
 jG(b,a){return b?[0,jG(b[1],a)]:a}function
 jH(a,b){return a?jG(b,jH(a[1],b)):a}function
-ba(d,c){var
+bb(d,c){var
 b=d,a=c;for(;;){if(b){if(a){var
 b=b[1],a=a[1];continue}return a}return a?0:1}}function
 g5(d,c){var
 b=d,a=c;for(;;){if(b){if(a){var
 b=b[1],a=a[1];continue}return a}return 1}}function
-fq(b,a){return g5([0,b],a)}function
-fr(a,g,f){var
-b=g,d=f;for(;;){if(K(d,o))return F(a,b);var
+fr(b,a){return g5([0,b],a)}function
+fs(a,g,f){var
+b=g,d=f;for(;;){if(K(d,p))return F(a,b);var
 e=bm(d,bk(2)),c=e[1];if(z(e[2],s)){var
-b=fr(a,b,c),d=c;continue}return F(a,fr(a,fr(a,b,c),c))}}function
+b=fs(a,b,c),d=c;continue}return F(a,fs(a,fs(a,b,c),c))}}function
 jI(h,g){var
-b=h,a=g;for(;;){if(K(b,o))return K(a,o)?1:z(bm(a,bk(2))[2],s)?0:0;var
-e=bm(b,bk(2)),f=e[1];if(z(e[2],s)){if(K(a,o))return 0;var
+b=h,a=g;for(;;){if(K(b,p))return K(a,p)?1:z(bm(a,bk(2))[2],s)?0:0;var
+e=bm(b,bk(2)),f=e[1];if(z(e[2],s)){if(K(a,p))return 0;var
 c=bm(a,bk(2)),i=c[1];if(z(c[2],s)){var
-b=f,a=i;continue}return 0}if(K(a,o))return 0;var
+b=f,a=i;continue}return 0}if(K(a,p))return 0;var
 d=bm(a,bk(2)),j=d[1];if(z(d[2],s))return 0;var
 b=f,a=j;continue}}function
 jJ(b,g,f){var
-c=g,a=f;for(;;){if(K(c,o))return a;var
+c=g,a=f;for(;;){if(K(c,p))return a;var
 d=bm(c,bk(2)),e=d[1];if(z(d[2],s)){var
-c=e,a=aC(b,a,a);continue}return aC(b,a,jJ(b,e,aC(b,a,a)))}}var
+c=e,a=aD(b,a,a);continue}return aD(b,a,jJ(b,e,aD(b,a,a)))}}var
 g6=E;function
 jK(c,b){var
-a=p8(c,b);return 0===a?0:0<=a?2:1}var
-sr=z;function
+a=p$(c,b);return 0===a?0:0<=a?2:1}var
+su=z;function
 g7(a){var
-b=aX(a);return 0===b?o:0<b?a:o}function
+b=aY(a);return 0===b?p:0<b?a:p}function
 aA(b,a){var
-c=aX(a);return 0===c?s:1===c?jE(b,a):c3(-1,jE(c3(-1,b),a))}function
+c=aY(a);return 0===c?s:1===c?jE(b,a):c3(-1,jE(c3(-1,b),a))}function
 jL(b,a){var
-c=aX(a);return 0===c?b:1===c?jF(b,a):E(a,c3(1,jF(c3(-1,b),a)))}function
+c=aY(a);return 0===c?b:1===c?jF(b,a):E(a,c3(1,jF(c3(-1,b),a)))}function
 cg(e){function
-f(a){return 0<aX(jl(e,a))?1:0}if(0<aX(e)){var
+f(a){return 0<aY(jl(e,a))?1:0}if(0<aY(e)){var
 a=1;for(;;){if(f(a)){var
 a=2*a|0;continue}var
 b=0,c=a;for(;;){if(1<(c-b|0)){var
@@ -1880,9 +1880,9 @@ d=(b+c|0)/2|0;if(f(d)){var
 b=d;continue}var
 c=d;continue}return bk(b)}}}return s}function
 bE(b,c){var
-a=p_(c);return 0<=a?p9(b,a):jl(b,-a|0)}function
+a=qb(c);return 0<=a?qa(b,a):jl(b,-a|0)}function
 jM(b,c){var
-a=p_(c);return 0<=a?jl(b,a):p9(b,-a|0)}function
+a=qb(c);return 0<=a?jl(b,a):qa(b,-a|0)}function
 g8(b,a){return jD(r(b,aA(a,g4(b,a))))}function
 bN(b,a){return a?a[1]:b}function
 ch(a){var
@@ -1895,7 +1895,7 @@ a=d,b=c;for(;;){if(a){var
 e=[0,a[1],b],a=a[2],b=e;continue}return b}}function
 aN(e,d,c){var
 a=d,b=c;for(;;){if(a){var
-f=aC(e,b,a[1]),a=a[2],b=f;continue}return b}}function
+f=aD(e,b,a[1]),a=a[2],b=f;continue}return b}}function
 $(e,d){var
 a=d;for(;;){if(a){var
 b=F(e,a[1]);if(!b){var
@@ -1917,24 +1917,24 @@ var
 c=a;else
 var
 c=b;return c}function
-dE(b,a){var
-c=a?[0,b,dE(b,a[1])]:a;return c}var
-jO=0,ss=1;function
+dG(b,a){var
+c=a?[0,b,dG(b,a[1])]:a;return c}var
+jO=0,sv=1;function
 jP(a,b){var
 c=a?1:a;return gY((b<<1&iV)+c|0)}function
 g9(b,a){if(b){var
-c=b[1];if(K(a,o))return ss;var
+c=b[1];if(K(a,p))return sv;var
 d=bm(a,bk(2)),e=d[1];return z(d[2],s)?jP(0,g9(c,e)):jP(1,g9(c,e))}return jO}function
 jQ(a){if(a){var
-b=jQ(a[2]),d=r(c(2,o),b),e=a[1]?o:s;return E(e,d)}return s}function
+b=jQ(a[2]),d=r(c(2,p),b),e=a[1]?p:s;return E(e,d)}return s}function
 jR(c,b){var
 a=c-b|0;return 0<=a?0===a?0:2:1}function
-fs(b,a){return 2<=jR(b,a)?0:1}function
+ft(b,a){return 2<=jR(b,a)?0:1}function
 k(a){if(a)var
 c=k(a[2]),b=[0,a[1],c];else
 var
 b=a;return b}function
-y(b,a){return T(T(b,0),a)}function
+w(b,a){return T(T(b,0),a)}function
 aj(c){var
 b=0,a=c;for(;;){if(a){var
 b=[0,b],a=a[2];continue}return b}}function
@@ -1955,7 +1955,7 @@ c=0,b=e,a=d,f=0;for(;;){if(b&&a){var
 c=[0,[0,b[1],a[1]],c],b=b[2],a=a[2];continue}return T(c,f)}}function
 ci(e,d){var
 c=0,b=e,a=d,f=0;for(;;){if(a){var
-c=[0,[0,b,a[1]],c],b=E(b,o),a=a[2];continue}return T(c,f)}}function
+c=[0,[0,b,a[1]],c],b=E(b,p),a=a[2];continue}return T(c,f)}}function
 c4(c,a){var
 b=0,d=T(a,0);return aN(function(b,a){if(b){var
 d=b[1],e=d[1];return z(e,F(c,a))?[0,[0,e,[0,a,d[2]]],b[2]]:[0,[0,F(c,a),[0,a,0]],b]}return[0,[0,F(c,a),[0,a,0]],0]},d,b)}function
@@ -1970,57 +1970,57 @@ c=[0,[0,e,d],c],a=b;continue}if(b)var
 i=F(f,d),h=z(F(f,b[1]),i);else
 var
 h=b;if(h){var
-c=[0,[0,E(e,o),d],c],e=E(e,o),g=F(f,d),a=b;continue}var
+c=[0,[0,E(e,p),d],c],e=E(e,p),g=F(f,d),a=b;continue}var
 a=b;continue}return T(c,m)}}function
 ap(c,b,a){var
-d=T(a,0);return aN(function(b,a){return aC(c,a,b)},d,b)}function
-ag(c){var
+d=T(a,0);return aN(function(b,a){return aD(c,a,b)},d,b)}function
+ah(c){var
 b=s,a=c;for(;;){if(a){var
-b=E(b,o),a=a[1];continue}return b}}function
-aZ(a){var
-b=aX(a);if(0===b)return 0;if(0<b){var
-c=0;return fr(function(a){return[0,a]},c,a)}return 0}function
+b=E(b,p),a=a[1];continue}return b}}function
+a0(a){var
+b=aY(a);if(0===b)return 0;if(0<b){var
+c=0;return fs(function(a){return[0,a]},c,a)}return 0}function
 aR(e,d){var
 c=0,b=e,a=d,f=0;for(;;){if(a){var
 c=[0,b,c],b=[0,b],a=a[1];continue}return T(c,f)}}function
-dF(d){var
-c=0,b=s,a=aZ(d),e=0;for(;;){if(a){var
-c=[0,b,c],b=E(b,o),a=a[1];continue}return T(c,e)}}function
-ft(j,i,h){var
+dH(d){var
+c=0,b=s,a=a0(d),e=0;for(;;){if(a){var
+c=[0,b,c],b=E(b,p),a=a[1];continue}return T(c,e)}}function
+fu(j,i,h){var
 d=T(i,h),a=0,c=i,b=h;for(;;){if(c){var
 e=c[1];if(b){if(d){var
-f=d[2],g=b[1];if(aC(j,e,g)){var
+f=d[2],g=b[1];if(aD(j,e,g)){var
 d=f,a=[0,e,a],c=c[2];continue}var
 d=f,a=[0,g,a],b=b[2];continue}return d}return T(a,c)}return T(a,b)}}function
 jT(c,b,a){if(a){var
-d=a[2],e=a[1];return e?[0,0,jT(c,ft(c,e,b),d)]:[0,b,d]}return[0,b,0]}function
+d=a[2],e=a[1];return e?[0,0,jT(c,fu(c,e,b),d)]:[0,b,d]}return[0,b,0]}function
 jU(e,d,c){var
 b=d,a=c;for(;;){if(a){var
-f=a[2],b=ft(e,a[1],b),a=f;continue}return b}}function
-ek(c,i){var
+f=a[2],b=fu(e,a[1],b),a=f;continue}return b}}function
+en(c,i){var
 b=0,a=i;for(;;){if(a){var
 d=a[2],e=a[1];if(d){var
-f=d[1],g=d[2],h=aC(c,e,f)?[0,e,[0,f,0]]:[0,f,[0,e,0]],b=jT(c,h,b),a=g;continue}return jU(c,a,b)}return jU(c,a,b)}}function
+f=d[1],g=d[2],h=aD(c,e,f)?[0,e,[0,f,0]]:[0,f,[0,e,0]],b=jT(c,h,b),a=g;continue}return jU(c,a,b)}return jU(c,a,b)}}function
 jV(c,b,a){if(b){var
-d=b[2],e=b[1];return e?[0,0,jV(c,d,ft(c,e[1],a))]:[0,[0,a],d]}return[0,[0,a],0]}function
+d=b[2],e=b[1];return e?[0,0,jV(c,d,fu(c,e[1],a))]:[0,[0,a],d]}return[0,[0,a],0]}function
 jW(b,e){var
 a=e;for(;;){if(a){var
 c=a[2],d=a[1];if(d){var
-f=jW(b,c);return ft(b,d[1],f)}var
+f=jW(b,c);return fu(b,d[1],f)}var
 a=c;continue}return a}}function
 g_(c,e){var
 b=0,a=e;for(;;){if(a){var
 d=a[2],b=jV(c,b,[0,a[1],0]),a=d;continue}return jW(c,b)}}function
-fu(a){var
+fv(a){var
 b=a?1:a;return b}function
-dG(a){var
-b=g4(a[1],a[2]),c=aA(a[2],b),d=aX(c);return 0===d?a:0<d?[0,aA(a[1],b),c]:a}function
-ab(b,a){return dG([0,E(r(b[1],a[2]),r(a[1],b[2])),r(b[2],a[2])])}function
-M(b,a){return dG([0,r(b[1],a[1]),r(b[2],a[2])])}function
+dI(a){var
+b=g4(a[1],a[2]),c=aA(a[2],b),d=aY(c);return 0===d?a:0<d?[0,aA(a[1],b),c]:a}function
+ab(b,a){return dI([0,E(r(b[1],a[2]),r(a[1],b[2])),r(b[2],a[2])])}function
+M(b,a){return dI([0,r(b[1],a[1]),r(b[2],a[2])])}function
 aG(a){return[0,aJ(a[1]),a[2]]}function
 at(a){var
-b=a[1],c=aX(b);return 0===c?[0,s,o]:0<c?[0,a[2],b]:[0,s,o]}var
-Q=[0,s,o],L=[0,o,o];function
+b=a[1],c=aY(b);return 0===c?[0,s,p]:0<c?[0,a[2],b]:[0,s,p]}var
+Q=[0,s,p],L=[0,p,p];function
 au(a){return K(s,a[1])}function
 ac(a){return P(s,a[1])}function
 A(b,a){return K(r(b[1],a[2]),r(a[1],b[2]))}function
@@ -2033,48 +2033,48 @@ c=a[2],d=a[1];if(F(b,d))return[0,d,jX(b,c)];var
 a=c;continue}return a}}function
 jY(f,a){if(a){var
 g=a[1],b=g[2],c=g[1],d=jY(f,a[2]);if(d){var
-h=d[1],i=h[2],e=h[1],j=d[2];return aC(f,c,e)?[0,[0,e,E(b,i)],j]:[0,[0,c,b],[0,[0,e,i],j]]}var
+h=d[1],i=h[2],e=h[1],j=d[2];return aD(f,c,e)?[0,[0,e,E(b,i)],j]:[0,[0,c,b],[0,[0,e,i],j]]}var
 k=[0,[0,c,b],0]}else
 var
 k=a;return k}function
 jZ(a){if(a){var
-b=a[1],c=jZ(a[2]),d=b[2][1],e=b[1];return y(q(function(a){return[0,a[1],r(e,a[2])]},d),c)}return a}function
+b=a[1],c=jZ(a[2]),d=b[2][1],e=b[1];return w(q(function(a){return[0,a[1],r(e,a[2])]},d),c)}return a}function
 j0(a){if(a){var
 b=a[1],c=j0(a[2]);return E(r(b[1],b[2][2]),c)}return s}function
 j1(d,c,b){if(b){var
 f=j1(d,c,b[2]),a=b[1],e=P(s,a[2])?F(c,a[1]):F(d,a[1]);return E(r(a[2],e),f)}return s}function
-su(b,a){var
+sx(b,a){var
 c=a[1],d=b[1],e=z(d[1],c[1]),f=e?z(d[2],c[2]):e;return f?z(b[2],a[2]):f}function
 cj(a){return[0,0,a]}function
-fv(b,a){var
-c=ab(b[2],a[2]);return[0,y(b[1],a[1]),c]}function
+fw(b,a){var
+c=ab(b[2],a[2]);return[0,w(b[1],a[1]),c]}function
 c5(b,a){var
 c=M(b,a[2]),d=a[1];return[0,q(function(a){var
 c=M(b,a[2]);return[0,a[1],c]},d),c]}function
-cJ(b,a){return fv(b,c5(aG(L),a))}function
-j2(a){return ap(fv,cj(Q),a)}function
-fw(e,d,c){var
+cJ(b,a){return fw(b,c5(aG(L),a))}function
+j2(a){return ap(fw,cj(Q),a)}function
+fx(e,d,c){var
 a=d,b=c;for(;;){if(a){if(z(b,s))return a[1];var
-a=a[2],b=S(b,o);continue}return e}}function
+a=a[2],b=S(b,p);continue}return e}}function
 j3(a){var
 b=ci(s,a);return[0,q(function(a){return[0,[0,[0,a[1],s],s],a[2]]},b),Q]}function
-el(c,b,a){if(c[11])return j3(a[3]);var
-d=0,e=a[1],f=c[6]?aJ(o):b[2];return[0,[0,[0,[0,[0,b[1],f],e],L],d],Q]}function
-em(a){var
+eo(c,b,a){if(c[11])return j3(a[3]);var
+d=0,e=a[1],f=c[6]?aJ(p):b[2];return[0,[0,[0,[0,[0,b[1],f],e],L],d],Q]}function
+ep(a){var
 b=a[3];return ax(q(function(a){return a[2]},b))}function
 g$(b,a){switch(b[3]){case
-0:return em(a);case
+0:return ep(a);case
 1:return a[4];default:return L}}function
 j4(c,a){var
 b=a[3],d=j2(q(function(b){var
-d=el(c,a,b);return c5(b[2],d)},b));return c5(at(em(a)),d)}function
+d=eo(c,a,b);return c5(b[2],d)},b));return c5(at(ep(a)),d)}function
 ha(b,a){var
 c=b[4];return al(function(b){return z(b[2],a)},c)}function
 hb(a,b){var
 c=ha(a,b);return ax(q(function(b){return g$(a,b)},c))}var
-fx=cj(Q);function
-fy(e,a,d){var
-b=a[3],c=bZ(function(a){return z(a[1],d)},b);return af(function(b){return el(e,a,b)},c)}function
+fy=cj(Q);function
+fz(e,a,d){var
+b=a[3],c=bZ(function(a){return z(a[1],d)},b);return ag(function(b){return eo(e,a,b)},c)}function
 j5(f,e){var
 a=f;for(;;){if(a){var
 c=a[2],b=a[1],g=b[1];if($(function(b){return function(a){return z(b,a)}}(g),e)){var
@@ -2093,77 +2093,77 @@ d=e[6];if(!d)return z(b[2],a[2]);var
 f=d}else
 var
 f=c;return f},i);if(c)var
-j=fy(e,c[1],a[3]),k=a[4],b=af(function(a){return c5(k,a)},j);else
+j=fz(e,c[1],a[3]),k=a[4],b=ag(function(a){return c5(k,a)},j);else
 var
 b=c;if(b)var
-f=j8(e,g,d[2]),l=f?[0,fv(b[1],f[1])]:f,h=l;else
+f=j8(e,g,d[2]),l=f?[0,fw(b[1],f[1])]:f,h=l;else
 var
 h=b;return h}return[0,cj(Q)]}function
 j9(a,b,f){var
 c=a[11];if(c)var
 j=c[1][3],k=q(function(a){var
-b=j3(a[1]);return cJ(cj(a[2]),b)},j),i=j7(a,b,0),g=y(Y(function(b){var
+b=j3(a[1]);return cJ(cj(a[2]),b)},j),i=j7(a,b,0),g=w(Y(function(b){var
 c=b[3];return Y(function(c){var
-d=el(a,b,c),e=[0,cJ(cj(a[2]),d),0],f=cj(a[3]);return[0,cJ(el(a,b,c),f),e]},c)},i),k);else
+d=eo(a,b,c),e=[0,cJ(cj(a[2]),d),0],f=cj(a[3]);return[0,cJ(eo(a,b,c),f),e]},c)},i),k);else
 var
 g=c;var
-l=a[10],m=y(q(function(d){var
+l=a[10],m=w(q(function(d){var
 c=j8(a,b,d[1]);if(c){var
-e=c[1];return cJ(cj(d[2]),e)}return fx},l),g),d=a[7];if(d)var
+e=c[1];return cJ(cj(d[2]),e)}return fy},l),g),d=a[7];if(d)var
 n=d[1],e=j6(b,f),h=Y(function(b){return Y(function(c){var
 d=z(b[1],c[1]),e=d?I(z(b[2],c[2])):d;if(e){var
 f=b[3];return q(function(e){var
-f=fy(a,c,e[1]);if(f){var
-g=el(a,b,e),d=a[8],h=f[1],i=c[2],j=b[2],k=d?fw(Q,fw(0,d[1],j),i):L;return cJ(fv(cj(M(n,k)),h),g)}return fx},f)}return e},e)},e);else
+f=fz(a,c,e[1]);if(f){var
+g=eo(a,b,e),d=a[8],h=f[1],i=c[2],j=b[2],k=d?fx(Q,fx(0,d[1],j),i):L;return cJ(fw(cj(M(n,k)),h),g)}return fy},f)}return e},e)},e);else
 var
 h=d;var
-o=y(h,m),p=j7(a,b,f);return y(Y(function(d){var
+o=w(h,m),p=j7(a,b,f);return w(Y(function(d){var
 b=a[9];return q(function(e){var
-b=fy(a,d,e[1]);if(b){var
-c=fy(a,d,e[2]);return c?cJ(c[1],b[1]):fx}return fx},b)},p),o)}function
+b=fz(a,d,e[1]);if(b){var
+c=fz(a,d,e[2]);return c?cJ(c[1],b[1]):fy}return fy},b)},p),o)}function
 j_(a){if(a[10])return 1;var
 b=a[11],c=b?1:b;return c}function
-j$(a){return ap(function(b,a){return g8(b[2],a)},o,a)}function
+j$(a){return ap(function(b,a){return g8(b[2],a)},p,a)}function
 ka(b,a){return z(jL(b,a[2]),s)}function
-fz(b,a){var
+fA(b,a){var
 c=aA(b,a[2]);return r(a[1],c)}function
 kb(a){var
-b=q(a$,a[1]);return[0,a[2],b]}function
-dH(a){return j$(kb(a))}function
+b=q(ba,a[1]);return[0,a[2],b]}function
+dJ(a){return j$(kb(a))}function
 kc(a){var
-b=P(s,dH(a));if(b){var
-c=kb(a),d=dH(a);return G(function(a){return ka(d,a)},c)}return b}function
+b=P(s,dJ(a));if(b){var
+c=kb(a),d=dJ(a);return G(function(a){return ka(d,a)},c)}return b}function
 kd(a){var
-b=dH(a),c=fz(b,a[2]),d=a[1];return[0,q(function(a){var
-c=fz(b,a[2]);return[0,a[1],c]},d),c]}function
+b=dJ(a),c=fA(b,a[2]),d=a[1];return[0,q(function(a){var
+c=fA(b,a[2]);return[0,a[1],c]},d),c]}function
 ke(a){var
 b=a[11];if(b){var
-c=b[1];return y(c[1],c[2])}return[0,a[3],[0,a[2],0]]}function
+c=b[1];return w(c[1],c[2])}return[0,a[3],[0,a[2],0]]}function
 hc(a){return j$(ke(a))}function
 kf(g,a,f){var
 c=g,b=f;for(;;){if(b){if(a){var
 d=a[1],e=b[2],h=d[2],i=b[1];if(z(d[1],c)){var
-j=kf(E(c,o),a[2],e);return af(function(a){return[0,[0,h,i],a]},j)}var
-c=E(c,o),b=e;continue}return sv}return a?0:sw}}function
+j=kf(E(c,p),a[2],e);return ag(function(a){return[0,[0,h,i],a]},j)}var
+c=E(c,p),b=e;continue}return sy}return a?0:sz}}function
 kg(a){var
 b=a[4];if(b){var
 c=b[1];return A(c,a[3])?a[3]:c}return a[3]}function
-sx(a){var
+sA(a){var
 b=a[3];return q(function(b){var
-c=b[2],d=M(at(em(a)),c);return[0,b[1],d]},b)}function
+c=b[2],d=M(at(ep(a)),c);return[0,b[1],d]},b)}function
 kh(b,a){return ac(hb(b,a))}function
 ki(a){if(2<=a[3]){var
-c=ag(aj(a[2])),d=r(ag(aj(a[1])),c),b=z(ag(aj(a[4])),d);if(b){var
+c=ah(aj(a[2])),d=r(ah(aj(a[1])),c),b=z(ah(aj(a[4])),d);if(b){var
 e=a[2];return al(function(b){return kh(a,b)},e)}return b}var
 f=a[2];return al(function(b){return kh(a,b)},f)}function
-sy(a){var
+sB(a){var
 e=a[3],b=G(function(a){return au(a[2])},e);if(b){var
-c=ac(em(a));if(c)return au(a[4]);var
+c=ac(ep(a));if(c)return au(a[4]);var
 d=c}else
 var
 d=b;return d}function
 kj(a){var
-b=a[3],c=ax(q(function(a){return M(a[2],a[4])},b));return M(at(em(a)),c)}function
+b=a[3],c=ax(q(function(a){return M(a[2],a[4])},b));return M(at(ep(a)),c)}function
 kk(b,a){if(b[1]){var
 c=a[1];return q(function(b){var
 c=a[4];return q(kj,al(function(a){return z(a[1],b)},c))},c)}var
@@ -2172,36 +2172,36 @@ c=ha(a,b),d=ax(q(function(b){var
 c=kj(b);return M(g$(a,b),c)},c));return M(at(hb(a,b)),d)},e),d]}function
 J(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=fg(b[1],a[1]);if(c){var
+c=fh(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return a?0:1}}var
 c6=34;function
-en(a){var
+eq(a){var
 b=32===a?1:0,c=b||(9===a?1:0),d=c||(10===a?1:0),e=d||(13===a?1:0);return e}function
-hd(a){if(48===a)return[0,s];if(49===a)return[0,o];if(50===a)return[0,c(2,o)];if(51===a)return[0,x(c(2,o))];if(52===a)return[0,c(2,c(2,o))];if(53===a)return[0,x(c(2,c(2,o)))];if(54===a)return[0,c(2,x(c(2,o)))];if(55===a)return[0,x(c(2,x(c(2,o))))];if(56===a)return[0,c(2,c(2,c(2,o)))];var
-b=57===a?1:0,d=b?[0,x(c(2,c(2,c(2,o))))]:b;return d}function
-fA(b){var
+hd(a){if(48===a)return[0,s];if(49===a)return[0,p];if(50===a)return[0,c(2,p)];if(51===a)return[0,y(c(2,p))];if(52===a)return[0,c(2,c(2,p))];if(53===a)return[0,y(c(2,c(2,p)))];if(54===a)return[0,c(2,y(c(2,p)))];if(55===a)return[0,y(c(2,y(c(2,p))))];if(56===a)return[0,c(2,c(2,c(2,p)))];var
+b=57===a?1:0,d=b?[0,y(c(2,c(2,c(2,p))))]:b;return d}function
+fB(b){var
 a=hd(b),c=a?1:a;return c}function
 kl(f,e){var
 b=f,a=e;for(;;){if(a){var
 d=hd(a[1]);if(d){var
-g=a[2],h=d[1],b=E(r(c(2,x(c(2,c(2,o)))),b),h),a=g;continue}return d}return[0,b]}}function
+g=a[2],h=d[1],b=E(r(c(2,y(c(2,c(2,p)))),b),h),a=g;continue}return d}return[0,b]}}function
 km(d,c){var
 a=d,b=c;for(;;){if(b){if(a){var
 a=a[1],b=b[2];continue}return a}return 1}}function
 kn(a){var
-b=km(sz,a);return b?a?a[2]?48===a[1]?0:kl(s,a):kl(s,a):a:b}function
-dI(d,c){var
+b=km(sC,a);return b?a?a[2]?48===a[1]?0:kl(s,a):kl(s,a):a:b}function
+dK(d,c){var
 a=c;for(;;){if(a){var
-b=a[1];if(fg(d,b[1]))return[0,b[2]];var
+b=a[1];if(fh(d,b[1]))return[0,b[2]];var
 a=a[2];continue}return a}}function
 he(k,j,i,h){var
-a=dI(k,eo);if(a){var
-b=dI(j,eo);if(b){var
-c=dI(i,eo);if(c)var
-d=dI(h,eo),l=d?[0,[0,[0,[0,a[1],b[1]],c[1]],d[1]]]:d,e=l;else
+a=dK(k,er);if(a){var
+b=dK(j,er);if(b){var
+c=dK(i,er);if(c)var
+d=dK(h,er),l=d?[0,[0,[0,[0,a[1],b[1]],c[1]],d[1]]]:d,e=l;else
 var
 e=c;var
 f=e}else
@@ -2214,7 +2214,7 @@ b2(i,h,g,f,e,d,c,b){function
 a(a,b){var
 c=a?1<<b:a;return c}var
 j=a(i,7),k=a(h,6),l=a(g,5),m=a(f,4),n=a(e,3),o=a(d,2),p=a(c,1);return gY(((((((a(b,0)+p|0)+o|0)+n|0)+m|0)+l|0)+k|0)+j|0)}function
-dJ(b){function
+dL(b){function
 a(a){return 0!==(b&1<<a)?1:0}var
 c=a(7);return a(6)?0:c}function
 ko(a){function
@@ -2225,13 +2225,13 @@ d=I(a===34?1:0);if(d)return I(92===a?1:0);var
 e=d}else
 var
 e=g;return e}var
-sB=[0,[0,c6,c6],sA];function
-sC(cJ,cI){var
+sE=[0,[0,c6,c6],sD];function
+sF(cJ,cI){var
 d=cJ,h=cI;for(;;){if(h){var
 w=h[2],j=h[1];if(ko(j)){var
 d=[0,j,d],h=w;continue}if(w){var
 i=w[2],e=w[1];if(I(92===j?1:0)){var
-bx=dJ(e);if(bx){var
+bx=dL(e);if(bx){var
 s=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),by=s(7),bz=s(6),co=s(5),cp=s(4),cq=s(3),cr=s(2),cs=s(1);if(co)var
 ao=0;else{if(bz)if(by)var
 cm=cs||cr,cn=cm||cq,ah=cn||cp;else
@@ -2243,7 +2243,7 @@ ao=ah}}else
 var
 ao=bx;if(ao){var
 d=[0,e,[0,j,d]],h=i;continue}if(i){var
-x=i[2],M=i[1],bA=dJ(e),bB=bA?dJ(M):bA;if(bB){var
+x=i[2],M=i[1],bA=dL(e),bB=bA?dL(M):bA;if(bB){var
 k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),g=k(7),b=k(6),c=k(5),l=k(4),bC=k(3),bD=k(2),bE=k(1);if(k(0))if(bE)if(l)var
 a=0;else
 var
@@ -2287,7 +2287,7 @@ a=aj}}else
 var
 a=bB;if(a){var
 d=[0,M,[0,e,[0,j,d]]],h=x;continue}if(x){var
-bR=x[1],bF=dJ(e),bG=bF?dJ(M):bF,bH=bG?dJ(bR):bG;if(bH){var
+bR=x[1],bF=dL(e),bG=bF?dL(M):bF,bH=bG?dL(bR):bG;if(bH){var
 n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(j),t=n(7),o=n(6),p=n(5),q=n(4),G=n(3),ak=n(2),cH=n(1);if(n(0))if(ak||G)var
 f=0;else
 var
@@ -2392,7 +2392,7 @@ R=Q[2];if(R){var
 S=R[2];if(S){var
 U=S[2];if(U){var
 at=he(Q[1],R[1],S[1],U[1]);if(at){var
-bU=at[1],be=bU[2],bf=be[1],bg=bf[1],bh=bU[1],bi=bh[2],bj=bi[1],bk=bj[1],bl=bh[1][2],bm=y[2],bn=bm[1],bo=bn[1],bp=y[1],bq=bp[2],br=bq[1],bs=br[1],u=bs[2],v=bs[1],bt=bp[1][2],ag=bt[1][2],D=bt[2],cK=U[2],cc=I(u),cd=dD(v,u),ce=v?u:v,cf=dD(D,ce),bu=D?v:D,cg=bu?u:bu,ch=dD(ag,cg),bv=ag?D:ag,bw=bv?v:bv,ci=bw?u:bw,cj=[0,b2(1,0,bj[2],bi[2],bg[1],bg[2],bf[2],be[2]),0],ck=[0,b2(1,0,bn[2],bm[2],bl[1][2],bl[2],bk[1],bk[2]),cj],cl=[0,b2(1,0,cd,cc,br[2],bq[2],bo[1],bo[2]),ck],d=T([0,b2(1,1,1,1,0,ci,ch,cf),cl],d),h=cK;continue}var
+bU=at[1],be=bU[2],bf=be[1],bg=bf[1],bh=bU[1],bi=bh[2],bj=bi[1],bk=bj[1],bl=bh[1][2],bm=y[2],bn=bm[1],bo=bn[1],bp=y[1],bq=bp[2],br=bq[1],bs=br[1],u=bs[2],v=bs[1],bt=bp[1][2],ag=bt[1][2],D=bt[2],cK=U[2],cc=I(u),cd=dF(v,u),ce=v?u:v,cf=dF(D,ce),bu=D?v:D,cg=bu?u:bu,ch=dF(ag,cg),bv=ag?D:ag,bw=bv?v:bv,ci=bw?u:bw,cj=[0,b2(1,0,bj[2],bi[2],bg[1],bg[2],bf[2],be[2]),0],ck=[0,b2(1,0,bn[2],bm[2],bl[1][2],bl[2],bk[1],bk[2]),cj],cl=[0,b2(1,0,cd,cc,br[2],bq[2],bo[1],bo[2]),ck],d=T([0,b2(1,1,1,1,0,ci,ch,cf),cl],d),h=cK;continue}var
 bV=at}else
 var
 bV=U;var
@@ -2429,7 +2429,7 @@ b4=N;var
 b5=b4}else
 var
 b5=i;return b5}var
-av=dI(e,sB);if(av){var
+av=dK(e,sE);if(av){var
 d=[0,av[1],d],h=i;continue}var
 b6=av}else
 var
@@ -2444,57 +2444,57 @@ a=g_(hf,d);for(;;){if(a){var
 b=a[2];if(b){var
 c=I(J(a[1],b[1]));if(c){var
 a=b;continue}return c}return 1}return 1}}function
-kp(c,b,a){if(en(c))return[0,[0,[6,b],a]];if(a){var
+kp(c,b,a){if(eq(c))return[0,[0,[6,b],a]];if(a){var
 d=a[2],e=a[1];if(0===e[0]){var
-f=e[1];if(44===c)return[0,[0,sD,[0,[0,[0,b,f]],d]]];var
+f=e[1];if(44===c)return[0,[0,sG,[0,[0,[0,b,f]],d]]];var
 g=93===c?1:0,n=g?[0,[0,[6,[3,T(f,[0,b,0])]],d]]:g;return n}var
 h=e[2],i=e[1];if(44===c)return[0,[0,[1,[0,[0,h,b],i],0],d]];var
-j=fd===c?1:0;if(j)var
-k=T(i,[0,[0,h,b],0]),l=ck(q(aY,k)),o=l?[0,[0,[6,[4,k]],d]]:l,m=o;else
+j=fe===c?1:0;if(j)var
+k=T(i,[0,[0,h,b],0]),l=ck(q(aZ,k)),o=l?[0,[0,[6,[4,k]],d]]:l,m=o;else
 var
 m=j;return m}return a}function
-sQ(Q,P,O){var
+sT(Q,P,O){var
 e=Q,a=P,i=O;for(;;){if(i){var
 d=i[1];switch(e[0]){case
 0:var
-u=e[1];if(en(d))var
+u=e[1];if(eq(d))var
 c=[0,[0,[0,u],a]];else
 if(d===34)var
-c=[0,[0,sE,a]];else
-if(fA(d))var
+c=[0,[0,sH,a]];else
+if(fB(d))var
 c=[0,[0,[4,[0,d,0]],a]];else
 if(91===d)var
-c=[0,[0,sG,[0,sF,a]]];else
+c=[0,[0,sJ,[0,sI,a]]];else
 if(i8===d)var
-c=[0,[0,sH,a]];else
+c=[0,[0,sK,a]];else
 if(g===d)var
-c=[0,[0,[5,k(sI),0],a]];else
+c=[0,[0,[5,k(sL),0],a]];else
 if(b===d)var
-c=[0,[0,[5,k(sK),sJ],a]];else
+c=[0,[0,[5,k(sN),sM],a]];else
 if(B===d)var
-c=[0,[0,[5,k(sM),sL],a]];else{var
+c=[0,[0,[5,k(sP),sO],a]];else{var
 q=93===d?1:0,r=q?u:q,o=0;if(r)if(a)var
-s=a[1],c=0===s[0]?s[1]?0:[0,[0,sN,a[2]]]:0;else{var
+s=a[1],c=0===s[0]?s[1]?0:[0,[0,sQ,a[2]]]:0;else{var
 t=a;o=1}else{var
 t=r;o=1}if(o)var
 c=t}break;case
 1:var
-v=e[2],w=e[1];if(en(d))var
+v=e[2],w=e[1];if(eq(d))var
 c=[0,[0,[1,w,v],a]];else
 if(d===34)var
 c=[0,[0,[3,[0,w],0,0],a]];else
 var
-x=fd===d?1:0,y=x?v:x,K=y?[0,[0,sO,a]]:y,c=K;break;case
+x=fe===d?1:0,y=x?v:x,K=y?[0,[0,sR,a]]:y,c=K;break;case
 2:var
-z=e[2],A=e[1];if(en(d))var
+z=e[2],A=e[1];if(eq(d))var
 c=[0,[0,[2,A,z],a]];else
 var
-C=58===d?1:0,L=C?[0,[0,sP,[0,[1,A,z],a]]]:C,c=L;break;case
+C=58===d?1:0,L=C?[0,[0,sS,[0,[1,A,z],a]]]:C,c=L;break;case
 3:var
 j=e[3],f=e[1];if(e[2])var
 c=[0,[0,[3,f,0,[0,d,j]],a]];else
 if(d===34){var
-l=sC(0,T(j,0)),p=0;if(l){var
+l=sF(0,T(j,0)),p=0;if(l){var
 D=l[1];if(f)var
 c=[0,[0,[2,f[1],D],a]];else{var
 E=[0,[0,[6,[2,D]],a]];p=1}}else{var
@@ -2503,7 +2503,7 @@ c=E}else
 var
 c=[0,[0,[3,f,92===d?1:0,[0,d,j]],a]];break;case
 4:var
-F=e[1];if(fA(d))var
+F=e[1];if(fB(d))var
 c=[0,[0,[4,[0,d,F]],a]];else
 var
 m=kn(T(F,0)),c=m?kp(d,[1,m[1]],a):m;break;case
@@ -2519,28 +2519,28 @@ c=n;break;default:var
 c=kp(d,e[1],a)}if(c){var
 J=c[1],e=J[1],a=J[2],i=i[2];continue}return c}switch(e[0]){case
 4:if(a)return 0;var
-N=kn(T(e[1],0));return af(function(a){return[1,a]},N);case
+N=kn(T(e[1],0));return ag(function(a){return[1,a]},N);case
 6:return a?0:[0,e[1]];default:return 0}}}function
-fB(d){var
-e=d[1],f=e[1],g=f[2],c=e[2],b=d[2],h=g?c?b?55:54:b?53:52:c?b?51:50:b?49:48;return f[1]?g?c?b?B:a:b?p:99:c?b?98:97:b?57:56:h}function
-ep(a){var
-b=a[1],c=b[1],d=[0,fB(a[2]),0],e=[0,fB(b[2]),d],f=[0,fB(c[2]),e];return[0,92,[0,m,[0,fB(c[1]),f]]]}function
-kq(a){if(a===34)return[0,92,[0,c6,0]];if(92===a)return sS;if(8===a)return sT;if(12===a)return sU;if(10===a)return sV;if(13===a)return sW;if(9===a)return sX;if(ko(a)&&I(fb===a?1:0))return[0,a,0];function
+fC(d){var
+e=d[1],f=e[1],g=f[2],c=e[2],b=d[2],h=g?c?b?55:54:b?53:52:c?b?51:50:b?49:48;return f[1]?g?c?b?B:a:b?o:99:c?b?98:97:b?57:56:h}function
+es(a){var
+b=a[1],c=b[1],d=[0,fC(a[2]),0],e=[0,fC(b[2]),d],f=[0,fC(c[2]),e];return[0,92,[0,m,[0,fC(c[1]),f]]]}function
+kq(a){if(a===34)return[0,92,[0,c6,0]];if(92===a)return sV;if(8===a)return sW;if(12===a)return sX;if(10===a)return sY;if(13===a)return sZ;if(9===a)return s0;if(ko(a)&&I(fc===a?1:0))return[0,a,0];function
 b(b){return 0!==(a&1<<b)?1:0}var
-c=b(7),d=b(6),e=b(5),f=b(4),g=b(3),h=b(2),i=b(1);return ep([0,[0,[0,hg,hg],[0,[0,[0,c,d],e],f]],[0,[0,[0,g,h],i],b(0)]])}function
-s3(aO,aN){var
+c=b(7),d=b(6),e=b(5),f=b(4),g=b(3),h=b(2),i=b(1);return es([0,[0,[0,hg,hg],[0,[0,[0,c,d],e],f]],[0,[0,[0,g,h],i],b(0)]])}function
+s6(aO,aN){var
 a=aO,c=aN;for(;;){if(c){var
 b=c[2],d=c[1],s=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),aI=s(7),B=s(6);if(s(5))var
 H=0;else
 var
 aH=B?aI:B,H=aH;if(H){if(b){var
-aP=b[2],aQ=b[1],l=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),Q=l(4),R=l(3),S=l(2),U=l(1),V=l(0),e=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aQ),L=e(5),M=e(4),N=e(3),O=e(2),P=e(1),a=T(ep([0,[0,[0,hg,[0,[0,[0,0,Q],R],S]],[0,[0,[0,U,V],L],M]],[0,[0,[0,N,O],P],e(0)]]),a),c=aP;continue}return a}var
+aP=b[2],aQ=b[1],l=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),Q=l(4),R=l(3),S=l(2),U=l(1),V=l(0),e=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aQ),L=e(5),M=e(4),N=e(3),O=e(2),P=e(1),a=T(es([0,[0,[0,hg,[0,[0,[0,0,Q],R],S]],[0,[0,[0,U,V],L],M]],[0,[0,[0,N,O],P],e(0)]]),a),c=aP;continue}return a}var
 o=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),aK=o(7),C=o(6),D=o(5);if(o(4))var
 J=0;else
 var
 aJ=D?C?aK:C:D,J=aJ;if(J){if(b){var
 t=b[2];if(t){var
-aR=t[2],aS=t[1],aT=b[1],n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),af=n(3),ag=n(2),ah=n(1),ai=n(0),g=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aT),$=g(5),aa=g(4),ab=g(3),ac=g(2),ad=g(1),ae=g(0),f=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aS),W=f(5),X=f(4),Y=f(3),Z=f(2),_=f(1),a=T(ep([0,[0,[0,[0,[0,[0,af,ag],ah],ai],[0,[0,[0,$,aa],ab],ac]],[0,[0,[0,ad,ae],W],X]],[0,[0,[0,Y,Z],_],f(0)]]),a),c=aR;continue}return a}return a}var
+aR=t[2],aS=t[1],aT=b[1],n=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),af=n(3),ag=n(2),ah=n(1),ai=n(0),g=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aT),$=g(5),aa=g(4),ab=g(3),ac=g(2),ad=g(1),ae=g(0),f=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aS),W=f(5),X=f(4),Y=f(3),Z=f(2),_=f(1),a=T(es([0,[0,[0,[0,[0,[0,af,ag],ah],ai],[0,[0,[0,$,aa],ab],ac]],[0,[0,[0,ad,ae],W],X]],[0,[0,[0,Y,Z],_],f(0)]]),a),c=aR;continue}return a}return a}var
 m=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),aM=m(7),E=m(6),F=m(5),G=m(4);if(m(3))var
 K=0;else
 var
@@ -2548,79 +2548,79 @@ aL=G?F?E?aM:E:F:G,K=aL;if(K){if(b){var
 u=b[2];if(u){var
 v=u[2];if(v){var
 aU=v[2],aV=v[1],aW=u[1],aX=b[1],r=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(d),aF=r(2),aG=r(1),A=r(0),k=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aX),q=k(5),aA=k(4),aB=k(3),aC=k(2),aD=k(1),aE=k(0),j=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aW),au=j(5),av=j(4),aw=j(3),ax=j(2),ay=j(1),az=j(0),i=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(aV),ao=i(5),ap=i(4),aq=i(3),ar=i(2),as=i(1),at=i(0);if(aF)var
-w=1,p=sY;else
+x=1,p=s1;else
 var
-h=I(aA),ak=dD(q,h),al=h?I(q):h,am=dD(A,al),z=h?I(q):h,an=z?I(A):z,w=h,p=[0,[0,dD(aG,an),am],ak];var
-x=p[1],aj=ep([0,[0,[0,s0,[0,[0,sZ,aw],ax]],[0,[0,[0,ay,az],ao],ap]],[0,[0,[0,aq,ar],as],at]]),a=T(y(ep([0,[0,[0,s2,[0,[0,s1,x[1]],x[2]]],[0,[0,[0,p[2],w],aB],aC]],[0,[0,[0,aD,aE],au],av]]),aj),a),c=aU;continue}return a}return a}return a}var
+h=I(aA),ak=dF(q,h),al=h?I(q):h,am=dF(A,al),z=h?I(q):h,an=z?I(A):z,x=h,p=[0,[0,dF(aG,an),am],ak];var
+y=p[1],aj=es([0,[0,[0,s3,[0,[0,s2,aw],ax]],[0,[0,[0,ay,az],ao],ap]],[0,[0,[0,aq,ar],as],at]]),a=T(w(es([0,[0,[0,s5,[0,[0,s4,y[1]],y[2]]],[0,[0,[0,p[2],x],aB],aC]],[0,[0,[0,aD,aE],au],av]]),aj),a),c=aU;continue}return a}return a}return a}var
 a=T(kq(d),a),c=b;continue}return a}}function
-kr(b,a){return[0,c6,s3([0,c6,b],a)]}function
+kr(b,a){return[0,c6,s6([0,c6,b],a)]}function
 hh(q){var
-f=s4,b=q,a=0;for(;;){if(f){var
-d=c(2,x(c(2,c(2,o)))),g=aX(d);if(0===g)var
+f=s7,b=q,a=0;for(;;){if(f){var
+d=c(2,y(c(2,c(2,p)))),g=aY(d);if(0===g)var
 e=[0,s,b];else
 if(1===g)var
 e=bm(b,d);else
 var
 h=bm(c3(-1,b),d),m=h[2],n=E(c3(1,d),m),e=[0,c3(-1,h[1]),n];var
-i=e[1],j=e[2],p=0<=aX(j)?j:s,k=E(c(2,c(2,c(2,c(2,x(c(2,o)))))),p),l=0<aX(k)?g9(st,k):jO;if(z(i,s))return[0,l,a];var
+i=e[1],j=e[2],o=0<=aY(j)?j:s,k=E(c(2,c(2,c(2,c(2,y(c(2,p)))))),o),l=0<aY(k)?g9(sw,k):jO;if(z(i,s))return[0,l,a];var
 f=f[1],b=i,a=[0,l,a];continue}return a}}function
-s5(b,a){return hf(b[1],a[1])}function
-fC(a,b){if(typeof
-b==="number")return T(k(s6),a);else
+s8(b,a){return hf(b[1],a[1])}function
+fD(a,b){if(typeof
+b==="number")return T(k(s9),a);else
 switch(b[0]){case
-0:return b[1]?T(k(s7),a):T(k(s8),a);case
+0:return b[1]?T(k(s_),a):T(k(s$),a);case
 1:return T(hh(b[1]),a);case
 2:return kr(a,b[1]);case
 3:var
 i=b[1];if(i){var
 f=a,j=91,c=i;for(;;){if(c){var
-n=c[2],f=fC([0,j,f],c[1]),j=44,c=n;continue}return[0,93,f]}}return[0,93,[0,91,a]];default:var
+n=c[2],f=fD([0,j,f],c[1]),j=44,c=n;continue}return[0,93,f]}}return[0,93,[0,91,a]];default:var
 l=function(a){if(a)var
-b=a[1],c=b[1],e=l(a[2]),f=b[2],d=[0,[0,c,[2,fC([0,58,kr(0,c)],f)]],e];else
+b=a[1],c=b[1],e=l(a[2]),f=b[2],d=[0,[0,c,[2,fD([0,58,kr(0,c)],f)]],e];else
 var
-d=a;return d},h=g_(s5,l(b[1]));if(h){var
+d=a;return d},h=g_(s8,l(b[1]));if(h){var
 e=a,m=i8,d=[0,h[1],h[2]];for(;;){if(d){var
 g=d[1][2];if(typeof
 g!=="number"&&2===g[0]){var
-o=d[2],e=T(T(g[1],0),[0,m,e]),m=44,d=o;continue}return[0,fd,e]}return[0,fd,e]}}return[0,fd,[0,i8,a]]}}function
-eq(a){return T(fC(0,a),0)}function
-er(d){var
+o=d[2],e=T(T(g[1],0),[0,m,e]),m=44,d=o;continue}return[0,fe,e]}return[0,fe,e]}}return[0,fe,[0,i8,a]]}}function
+et(a){return T(fD(0,a),0)}function
+dM(d){var
 b=0,a=d,e=0;for(;;){if(a){var
-c=a[2],b=[0,10,fC(b,a[1])],a=c;continue}return T(b,e)}}function
-i(a,b){return 0===a[0]?F(b,a[1]):[1,a[1]]}function
+c=a[2],b=[0,10,fD(b,a[1])],a=c;continue}return T(b,e)}}function
+h(a,b){return 0===a[0]?F(b,a[1]):[1,a[1]]}function
 R(a){return[1,k(a)]}function
 O(c,b,a){return c?a:R(b)}function
-a8(b,a){return 0===a[0]?[0,a[1]]:[1,y(b,[0,32,a[1]])]}function
-bb(e,d){var
+aT(b,a){return 0===a[0]?[0,a[1]]:[1,w(b,[0,32,a[1]])]}function
+a9(e,d){var
 b=0,a=d;for(;;){if(a){var
 c=F(e,a[1]);if(0===c[0]){var
 b=[0,c[1],b],a=a[2];continue}return[1,c[1]]}return[0,T(b,0)]}}function
 aO(b,a){if(typeof
-a==="number")return s9;function
-c(a){return[0,[0,a]]}return i(F(b,a),c)}function
-bf(a){if(typeof
-a!=="number"&&4===a[0])return[0,a[1]];return R(s_)}function
+a==="number")return ta;function
+c(a){return[0,[0,a]]}return h(F(b,a),c)}function
+bc(a){if(typeof
+a!=="number"&&4===a[0])return[0,a[1]];return R(tb)}function
 bp(a){if(typeof
-a!=="number"&&3===a[0])return[0,a[1]];return R(s$)}function
-ah(d,c){var
+a!=="number"&&3===a[0])return[0,a[1]];return R(tc)}function
+ad(d,c){var
 a=c;for(;;){if(a){var
 b=a[1];if(J(d,b[1]))return[0,b[2]];var
 a=a[2];continue}return a}}function
 Z(c,b){var
-a=ah(c,b),d=a?1:a;return d}function
+a=ad(c,b),d=a?1:a;return d}function
 bO(b,a){return $(function(b){return J(a,b)},b)}function
 U(b,d,a){function
 c(a){var
 c=[0,a],e=O(G(function(a){var
-c=bO(b,a[1]);return c?c:bO(d,a[1])},a),ta,c);return O(G(function(b){return Z(b,a)},b),tb,e)}return i(bf(a),c)}function
+c=bO(b,a[1]);return c?c:bO(d,a[1])},a),td,c);return O(G(function(b){return Z(b,a)},b),te,e)}return h(bc(a),c)}function
 t(d,a,c){var
-b=ah(a,c);return b?a8(a,F(d,b[1])):R(tc)}function
+b=ad(a,c);return b?aT(a,F(d,b[1])):R(tf)}function
 V(b,a){function
-c(a){return bb(b,a)}return i(bp(a),c)}function
-ks(b,a){return z(ag(aj(a)),b)}function
+c(a){return a9(b,a)}return h(bp(a),c)}function
+ks(b,a){return z(ah(aj(a)),b)}function
 ay(c,b,a){function
 d(a){var
-d=bb(b,a);return O(ks(c,a),td,d)}return i(bp(a),d)}function
+d=a9(b,a);return O(ks(c,a),tg,d)}return h(bp(a),d)}function
 X(c){if(typeof
 c!=="number"&&2===c[0]){var
 h=c[1],a=h,j=[0,h];for(;;){if(a){var
@@ -2632,36 +2632,36 @@ var
 f=b;var
 g=f}else
 var
-g=a;return O(I(g),tf,j)}}return R(te)}function
+g=a;return O(I(g),ti,j)}}return R(th)}function
 aL(a){if(typeof
-a!=="number"&&1===a[0])return[0,a[1]];return R(tg)}function
-fD(b,a){function
-c(a){return O(P(a,b),th,[0,a])}return i(aL(a),c)}function
-es(a){if(typeof
-a!=="number"&&0===a[0])return[0,a[1]];return R(ti)}function
-et(d,c){var
+a!=="number"&&1===a[0])return[0,a[1]];return R(tj)}function
+fE(b,a){function
+c(a){return O(P(a,b),tk,[0,a])}return h(aL(a),c)}function
+eu(a){if(typeof
+a!=="number"&&0===a[0])return[0,a[1]];return R(tl)}function
+ev(d,c){var
 a=d;for(;;){if(a){var
 b=a[1];if(J(b[1],c))return[0,b[2]];var
-a=a[2];continue}return R(tj)}}function
+a=a[2];continue}return R(tm)}}function
 aP(b,a){function
-c(a){return et(b,a)}return i(X(a),c)}function
-kt(a){return Y(function(a){return y(Y(function(a){return 44===a?tl:[0,a,0]},a),tk)},a)}function
-fE(a){function
+c(a){return ev(b,a)}return h(X(a),c)}function
+kt(a){return Y(function(a){return w(Y(function(a){return 44===a?to:[0,a,0]},a),tn)},a)}function
+fF(a){function
 b(a){var
-b=O(ck(a),tm,[0,a]),c=a?1:a;return O(c,tn,b)}return i(V(X,a),b)}function
-fF(b,a){function
+b=O(ck(a),tp,[0,a]),c=a?1:a;return O(c,tq,b)}return h(V(X,a),b)}function
+fG(b,a){function
 c(a){var
-b=O(ck(q(kt,a)),to,[0,a]),c=a?1:a;return O(c,tp,b)}return i(V(function(a){return ay(b,X,a)},a),c)}function
+b=O(ck(q(kt,a)),tr,[0,a]),c=a?1:a;return O(c,ts,b)}return h(V(function(a){return ay(b,X,a)},a),c)}function
 ku(c,b,a){function
 d(a){function
 f(a){var
-c=dI(a,eo);if(c){if(!b)return 0!==(a&32)?1:0;var
+c=dK(a,er);if(c){if(!b)return 0!==(a&32)?1:0;var
 d=b}else
 var
 d=c;return d}var
-d=km(c,a),g=[0,a],e=d?ks(ag(c),a):d,h=e?G(f,a):e;return O(h,tq,g)}return i(X(a),d)}var
-tr=0;function
-fG(a){return ku(ts,tr,a)}function
+d=km(c,a),g=[0,a],e=d?ks(ah(c),a):d,h=e?G(f,a):e;return O(h,tt,g)}return h(X(a),d)}var
+tu=0;function
+ew(a){return ku(tv,tu,a)}function
 kv(b,a){return[0,E(r(b[1],a[2]),a[1]),r(b[2],a[2])]}function
 hi(b,a){if(a){var
 c=a[2],d=a[1];return d?[0,0,hi(kv(d[1],b),c)]:[0,[0,b],c]}return[0,[0,b],0]}function
@@ -2669,34 +2669,34 @@ kw(d){var
 a=d;for(;;){if(a){var
 b=a[2],c=a[1];if(c){var
 e=c[1];return kv(kw(b),e)}var
-a=b;continue}return[0,s,o]}}function
+a=b;continue}return[0,s,p]}}function
 kx(l,k,j,i){var
 e=l,a=k,d=j,b=i;for(;;){if(b){var
 g=b[2],f=hd(b[1]);if(f){var
 h=f[1];if(d){var
-m=d[1],n=a[2],p=r(c(2,x(c(2,c(2,o)))),n),q=a[1],a=[0,E(r(c(2,x(c(2,c(2,o)))),q),h),p],d=m,b=g;continue}var
-s=[0,h,c(2,x(c(2,c(2,o))))],e=hi(a,e),a=s,d=tt,b=g;continue}return f}return[0,kw(hi(a,e))[1]]}}function
-hj(a){return a?a[2]?48===a[1]?0:kx(0,[0,s,o],tu,a):kx(0,[0,s,o],tv,a):a}function
+m=d[1],n=a[2],o=r(c(2,y(c(2,c(2,p)))),n),q=a[1],a=[0,E(r(c(2,y(c(2,c(2,p)))),q),h),o],d=m,b=g;continue}var
+s=[0,h,c(2,y(c(2,c(2,p))))],e=hi(a,e),a=s,d=tw,b=g;continue}return f}return[0,kw(hi(a,e))[1]]}}function
+hj(a){return a?a[2]?48===a[1]?0:kx(0,[0,s,p],tx,a):kx(0,[0,s,p],ty,a):a}function
 hk(e){var
-b=c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,c(2,c(2,c(2,c(2,x(c(2,o))))))))))))))))))))),a=e;for(;;){if(a){if(!K(b,s)){var
-b=S(b,o),a=a[2];continue}var
+b=c(2,c(2,c(2,c(2,c(2,y(c(2,c(2,y(c(2,c(2,y(c(2,y(c(2,c(2,c(2,c(2,c(2,y(c(2,p))))))))))))))))))))),a=e;for(;;){if(a){if(!K(b,s)){var
+b=S(b,p),a=a[2];continue}var
 d=0}else
 var
 d=1;return d?hj(e):d}}function
 ky(g,f,e){var
 b=f,a=e;for(;;){if(a){var
-c=a[2],d=a[1];if(fg(d,g))return[0,T(b,0),[0,c]];var
+c=a[2],d=a[1];if(fh(d,g))return[0,T(b,0),[0,c]];var
 b=[0,d,b],a=c;continue}return[0,T(b,0),0]}}function
 kz(m){var
 e=ky(47,0,m),f=e[2],g=e[1];if(f){var
 b=hk(g);if(b){var
 h=b[1],c=hk(f[1]);if(c){var
-a=c[1],k=aX(a);if(0===k)return 0;if(0<k){var
-i=I(jI(a,o)),j=i?z(g4(h,a),o):i,n=j?[0,[0,h,a]]:j;return n}return 0}var
+a=c[1],k=aY(a);if(0===k)return 0;if(0<k){var
+i=I(jI(a,p)),j=i?z(g4(h,a),p):i,n=j?[0,[0,h,a]]:j;return n}return 0}var
 l=c}else
 var
 l=b;return l}var
-d=hk(g),p=d?[0,[0,d[1],o]]:d;return p}function
+d=hk(g),o=d?[0,[0,d[1],p]]:d;return o}function
 av(e){if(typeof
 e!=="number"&&2===e[0]){var
 a=e[1];if(a)if(45===a[1]){var
@@ -2709,13 +2709,13 @@ b=g}else
 var
 b=kz(a);else
 var
-b=a;return b?[0,b[1]]:R(tx)}return R(tw)}function
+b=a;return b?[0,b[1]]:R(tA)}return R(tz)}function
 am(a){function
-b(a){return O(K(s,a[1]),ty,[0,a])}return i(av(a),b)}var
-kA=k(tz);function
+b(a){return O(K(s,a[1]),tB,[0,a])}return h(av(a),b)}var
+kA=k(tC);function
 by(a){if(typeof
-a!=="number"&&2===a[0]){if(J(a[1],kA))return tB;var
-b=function(a){return[0,[0,a]]};return i(av(a),b)}return R(tA)}function
+a!=="number"&&2===a[0]){if(J(a[1],kA))return tE;var
+b=function(a){return[0,[0,a]]};return h(av(a),b)}return R(tD)}function
 cK(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
 c=J(b[1],a[1]);if(c){var
@@ -2723,10 +2723,10 @@ b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return a?0:1}}var
-kB=aJ(c(2,o));function
-eu(c){return function(d){var
+kB=aJ(c(2,p));function
+ex(c){return function(d){var
 b=s,a=d;for(;;){if(a){if(F(c,a[1]))return b;var
-b=E(b,o),a=a[2];continue}return kB}}}function
+b=E(b,p),a=a[2];continue}return kB}}}function
 fH(a){var
 b=a[5];if(b)return b[1];var
 c=a[7];return Y(function(a){var
@@ -2734,8 +2734,8 @@ b=a[4];return Y(function(a){var
 b=a?[0,a[1],0]:a;return b},b)},c)}function
 fI(a){var
 b=fH(a);return $(function(a){return P(a[1],s)},b)}function
-bP(b,a){return z(ag(aj(a)),b)}function
-ev(c,a){var
+bP(b,a){return z(ah(aj(a)),b)}function
+ey(c,a){var
 b=K(s,a);return b?P(a,c):b}function
 kC(a){return z(a[1],a[2])}function
 hl(a){var
@@ -2751,8 +2751,8 @@ var
 m=1;if(m){var
 A=a[6];if(A){var
 e=A[1],B=a[4]?0:1;if(B){var
-C=ev(e[3],e[2]);if(C){var
-J=e[1],K=a[3],D=G(function(a){return ev(K,a)},J);if(D){var
+C=ey(e[3],e[2]);if(C){var
+J=e[1],K=a[3],D=G(function(a){return ey(K,a)},J);if(D){var
 d=e[1];for(;;){if(d){var
 k=d[2];if(k){var
 u=P(d[1],k[1]);if(u){var
@@ -2773,8 +2773,8 @@ o=f}else
 var
 o=1;if(o){var
 L=a[7],E=G(function(b){var
-k=ev(a[1],b[1]);if(k){var
-l=ev(a[2],b[2]);if(l){var
+k=ey(a[1],b[1]);if(k){var
+l=ey(a[2],b[2]);if(l){var
 m=bP(a[3],b[3]);if(m){var
 n=G(au,b[3]);if(n){var
 o=a[4]?kC(ax(b[3])):ac(ax(b[3]));if(o){var
@@ -2789,9 +2789,9 @@ g=a[6];if(g){var
 h=bP(g[1][3],b[6]);if(h){var
 v=b[6],w=a[3],i=G(function(a){return bP(w,a)},v);if(i){var
 x=b[6],j=G(function(a){return G(au,a)},x);if(j){var
-y=b[3],A=b[6],t=dF(a[3]),u=q(function(a){return Q},t),B=W(aN(function(b,a){var
+y=b[3],A=b[6],t=dH(a[3]),u=q(function(a){return Q},t),B=W(aN(function(b,a){var
 c=W(b,a);return q(function(a){return ab(a[1],a[2])},c)},A,u),y);return G(function(a){var
-b=dG(a[2]);return b1(a[1],b)},B)}var
+b=dI(a[2]);return b1(a[1],b)},B)}var
 e=j}else
 var
 e=i}else
@@ -2833,9 +2833,9 @@ var
 b=w}else
 var
 b=v;return b}var
-ao=aJ(o);function
+ao=aJ(p);function
 cl(h){var
-e=tC,b=h;b:for(;;){if(e&&b&&b[2]){var
+e=tF,b=h;b:for(;;){if(e&&b&&b[2]){var
 c=0,a=b;for(;;){if(a){var
 d=a[2];if(d){var
 g=d[2],c=[0,ab(a[1],d[1]),c],a=g;continue}var
@@ -2843,7 +2843,7 @@ f=T(c,a)}else
 var
 f=T(c,a);var
 e=e[1],b=f;continue b}}return ax(b)}}function
-hm(a,b){return c4(a,ek(function(c,d){var
+hm(a,b){return c4(a,en(function(c,d){var
 b=F(a,d);return K(F(a,c),b)},b))}function
 kD(c,b){var
 a=c[5];if(a)return a[1];var
@@ -2853,17 +2853,17 @@ d=q(ch,b),e=kE(a[1],d),c=[0,cl(q(function(a){return bN(Q,a)},b)),e];else
 var
 c=a;return c}function
 kF(a){var
-b=r(a[1],a[2]);return z(ag(aj(a[7])),b)}function
+b=r(a[1],a[2]);return z(ah(aj(a[7])),b)}function
 hn(a){return 2<=a[4]?kF(a):1}function
 kG(f,e,a){var
-b=a[6],d=W(q(ag,aR(0,aj(b))),b),c=q(a$,al(function(a){return bn(z(a[1],f[2]),z(e,s))},d)),g=ax(q(function(g){var
+b=a[6],d=W(q(ah,aR(0,aj(b))),b),c=q(ba,al(function(a){return bn(z(a[1],f[2]),z(e,s))},d)),g=ax(q(function(g){var
 d=0,b=s,c=f[1],a=g;for(;;){if(c&&a){var
 e=a[2];if(z(c[1],b)){var
-d=[0,a[1],d],b=E(b,o),c=c[2],a=e;continue}var
-b=E(b,o),a=e;continue}return ax(d)}},c)),h=[0,ax(q(ax,c)),g];return[0,a[2],h]}function
+d=[0,a[1],d],b=E(b,p),c=c[2],a=e;continue}var
+b=E(b,p),a=e;continue}return ax(d)}},c)),h=[0,ax(q(ax,c)),g];return[0,a[2],h]}function
 fJ(a,c,b,i){if(i){var
-f=0,g=a[7],h=hm(aY,q(function(a){return kG(c,b,a)},g));return[0,[0,ao,q(function(a){var
-b=q(a$,a[2]),d=a[1],c=cl(q(a$,b));return[0,d,[0,cl(q(aY,b)),c]]},h)],f]}var
+f=0,g=a[7],h=hm(aZ,q(function(a){return kG(c,b,a)},g));return[0,[0,ao,q(function(a){var
+b=q(ba,a[2]),d=a[1],c=cl(q(ba,b));return[0,d,[0,cl(q(aZ,b)),c]]},h)],f]}var
 d=a[7],e=c4(function(a){return a[1]},d);return q(function(a){var
 d=a[2],e=q(function(a){return kG(c,b,a)},d);return[0,a[1],e]},e)}function
 kH(a){var
@@ -2872,46 +2872,46 @@ fK(a){return ac(a[2][1])}function
 ho(b,a){return[0,[0,[0,ao,b],ao],q(function(a){return[0,a[1],a[3]]},a)]}function
 hp(a,d,c,b){if(a)var
 f=q(function(a){var
-b=ch(a[2]);return[0,a[1],b]},b),g=hp(a[1],d,E(c,o),f),e=[0,[0,[0,[0,ao,d],c],q(function(a){var
+b=ch(a[2]);return[0,a[1],b]},b),g=hp(a[1],d,E(c,p),f),e=[0,[0,[0,[0,ao,d],c],q(function(a){var
 b=bN(Q,a[2]);return[0,a[1],b]},b)],g];else
 var
 e=a;return e}function
 kI(a){return q(function(a){return[0,a[1],a[2]]},a)}function
-tD(a,b,d){if(z(b[2][1],s)){var
+tG(a,b,d){if(z(b[2][1],s)){var
 c=bZ(function(a){return ac(a[2])},d),e=c?c[1]:a;return[0,0,e]}var
 f=at(b[2]);return[0,[0,M(a[2],f)],a]}function
-tE(a,b,d){var
+tH(a,b,d){var
 c=aG(b[2]);return[0,[0,ab(a[2],c)],a]}function
 kJ(q,p,e){var
 f=e[2];if(f){var
 g=f[2];if(g){var
 i=g[1],h=f[1],b=h,a=h,c=[0,i,g[2]];for(;;){if(c){var
 d=c[1],m=c[2],n=A(a[2],d[2])?a:d,o=A(d[2],b[2])?b:d,b=o,a=n,c=m;continue}if(A(b[2],a[2]))return[0,[0,[0,q],e[1],h,i]];var
-j=oR(p,b,a,e[2]),k=[0,[0,j[1],e[1],j[2],a]];break}}else
+j=oU(p,b,a,e[2]),k=[0,[0,j[1],e[1],j[2],a]];break}}else
 var
 k=g;var
 l=k}else
 var
 l=f;return l}function
-tF(a){return kJ(L,tD,a)}function
-kK(a){return kJ(Q,tE,a)}function
+tI(a){return kJ(L,tG,a)}function
+kK(a){return kJ(Q,tH,a)}function
 c7(b,a){return b?a?A(b[1],a[1]):1:a?0:1}function
 hq(c,a){var
 b=0;return aN(function(a,d){var
 b=F(c,d);return a?b?c7(b[1][1],a[1][1])?a:b:a:b},a,b)}function
 fL(a){var
 c=a[2],b=c[1];return[0,a[1],[0,b[1],b[2],c[2],a[3][1],a[4][1]],[0,[0,a[3][2],a[4][2]]],0]}var
-kL=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,o))))))))))))))))))))))))))));function
-tG(a){return aA(r(a[1],kL),a[2])}function
+kL=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,p))))))))))))))))))))))))))));function
+tJ(a){return aA(r(a[1],kL),a[2])}function
 kM(a){var
-b=q(tG,a[2]);return[0,a[1],a[2],b]}function
+b=q(tJ,a[2]);return[0,a[1],a[2],b]}function
 kN(h,g){var
 b=h,a=g;for(;;){if(b){if(a){var
 c=a[2],d=a[1],e=b[2],f=b[1];if(A(f,d)){var
 b=e,a=c;continue}var
 i=kN(e,c);return ab(ab(f,aG(d)),i)}return Q}return Q}}function
 kO(b,a){if(b){if(a){var
-c=a[1],d=b[1],e=kO(b[2],a[2]),f=P(d,c)?s:E(S(d,c),o);return E(f,e)}return s}return s}function
+c=a[1],d=b[1],e=kO(b[2],a[2]),f=P(d,c)?s:E(S(d,c),p);return E(f,e)}return s}return s}function
 kP(e,d,c,a){var
 b=[0,kN(d[2],c[2]),e,d,c];return a?A(b[1],a[1][1])?a:[0,b]:[0,b]}function
 kQ(a){var
@@ -2922,17 +2922,17 @@ d=a[1],f=r(d[1][1],kL),g=d[1][2];return K(r(kO(c[3],b[3]),g),f)?a:kP(e,c,b,a)}re
 kR(i,h,g){var
 c=i,b=h,a=g;for(;;){if(b)if(a){var
 e=a[2],f=b[2];if(A(b[1],a[1])){var
-c=E(c,o),b=f,a=e;continue}var
-d=[0,c,kR(E(c,o),f,e)]}else
+c=E(c,p),b=f,a=e;continue}var
+d=[0,c,kR(E(c,p),f,e)]}else
 var
 d=a;else
 var
 d=b;return d}}function
 kS(a){var
 b=kR(s,a[3][2],a[4][2]);return[0,[0,a[1]],[0,ao,a[2],ao,a[3][1],a[4][1]],0,b]}function
-tH(a){if(typeof
+tK(a){if(typeof
 a!=="number"&&0===a[0])return a[2]?0:1;return 0}function
-ew(a,b){var
+ez(a,b){var
 c=a?[0,b,0]:a;return c}function
 fM(a){if(a)var
 b=a[2],c=b?1:b;else
@@ -2940,18 +2940,18 @@ var
 c=a;return c}function
 kT(a){var
 b=a?1:a;return b}function
-tJ(j,aq,W,V){var
-ar=dF(j[1]),f=0,g=ar,k=aq;function
+tM(j,aq,W,V){var
+ar=dH(j[1]),f=0,g=ar,k=aq;function
 as(a){return a[1]}var
 aj=0;for(;;){if(g){var
-w=g[2],m=g[1];if(k){var
+x=g[2],m=g[1];if(k){var
 E=k[1];if(z(E[1],m)){var
-ai=k[2],f=[0,[0,m,q(as,E[2])],f],g=w,k=ai;continue}var
-f=[0,[0,m,0],f],g=w;continue}var
-f=[0,[0,m,0],f],g=w,k=0;continue}var
-F=T(f,aj);if($(tH,V))return 0;var
-p=F,e=V,at=dF(j[2]);c:for(;;){if(p){var
-L=p[1],ak=L[1];if(e){var
+ai=k[2],f=[0,[0,m,q(as,E[2])],f],g=x,k=ai;continue}var
+f=[0,[0,m,0],f],g=x;continue}var
+f=[0,[0,m,0],f],g=x,k=0;continue}var
+F=T(f,aj);if($(tK,V))return 0;var
+o=F,e=V,at=dH(j[2]);c:for(;;){if(o){var
+L=o[1],ak=L[1];if(e){var
 n=e[1],Z=0;if(typeof
 n==="number"||!(0===n[0]))Z=1;else
 var
@@ -2960,37 +2960,37 @@ r=[0,0,e]}else
 var
 r=[0,0,e];var
 h=at,l=L[2],d=r[1];for(;;){if(h){var
-x=h[2],A=h[1];if(l){if(z(l[1],A)){var
-h=x,l=l[2];continue}if(d){var
+y=h[2],A=h[1];if(l){if(z(l[1],A)){var
+h=y,l=l[2];continue}if(d){var
 G=z(d[1],A);if(G){var
-h=x,d=d[2];continue}var
+h=y,d=d[2];continue}var
 H=G}else
 var
 H=d;var
 t=H}else{if(d){var
 J=z(d[1],A);if(J){var
-h=x,l=0,d=d[2];continue}var
+h=y,l=0,d=d[2];continue}var
 K=J}else
 var
 K=d;var
 t=K}}else
 var
 t=d?0:1;if(t){var
-p=p[2],e=r[2];continue c}var
+o=o[2],e=r[2];continue c}var
 v=t;break}}else
 var
 v=[0,e];if(v){var
 B=j[6];if(B)var
-C=B[1],ap=[0,s,[0,o,0]],X=Y(function(a){var
-b=C[4],c=b?fJ(j,C,a,1):b,d=y(fJ(j,C,a,0),c);return Y(function(e){var
-b=e[2],f=e[1],c=q(aY,al(function(a){return I(fK(a))},b)),d=fM(b),g=[4,a,f],h=d?I(fM(al(fK,b))):d,i=ew(h,g);return y(ew(kT(c),[3,a,f,c]),i)},d)},ap);else
+C=B[1],ap=[0,s,[0,p,0]],X=Y(function(a){var
+b=C[4],c=b?fJ(j,C,a,1):b,d=w(fJ(j,C,a,0),c);return Y(function(e){var
+b=e[2],f=e[1],c=q(aZ,al(function(a){return I(fK(a))},b)),d=fM(b),g=[4,a,f],h=d?I(fM(al(fK,b))):d,i=ez(h,g);return w(ez(kT(c),[3,a,f,c]),i)},d)},ap);else
 var
 X=B;if(hn(j))var
-am=1,M=ew(I(fM(al(function(a){return ac(a[4])},W))),am);else
+am=1,M=ez(I(fM(al(function(a){return ac(a[4])},W))),am);else
 var
-M=tI;var
-an=al(function(a){return I(ac(a[4]))},W),N=q(function(a){return a[1]},an),ao=y(ew(kT(N),[2,N]),M),au=y(y(Y(function(a){var
-b=[1,a[1]];return ew(I(fM(a[2])),b)},F),ao),X),u=v[1],i=au;for(;;){if(u){if(i){var
+M=tL;var
+an=al(function(a){return I(ac(a[4]))},W),N=q(function(a){return a[1]},an),ao=w(ez(kT(N),[2,N]),M),au=w(w(Y(function(a){var
+b=[1,a[1]];return ez(I(fM(a[2])),b)},F),ao),X),u=v[1],i=au;for(;;){if(u){if(i){var
 a=i[1],c=u[1],D=function(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
 c=z(b[1],a[1]);if(c){var
@@ -3052,7 +3052,7 @@ U=i;return U}return i?0:1}}return v}}}function
 fN(b,a){var
 c=A(b,a);return c?A(a,b):c}function
 kU(b,a){return M(b,at(a))}var
-ex=c(2,c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,c(2,x(c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,x(c(2,o)))))))))))))))))))))))));function
+eA=c(2,c(2,c(2,c(2,c(2,c(2,y(c(2,c(2,c(2,y(c(2,c(2,c(2,c(2,c(2,y(c(2,c(2,y(c(2,y(c(2,y(c(2,p)))))))))))))))))))))))));function
 kV(J,j,a){if(a){var
 e=a[1],k=fN(e[1],L);if(k){if(j)var
 f=e[2],m=f?fN(j[1],f[1]):f,g=m;else
@@ -3070,8 +3070,8 @@ c=1;if(c)return G(function(a){if(J){var
 B=J[1],j=a[2];if(j){var
 d=kU(B,a[1]),C=ac(a[1]);if(C){var
 D=I(A(B,a[1]));if(D){var
-g=j[1],q=aA(r(g[1],ex),g[2]),t=z(r(q,g[2]),r(g[1],ex));if(t){var
-c=d[2],i=d[1],b=S(r(c,q),r(i,ex)),m=r(S(r(i,i),r(c,c)),r(ex,ex)),N=K(b,s),n=N||K(r(b,b),m),l=0;if(n){var
+g=j[1],q=aA(r(g[1],eA),g[2]),t=z(r(q,g[2]),r(g[1],eA));if(t){var
+c=d[2],i=d[1],b=S(r(c,q),r(i,eA)),m=r(S(r(i,i),r(c,c)),r(eA,eA)),N=K(b,s),n=N||K(r(b,b),m),l=0;if(n){var
 o=P(s,E(b,c));if(o)var
 h=P(m,r(E(b,c),E(b,c)));else{var
 p=o;l=1}}else{var
@@ -3110,35 +3110,35 @@ kW(c,a){var
 b=S(cg(a[1]),c);if(P(s,b)){var
 d=E(a[2],b);return[0,jM(a[1],b),d]}return a}function
 kX(d,g){var
-l=c(2,c(2,c(2,c(2,c(2,c(2,o)))))),e=E(r(c(2,o),d),l),f=bE(g[2],d),k=[0,cf(s,aA(bE(E(f,g[1]),e),f)),aJ(e)],b=aZ(d),a=k;for(;;){if(b){var
-h=a[2],i=r(c(2,o),h),j=kW(e,[0,r(a[1],a[1]),i]),b=b[1],a=j;continue}return a}}function
+l=c(2,c(2,c(2,c(2,c(2,c(2,p)))))),e=E(r(c(2,p),d),l),f=bE(g[2],d),k=[0,cf(s,aA(bE(E(f,g[1]),e),f)),aJ(e)],b=a0(d),a=k;for(;;){if(b){var
+h=a[2],i=r(c(2,p),h),j=kW(e,[0,r(a[1],a[1]),i]),b=b[1],a=j;continue}return a}}function
 kY(c,b,a){if(K(s,a[2]))return P(c,bE(r(a[1],b),a[2]));var
 d=r(a[1],b);return P(bE(c,aJ(a[2])),d)}var
-tK=[0,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,o)))))))))))))),0],tL=[0,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,o))))))))))),tK],tM=[0,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,o))))))))),tL],tN=[0,c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,o)))))))),tM],tO=[0,c(2,c(2,c(2,c(2,c(2,c(2,o)))))),tN];function
-ey(b,a){var
+tN=[0,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,p)))))))))))))),0],tO=[0,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,p))))))))))),tN],tP=[0,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,p))))))))),tO],tQ=[0,c(2,c(2,c(2,c(2,c(2,y(c(2,c(2,p)))))))),tP],tR=[0,c(2,c(2,c(2,c(2,c(2,c(2,p)))))),tQ];function
+eB(b,a){var
 c=b[1],e=b[2];if(P(c,e))return 0;if(P(a[1],s))return 0;if(z(c,e))return[0,jK(s,a[1])];var
-i=a[1],j=a[2];if(K(r(E(cg(c),o),j),i))return tR;if(K(r(S(c,e),a[2]),r(a[1],e)))return tS;if(K(r(a[1],c),r(S(c,e),a[2])))return tT;var
-d=tO;for(;;){if(d){var
-f=d[1],g=kX(f,a);if(kY(b[1],b[2],g))return tP;var
-h=kX(f,[0,aJ(a[1]),a[2]]);if(kY(b[2],b[1],h))return tQ;var
+i=a[1],j=a[2];if(K(r(E(cg(c),p),j),i))return tU;if(K(r(S(c,e),a[2]),r(a[1],e)))return tV;if(K(r(a[1],c),r(S(c,e),a[2])))return tW;var
+d=tR;for(;;){if(d){var
+f=d[1],g=kX(f,a);if(kY(b[1],b[2],g))return tS;var
+h=kX(f,[0,aJ(a[1]),a[2]]);if(kY(b[2],b[1],h))return tT;var
 d=d[2];continue}return d}}function
 hr(a,b){if(a){var
-c=ey(a[1],b);return af(function(a){return 2<=a?0:1},c)}return tU}var
-hs=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,c(2,c(2,x(c(2,c(2,x(c(2,c(2,c(2,x(c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,o)))))))))))))))))))))))))))))))))))))))))))))))))));function
+c=eB(a[1],b);return ag(function(a){return 2<=a?0:1},c)}return tX}var
+hs=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,y(c(2,c(2,c(2,c(2,y(c(2,c(2,y(c(2,c(2,c(2,y(c(2,c(2,y(c(2,c(2,c(2,y(c(2,c(2,y(c(2,c(2,y(c(2,y(c(2,c(2,c(2,c(2,y(c(2,c(2,y(c(2,y(c(2,p)))))))))))))))))))))))))))))))))))))))))))))))))));function
 kZ(a){if(a){var
 b=a[2],c=a[1];if(46===c)return[0,0,b];var
-d=kZ(b);return[0,[0,c,d[1]],d[2]]}return tZ}function
+d=kZ(b);return[0,[0,c,d[1]],d[2]]}return t2}function
 k0(D){var
 j=kZ(D),b=j[1];if(b){var
 k=j[2],m=0;if(48===b[1]){var
-l=b[2],F=l?1:l;if(F)m=1}if(!m&&!I(ba(aj(k),t0))){var
-g=s,d=y(b,k);for(;;){if(d){var
-A=d[1],z=c(2,c(2,c(2,c(2,x(c(2,o)))))),a=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(A),n=a(7),p=a(6),q=a(5),t=a(4),u=a(3),v=a(2),w=a(1),e=S(jQ([0,a(0),[0,w,[0,v,[0,u,[0,t,[0,q,[0,p,[0,n,0]]]]]]]]),z),h=K(s,e),i=h?K(e,x(c(2,c(2,c(2,o))))):h,f=i?[0,e]:i;if(f){var
-B=d[2],C=f[1],g=E(r(c(2,x(c(2,c(2,o)))),g),C),d=B;continue}return f}return[0,g]}}return 0}return b}var
-k1=k(t1),k2=k(t2);function
+l=b[2],F=l?1:l;if(F)m=1}if(!m&&!I(bb(aj(k),t3))){var
+g=s,d=w(b,k);for(;;){if(d){var
+A=d[1],z=c(2,c(2,c(2,c(2,y(c(2,p)))))),a=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(A),n=a(7),o=a(6),q=a(5),t=a(4),u=a(3),v=a(2),x=a(1),e=S(jQ([0,a(0),[0,x,[0,v,[0,u,[0,t,[0,q,[0,o,[0,n,0]]]]]]]]),z),h=K(s,e),i=h?K(e,y(c(2,c(2,c(2,p))))):h,f=i?[0,e]:i;if(f){var
+B=d[2],C=f[1],g=E(r(c(2,y(c(2,c(2,p)))),g),C),d=B;continue}return f}return[0,g]}}return 0}return b}var
+k1=k(t4),k2=k(t5);function
 fO(h,g){var
 b=h,a=g;for(;;){if(b){if(a){var
-d=fg(b[1],a[1]);if(d){var
+d=fh(b[1],a[1]);if(d){var
 b=b[2],a=a[2];continue}var
 e=d}else
 var
@@ -3148,35 +3148,35 @@ var
 c=a?0:1;var
 f=c?1:c;return f}}function
 ht(b,a){return A(b,a)?a:b}function
-ez(b,a){return ab(b,aG(a))}function
-hu(b,a){return ax(q(aY,al(function(a){return F(b,a[2])},a)))}function
+eC(b,a){return ab(b,aG(a))}function
+hu(b,a){return ax(q(aZ,al(function(a){return F(b,a[2])},a)))}function
 hv(a){function
 b(b){return I(A(a,b))}return function(a){return hu(b,a)}}function
 cm(b,a){var
-c=b?al(function(a){return ac(a[1])},a):a;return q(a$,c)}function
+c=b?al(function(a){return ac(a[1])},a):a;return q(ba,c)}function
 bQ(a){return a?aN(ht,a[2],a[1]):Q}function
 c8(a){return q(function(a){var
 b=aG(a[2]);return[0,a[1],b]},a)}function
 fP(i,h,g){var
 b=i,c=h,a=g;for(;;){if(a){var
 d=a[1],e=d[2],f=d[1];if(A(b,f))return e;var
-j=a[2],b=ez(b,f),c=e,a=j;continue}return c}}function
+j=a[2],b=eC(b,f),c=e,a=j;continue}return c}}function
 k3(c,a,e,i,b){var
 f=A(a,e);if(f)var
 g=A(F(hv(a),b),c),d=g?A(c,hu(function(b){return A(b,a)},b)):g;else
 var
 d=f;if(d)var
 j=ax(q(function(b){var
-c=ht(Q,ez(a,b[2]));return M(b[1],c)},b)),h=[0,ab(ab(i,M(c,ez(e,a))),j)];else
+c=ht(Q,eC(a,b[2]));return M(b[1],c)},b)),h=[0,ab(ab(i,M(c,eC(e,a))),j)];else
 var
 h=d;return h}function
 k4(b,a,c){var
 d=at(b);function
 e(a,c,b){var
-d=M(ez(L,a),b);return ab(M(a,c),d)}var
+d=M(eC(L,a),b);return ab(M(a,c),d)}var
 f=A(e(hu(function(b){return I(A(b,a))},c),b,d),L),g=f?A(L,e(F(hv(a),c),d,b)):f,h=g?[0,ab(a,ax(q(function(c){var
-e=ez(c[2],a),f=au(e)?b:d,g=M(e,f);return M(c[1],g)},c)))]:g;return h}function
-t6(b,a){return A(b[2],a[2])}function
+e=eC(c[2],a),f=au(e)?b:d,g=M(e,f);return M(c[1],g)},c)))]:g;return h}function
+t9(b,a){return A(b[2],a[2])}function
 k5(b,a){if(b)if(a)var
 d=a[1],c=[0,[0,aG(b[1]),d]];else
 var
@@ -3188,7 +3188,7 @@ c=b[7],d=W(a,c4(function(a){return a[1]},c));return q(function(a){var
 c=a[2][2],d=q(function(a){return kD(b,a)},c),e=W(a[1][2],d);return[0,a[1][1],e]},d)}function
 fQ(a){return W(a[1][2],a[2])}function
 k7(b,d,i){var
-a=fQ(i),j=i[1][3],e=ek(t6,a),g=T(e,0);if(b){if(d){var
+a=fQ(i),j=i[1][3],e=en(t9,a),g=T(e,0);if(b){if(d){var
 f=d[1],h=at(ab(L,f)),k=k4(f,fP(h,Q,g),a),l=c8(a);return k5(k4(f,aG(fP(h,Q,e)),l),k)}var
 m=bQ(cm(b,a));return[0,[0,aG(bQ(cm(b,c8(a)))),m]]}if(d){var
 c=d[1],n=bQ(cm(b,a)),o=k3(c,fP(c,Q,e),n,j,a),p=c8(a),q=aG(j),r=bQ(cm(b,c8(a)));return k5(k3(c,aG(fP(c,Q,g)),r,q,p),o)}var
@@ -3202,42 +3202,42 @@ b=e,a=d;for(;;){if(a){var
 c=a[1];if(c){var
 b=[0,c[1],b],a=a[2];continue}return c}return[0,T(b,0)]}}function
 hw(a){var
-b=cl(q(function(a){return M(a[1],a[2])},a));return M(at(cl(q(aY,a))),b)}function
+b=cl(q(function(a){return M(a[1],a[2])},a));return M(at(cl(q(aZ,a))),b)}function
 k9(c,b,a){var
-d=fR(0,q(function(a){return k7(c,b,a[2])},a));return af(function(b){var
-c=q(a$,b),d=hw(W(q(aY,a),c)),e=q(aY,b);return[0,hw(W(q(aY,a),e)),d]},d)}function
+d=fR(0,q(function(a){return k7(c,b,a[2])},a));return ag(function(b){var
+c=q(ba,b),d=hw(W(q(aZ,a),c)),e=q(aZ,b);return[0,hw(W(q(aZ,a),e)),d]},d)}function
 k_(b,a){return b?a:c8(a)}function
 k$(c,d,b,a){var
-e=k9(c,d,a);return af(function(d){var
+e=k9(c,d,a);return ag(function(d){var
 e=G(function(d){var
 a=fQ(d[2]),b=aG(bQ(cm(c,c8(a))));return A(bQ(cm(c,a)),b)},a),f=bQ(q(function(c){var
-a=k_(b,fQ(c[2]));return F(hv(bQ(q(a$,a))),a)},a)),g=hw(q(function(d){var
+a=k_(b,fQ(c[2]));return F(hv(bQ(q(ba,a))),a)},a)),g=hw(q(function(d){var
 a=bQ(cm(c,k_(b,fQ(d[2])))),e=b?a:aG(a);return[0,d[1],e]},a)),h=b?d[2]:d[1];return[0,h,g,f,e]},e)}function
-dK(b,a){if(z(a[1],s)){var
+dN(b,a){if(z(a[1],s)){var
 c=z(b[1],s),d=c?[0,L]:c;return d}return[0,M(b,at(a))]}function
 la(b,a){return c7(a,b)?b:a}function
-t7(h,f){if(f){var
+t_(h,f){if(f){var
 i=f[1],e=h,d=i[2][1],b=i[2][2],a=f[2];for(;;){if(a){var
-c=a[1],g=c[2][2],j=a[2],k=A(b,g)?b:g,l=ht(d,c[2][1]),m=dK(d,c[2][2]),e=la(la(e,dK(c[2][1],b)),m),d=l,b=k,a=j;continue}return e}}return h}function
-t8(a){return aN(t7,a,[0,L])}function
+c=a[1],g=c[2][2],j=a[2],k=A(b,g)?b:g,l=ht(d,c[2][1]),m=dN(d,c[2][2]),e=la(la(e,dN(c[2][1],b)),m),d=l,b=k,a=j;continue}return e}}return h}function
+t$(a){return aN(t_,a,[0,L])}function
 fS(c,b){var
 a=hn(c);return a?al(function(a){return ac(a[4])},b):a}function
 hx(b,a){return $(function(b){return z(a,b)},b)}function
 lb(c,e,d,b){if(e){var
 a=bZ(function(a){return z(a[1],d)},c);if(a){var
 f=a[1][2],g=al(function(a){return z(a[1][1],b)},f);return q(function(a){return[0,L,a]},g)}return a}var
-h=Y(a$,c),i=al(function(a){var
+h=Y(ba,c),i=al(function(a){var
 c=z(a[1][1],b);return c?ac(a[1][4]):c},h);return q(function(a){return[0,a[1][4],a]},i)}function
 lc(b,a){return b?[0,a[2],a[1]]:a}function
 ld(j,i,e,d,c,h,b){if(h)var
 a=fR(0,q(function(a){var
 b=a[2];return fR(0,q(function(a){var
-b=k7(e,d,a);return af(function(b){var
+b=k7(e,d,a);return ag(function(b){var
 d=lc(c,b);return[0,a[1][1],d]},b)},b))},b));else
 var
 f=fS(j,i),g=fR(0,q(function(a){var
-f=k9(e,d,lb(b,0,ao,a[1]));return af(function(b){var
-d=lc(c,b);return[0,a[1],d]},f)},f)),a=af(function(a){return[0,a,0]},g);return af(t8,a)}function
+f=k9(e,d,lb(b,0,ao,a[1]));return ag(function(b){var
+d=lc(c,b);return[0,a[1],d]},f)},f)),a=ag(function(a){return[0,a,0]},g);return ag(t$,a)}function
 le(y,x,j,i,h,e,w,v,d){if(d){var
 a=d[1],k=function(a){if(e)return 1;var
 b=hx(v,a);if(b){var
@@ -3268,7 +3268,7 @@ u=t}else
 var
 u=d;return u}function
 hy(a){return z(a[1],s)}function
-dL(b,a){if(b){if(a){var
+dO(b,a){if(b){if(a){var
 c=a[1],d=b[1],e=A(d,c);if(e)return A(c,d);var
 f=e}else
 var
@@ -3279,11 +3279,11 @@ g=f;else{if(b){var
 h=M(b[1],d),c=A(a,h);return c?A(h,a):c}var
 g=b}return g}function
 lg(c,b,a){if(b)return a?0:1;var
-d=c[2];return G(function(a){return ev(d,a)},a)}function
+d=c[2];return G(function(a){return ey(d,a)},a)}function
 lh(c,a){if(c)return A(L,a);var
 b=au(a);return b?A(a,L):b}function
-li(b,a){if(b)return b[1]?a:t9;if(a){if(a[1])return 0;var
-c=t_}else
+li(b,a){if(b)return b[1]?a:ua;if(a){if(a[1])return 0;var
+c=ub}else
 var
 c=a;return c}function
 lj(m,a,b,e,h){if(h){var
@@ -3296,15 +3296,15 @@ var
 f=a;var
 k=[0,f]}else
 var
-k=[0,dL(dK(d[1],c[1]),e)];var
+k=[0,dO(dN(d[1],c[1]),e)];var
 l=k}else
 var
-l=[0,dL(dK(d[1],c[1]),e)];var
+l=[0,dO(dN(d[1],c[1]),e)];var
 g=l}else
 if(b[5])var
-q=b[4]?t$:ua,g=q;else
+q=b[4]?uc:ud,g=q;else
 var
-g=ub;return li(F(m,e),g)}function
+g=ue;return li(F(m,e),g)}function
 lk(o,b,a,n,f){if(f){var
 g=f[1],c=g[2],d=g[1],h=d[4],p=h?c[4]:h,q=I(p);if(a[1])var
 i=q;else{var
@@ -3313,13 +3313,13 @@ l=e[1],t=A(l,d[3]),u=t||A(l,c[3]),m=u;else
 var
 m=e;var
 i=m}var
-r=lf(b,d[1],c[1])?[0,i]:af(I,F(o,dK(d[1],c[1])));if(a[5]){if(a[4])var
+r=lf(b,d[1],c[1])?[0,i]:ag(I,F(o,dN(d[1],c[1])));if(a[5]){if(a[4])var
 s=b?c7(n,[0,b[1]]):b,j=[0,s];else
 var
-j=uc;var
+j=uf;var
 k=j}else
 var
-k=ud;return li(r,k)}return ue}function
+k=ug;return li(r,k)}return uh}function
 ll(c,w,k,b,g,o,a){if(o){var
 p=o[1],q=k6(c,w),d=a[2],e=a[3],h=a[4],r=lg(c,d,a[7]);if(d)var
 l=d;else
@@ -3333,25 +3333,25 @@ i=t}else
 var
 i=r;else
 var
-i=s;if(I(i))return uf;var
+i=s;if(I(i))return ui;var
 v=F(b,p[1]);if(v)if(l){var
 m=ld(c,k,a[1],h,e,d,q);if(m){var
-j=m[1],f=le(c,k,a[1],h,e,d,q,a[7],a[6]);return a[6]?f?e?lj(b,g,a,j,f):lk(b,g,a,j,f):ug:e?lj(b,g,a,j,f):lk(b,g,a,j,f)}var
+j=m[1],f=le(c,k,a[1],h,e,d,q,a[7],a[6]);return a[6]?f?e?lj(b,g,a,j,f):lk(b,g,a,j,f):uj:e?lj(b,g,a,j,f):lk(b,g,a,j,f)}var
 n=m}else
 var
 n=l;else
 var
-n=v;return n}return uh}function
+n=v;return n}return uk}function
 bH(b,a){return z(r(b[1],a[2]),r(a[1],b[2]))}function
-cL(c,b,a){return b?a?aC(c,b[1],a[1]):a:a?0:1}function
+cL(c,b,a){return b?a?aD(c,b[1],a[1]):a:a?0:1}function
 lm(g,f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=aC(g,b[1],a[1]);if(c){var
+c=aD(g,b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return a?0:1}}function
-un(e,d){var
+uq(e,d){var
 l=cL(bH,e[1],d[1]);if(l){var
 a=d[2],b=e[2],h=z(b[1],a[1]),n=0;if(h){var
 i=z(b[2],a[2]);if(i){var
@@ -3368,7 +3368,7 @@ var
 c=h;if(!n)var
 f=c;if(f){var
 o=d[3],p=e[3],m=cL(function(b,a){var
-c=bH(b[1],a[1]);return c?bH(b[2],a[2]):c},p,o);if(m)return lm(sr,e[4],d[4]);var
+c=bH(b[1],a[1]);return c?bH(b[2],a[2]):c},p,o);if(m)return lm(su,e[4],d[4]);var
 g=m}else
 var
 g=f}else
@@ -3393,13 +3393,13 @@ a==="number"&&6===a)return 1;return 0;default:if(typeof
 a==="number"&&7<=a)return 1;return 0}else{if(0===b[0]){if(typeof
 a!=="number"&&0===a[0])return bn(b[1],a[1]);return 0}if(typeof
 a!=="number"&&1===a[0])return bn(b[1],a[1]);return 0}}function
-eA(c,a){switch(c){case
+eD(c,a){switch(c){case
 0:return a?0:1;case
 1:return 1===a?1:0;case
 2:return 2===a?1:0;default:var
 b=3<=a?1:0,d=b?1:b;return d}}function
 lo(e,a,c,b){var
-d=aZ(e[3]);if(typeof
+d=a0(e[3]);if(typeof
 b==="number")switch(b){case
 0:return q(function(a){return ho(a[1],a[2])},a);case
 4:return Y(function(a){var
@@ -3422,41 +3422,41 @@ c=d;break;case
 1:var
 c=b[5];break;default:var
 c=L}var
-h=W(e,kD(a,b)),i=ax(q(function(a){return M(a[1],a[2])},h));return[0,b[2],e,i,c]},c);return[0,b[1],d]},h),i=Y(a$,d),j=hm(function(a){return a[1]},i),b=q(function(e){var
-b=e[2],h=e[1],i=aZ(a[3]),c=cl(q(function(a){return a[4]},b)),d=at(c),f=M(d,cl(q(function(a){return M(a[4],a[3])},b))),g=kE(i,q(function(a){var
-b=a[2],c=a[4];return q(function(a){return M(c,a)},b)},b));return[0,h,q(function(a){return M(d,a)},g),f,c]},j),e=hn(a),f=e?al(function(a){return ac(a[4])},b):e,c=a[6],k=c?uo:c,l=y(up,k);return[0,a,d,b,q(function(b){if(typeof
+h=W(e,kD(a,b)),i=ax(q(function(a){return M(a[1],a[2])},h));return[0,b[2],e,i,c]},c);return[0,b[1],d]},h),i=Y(ba,d),j=hm(function(a){return a[1]},i),b=q(function(e){var
+b=e[2],h=e[1],i=a0(a[3]),c=cl(q(function(a){return a[4]},b)),d=at(c),f=M(d,cl(q(function(a){return M(a[4],a[3])},b))),g=kE(i,q(function(a){var
+b=a[2],c=a[4];return q(function(a){return M(c,a)},b)},b));return[0,h,q(function(a){return M(d,a)},g),f,c]},j),e=hn(a),f=e?al(function(a){return ac(a[4])},b):e,c=a[6],k=c?ur:c,l=w(us,k);return[0,a,d,b,q(function(b){if(typeof
 b==="number")switch(b){case
 2:var
-c=af(kS,kQ(q(function(a){var
+c=ag(kS,kQ(q(function(a){var
 b=q(kM,a[2]);return[0,a[1],b]},d)));break;case
 3:var
-c=af(kS,kQ([0,[0,ao,q(kM,f)],0]));break;case
+c=ag(kS,kQ([0,[0,ao,q(kM,f)],0]));break;case
 6:case
 7:var
-c=af(fL,hq(kK,lo(a,d,f,b)));break;default:var
-c=fI(a)?0:af(fL,hq(tF,lo(a,d,f,b)))}else
+c=ag(fL,hq(kK,lo(a,d,f,b)));break;default:var
+c=fI(a)?0:ag(fL,hq(tI,lo(a,d,f,b)))}else
 if(0===b[0])var
-c=af(fL,fT(a,[0,s,0],b[1]));else{var
+c=ag(fL,fT(a,[0,s,0],b[1]));else{var
 e=b[1],h=fT(a,[0,s,0],e),g=0;if(h){var
-i=fT(a,[0,o,0],e);if(i)var
-c=af(fL,fT(a,[0,s,[0,o,0]],e));else{var
+i=fT(a,[0,p,0],e);if(i)var
+c=ag(fL,fT(a,[0,s,[0,p,0]],e));else{var
 j=i;g=1}}else{var
 j=h;g=1}if(g)var
 c=j}return[0,b,c]},l)]}function
 bF(c,b){var
 d=c[4],a=bZ(function(a){return ln(a[1],b)},d);return a?a[1][2]:a}function
-uq(b,a){var
+ut(b,a){var
 c=z(b[1][1],a[1][1]);if(c){var
 d=z(b[1][2],a[1][2]);if(d)return bH(b[2],a[2]);var
 e=d}else
 var
 e=c;return e}function
 lp(b,a){return A(b,a)?a:b}function
-ur(b,a){return A(b,a)?b:a}function
+uu(b,a){return A(b,a)?b:a}function
 lq(a){var
 b=a?[0,aN(lp,a[2],a[1])]:a;return b}function
 hA(a){var
-b=a?[0,aN(ur,a[2],a[1])]:a;return b}function
+b=a?[0,aN(uu,a[2],a[1])]:a;return b}function
 lr(a,f){if(a){var
 i=q(ch,f),j=lr(a[1],i),k=0,l=q(function(a){return bN(k,a)},f),c=Y(function(a){var
 b=a?[0,a[1],0]:a;return b},l),d=lq(c);if(d){var
@@ -3471,7 +3471,7 @@ var
 g=a;return g}function
 ls(a){if(a[5])return Q;var
 b=a[7],c=c4(function(a){return a[1]},b);return aN(lp,Y(function(b){var
-c=b[2],d=q(function(a){return a[4]},c);return lr(aZ(a[3]),d)},c),Q)}function
+c=b[2],d=q(function(a){return a[4]},c);return lr(a0(a[3]),d)},c),Q)}function
 lt(a){if(a){var
 b=a[1],c=at(ab(b,L));return M(ab(b,aG(L)),c)}return L}function
 lu(a,b){return a?c7(a[1][1],b):a}function
@@ -3479,25 +3479,25 @@ hB(a,b){return a?cL(bH,a[1][1],b):a}function
 lv(b,a){switch(a[0]){case
 13:var
 y=a[1],j=a[2],F=y[2]?0:1,H=bF(b,F),J=b[3],K=b[2],M=b[1];if(A(L,j)){var
-C=[0,j];return ll(M,K,J,function(a){return[0,c7(a,[0,j])]},C,H,y)}return ui;case
+C=[0,j];return ll(M,K,J,function(a){return[0,c7(a,[0,j])]},C,H,y)}return ul;case
 14:var
 c=a[1],k=a[6],z=a[5],e=a[4],l=a[3],B=a[2],N=c?0:1,O=bF(b,N),m=b[3],d=b[1],P=b[2];if(O){var
 r=k6(d,P),s=lg(d,c,k);if(c)var
 f=c;else
 var
 E=fS(d,m),f=G(function(a){return hx(k,a[1])},E);var
-t=k8(d),D=t?s?lh(0,l):s:t;if(I(D))return ul;if(f){var
+t=k8(d),D=t?s?lh(0,l):s:t;if(I(D))return uo;if(f){var
 g=ld(d,m,0,[0,l],B,c,r);if(g){var
-u=dL(e,g[1]);if(u){var
+u=dO(e,g[1]);if(u){var
 h=le(d,m,0,[0,l],B,c,r,k,z);if(z){var
 n=0;if(h){var
-o=h[1],p=I(dL(e,[0,L]));if(p)var
-i=dL(dK(o[1][1],o[2][1]),e);else{var
+o=h[1],p=I(dO(e,[0,L]));if(p)var
+i=dO(dN(o[1][1],o[2][1]),e);else{var
 q=p;n=1}}else{var
 q=h;n=1}if(n)var
 i=q}else
 var
-i=dL(e,[0,L]);var
+i=dO(e,[0,L]);var
 v=i}else
 var
 v=u;var
@@ -3506,12 +3506,12 @@ var
 w=g;var
 x=w}else
 var
-x=f;return x}return um;default:return uw}}function
-ux(b,a){switch(a[0]){case
+x=f;return x}return up;default:return uz}}function
+uA(b,a){switch(a[0]){case
 0:var
-O=b[1][3],P=r(ag(aj(b[1][7])),O);return z(a[1],P);case
+O=b[1][3],P=r(ah(aj(b[1][7])),O);return z(a[1],P);case
 1:var
-Q=bF(b,a[1]);return cL(un,a[2],Q);case
+Q=bF(b,a[1]);return cL(uq,a[2],Q);case
 2:var
 k=b[1],u=k[6],R=a[3],S=a[2],T=a[1];if(u){var
 h=k[6];if(h)var
@@ -3519,7 +3519,7 @@ D=fJ(k,h[1],T,S),v=Y(function(a){var
 b=al(fK,a[2]);return q(function(b){var
 c=kH(b)[2];return[0,[0,a[1],b[1]],c]},b)},D);else
 var
-v=h;return lm(uq,R,v)}return u;case
+v=h;return lm(ut,R,v)}return u;case
 3:var
 l=lq(fH(b[1]));return l?bH(a[1],l[1]):l;case
 4:var
@@ -3536,7 +3536,7 @@ d=a;return d},E));return cL(bH,a[1],U);case
 V=ls(b[1]);return bH(a[1],V);case
 7:var
 X=ac(ls(b[1]));return bn(a[1],X);case
-8:return tJ(b[1],b[2],b[3],a[1]);case
+8:return tM(b[1],b[2],b[3],a[1]);case
 9:var
 Z=a[2];return hB(bF(b,a[1]),Z);case
 10:var
@@ -3567,37 +3567,37 @@ o=y;return o;case
 12:var
 ab=a[1]?0:1,p=bF(b,ab);return p?kV(p[1][1],a[2],a[3]):p;case
 15:var
-B=a[2],ae=a[3],af=a[1]?B?6:7:B?0:1,C=bF(b,af),ah=C?c7(C[1][1],[0,ae])?0:1:2;return eA(a[4],ah);case
+B=a[2],ae=a[3],af=a[1]?B?6:7:B?0:1,C=bF(b,af),ag=C?c7(C[1][1],[0,ae])?0:1:2;return eD(a[4],ag);case
 16:var
-e=a[1],J=1;if($(function(a){return eA(J,a)},e))var
-g=us;else{var
-K=3;if($(function(a){return eA(K,a)},e))var
-g=ut;else{var
-L=2;if($(function(a){return eA(L,a)},e))var
-g=uu;else
+e=a[1],J=1;if($(function(a){return eD(J,a)},e))var
+g=uv;else{var
+K=3;if($(function(a){return eD(K,a)},e))var
+g=uw;else{var
+L=2;if($(function(a){return eD(L,a)},e))var
+g=ux;else
 var
-N=e?uv:e,g=N}}return cL(eA,a[2],g);default:var
+N=e?uy:e,g=N}}return cL(eD,a[2],g);default:var
 s=lv(b,a),ad=s?s[1]:s;return ad}}function
-hC(b,a){return ux(b,a)?0:lv(b,a)?1:2}var
-dM=k(uy),fU=k(uz),hD=k(uA),dN=k(uB),bG=k(uC),ad=k(uD),c9=k(uE),fV=k(uF),fW=k(uG),bR=k(uH),lw=k(uI),bI=k(uJ),hE=k(uK),c_=k(uL),hF=k(uM),hG=k(uN),fX=k(uO),fY=k(uP),bq=k(uQ),br=k(uR);function
+hC(b,a){return uA(b,a)?0:lv(b,a)?1:2}var
+dP=k(uB),fU=k(uC),hD=k(uD),dQ=k(uE),bG=k(uF),ae=k(uG),c9=k(uH),fV=k(uI),fW=k(uJ),bR=k(uK),lw=k(uL),bI=k(uM),hE=k(uN),c_=k(uO),hF=k(uP),c$=k(uQ),da=k(uR),hG=k(uS),fX=k(uT),fY=k(uU),bq=k(uV),br=k(uW);function
 lx(d){var
-a=ah(fU,d);if(a){var
+a=ad(fU,d);if(a){var
 b=a[1];if(typeof
 b!=="number"&&4===b[0])return Z(c9,b[1]);var
 c=0}else
 var
 c=a;return c}function
-uS(a){function
+uX(a){function
 b(a){function
 b(c){function
 b(b){function
 d(d){function
 g(a){var
-e=a?[0,a[1],0]:a,f=O(ck([0,c,y(b,y(d,e))]),uT,[0,[0,c,b,d,a]]),g=b?1:b;return O(g,uU,f)}var
-e=ah(c9,a);if(e)var
-h=function(a){return[0,[0,a]]},f=i(X(e[1]),h);else
+e=a?[0,a[1],0]:a,f=O(ck([0,c,w(b,w(d,e))]),uY,[0,[0,c,b,d,a]]),g=b?1:b;return O(g,uZ,f)}var
+e=ad(c9,a);if(e)var
+i=function(a){return[0,[0,a]]},f=h(X(e[1]),i);else
 var
-f=uV;return i(f,g)}return i(t(function(a){return V(X,a)},ad,a),d)}return i(t(function(a){return V(X,a)},bG,a),b)}return i(t(X,dN,a),b)}return i(U([0,dN,[0,bG,[0,ad,0]]],[0,c9,0],a),b)}function
+f=u0;return h(f,g)}return h(t(function(a){return V(X,a)},ae,a),d)}return h(t(function(a){return V(X,a)},bG,a),b)}return h(t(X,dQ,a),b)}return h(U([0,dQ,[0,bG,[0,ae,0]]],[0,c9,0],a),b)}function
 hH(a){function
 b(b){function
 d(d){function
@@ -3605,11 +3605,11 @@ c(a){var
 e=[0,[0,b,d,a]];if(b)var
 f=a[4]?0:1,c=f;else
 var
-c=1;return O(c,uW,e)}return i(t(uS,fU,a),c)}if(b)var
-e=[0,[0,k(uX),2],0],c=[0,[0,k(uY),1],e];else
+c=1;return O(c,u1,e)}return h(t(uX,fU,a),c)}if(b)var
+e=[0,[0,k(u2),2],0],c=[0,[0,k(u3),1],e];else
 var
-c=[0,[0,k(uZ),0],0];return i(t(function(a){return aP(c,a)},hD,a),d)}var
-c=[0,[0,k(u0),1],0],d=[0,[0,k(u1),0],c];return i(t(function(a){return aP(d,a)},dM,a),b)}function
+c=[0,[0,k(u4),0],0];return h(t(function(a){return aP(c,a)},hD,a),d)}var
+c=[0,[0,k(u5),1],0],d=[0,[0,k(u6),0],c];return h(t(function(a){return aP(d,a)},dP,a),b)}function
 ly(e,a){var
 c=e[3],b=a[3],h=J(c[1],b[1]);if(h){var
 i=cK(c[2],b[2]);if(i){var
@@ -3633,7 +3633,7 @@ o=2<=a[2]?1:0,u=o?1:o,g=u}if(e[1])var
 m=a[1],r=m?1:m,n=r;else
 var
 s=a[1]?0:1,n=s;return[0,[0,n,g],d]}function
-aa(a){return ag(aj(a))}function
+aa(a){return ah(aj(a))}function
 lz(a){function
 b(c){var
 b=lx(c),d=b?[0,hG,0]:b;function
@@ -3647,36 +3647,39 @@ c(l){function
 c(m){function
 f(f){function
 n(g){function
-h(a){return[0,[0,b,e,k,l,m,f,g]]}var
-c=ah(c_,a);if(c)var
-j=function(a){return bb(fG,q(a$,a))},d=i(U(0,[0,bq,[0,br,0]],c[1]),j);else
+i(i){function
+c(a){return[0,[0,b,e,k,l,m,f,g]]}var
+d=[0,c$,[0,da,0]];return h(a9(function(b){var
+c=ad(b,a);return c?aT(b,ew(c[1])):u7},d),c)}var
+c=ad(c_,a);if(c)var
+j=function(a){return a9(ew,q(ba,a))},d=h(U(0,[0,bq,[0,br,0]],c[1]),j);else
 var
-d=u2;return i(d,h)}var
-g=ah(hF,a);if(g){var
+d=u8;return h(d,i)}var
+g=ad(hF,a);if(g){var
 c=g[1],j=0;if(typeof
 c==="number"||!(0===c[0]))j=1;else
 if(c[1])var
-o=b[1]?0:f?0:1,d=O(o,u5,u4);else
+o=b[1]?0:f?0:1,d=O(o,u$,u_);else
 var
-d=R(u6);if(j)var
-d=R(u3);var
-h=d}else
+d=R(va);if(j)var
+d=R(u9);var
+i=d}else
 var
-h=u7;return i(h,n)}var
-c=ah(hG,a);if(c)var
-g=function(a){return[0,[0,a]]},d=i(a8(hG,fE(c[1])),g);else
+i=vb;return h(i,n)}var
+c=ad(hG,a);if(c)var
+g=function(a){return[0,[0,a]]},d=h(aT(hG,fF(c[1])),g);else
 var
-d=u8;return i(d,f)}var
+d=vc;return h(d,f)}var
 d=aa(e);function
-f(a){return ay(d,av,a)}return i(t(function(a){return aO(f,a)},bI,a),c)}var
-d=aa(b[3][3]);return i(t(function(a){return fF(d,a)},lw,a),c)}var
-d=aa(b[3][2]);return i(t(function(a){return fF(d,a)},bR,a),c)}return i(t(fE,fW,a),c)}return i(hH(a),b)}var
-b=ah(hE,a),d=b?a8(hE,ku(u9,1,b[1])):u_;return i(d,c)}var
-c=[0,[0,k(u$),0],0];return i(t(function(a){return aP(c,a)},fV,a),b)}return i(U(y([0,fV,[0,dM,[0,fU,[0,hD,[0,fW,[0,bR,[0,lw,[0,bI,0]]]]]]]],d),[0,hE,[0,c_,[0,hF,0]]],a),e)}return i(bf(a),b)}function
+f(a){return ay(d,av,a)}return h(t(function(a){return aO(f,a)},bI,a),c)}var
+d=aa(b[3][3]);return h(t(function(a){return fG(d,a)},lw,a),c)}var
+d=aa(b[3][2]);return h(t(function(a){return fG(d,a)},bR,a),c)}return h(t(fF,fW,a),c)}return h(hH(a),b)}var
+b=ad(hE,a),d=b?aT(hE,ku(vd,1,b[1])):ve;return h(d,c)}var
+c=[0,[0,k(vf),0],0];return h(t(function(a){return aP(c,a)},fV,a),b)}return h(U(w([0,fV,[0,dP,[0,fU,[0,hD,[0,fW,[0,bR,[0,lw,[0,bI,0]]]]]]]],d),[0,hE,[0,c_,[0,hF,[0,c$,[0,da,0]]]]],a),e)}return h(bc(a),b)}function
 lA(a){if(typeof
 a!=="number"&&4===a[0])return Z(hF,a[1]);return 0}var
-vh=k(vg);function
-vi(j){var
+vn=k(vm);function
+vo(j){var
 b=0,a=g_(hf,j);for(;;){if(a){var
 d=a[2],f=a[1];if(d){var
 i=J(f,d[1])?b:[0,f,b],b=i,a=d;continue}var
@@ -3686,18 +3689,18 @@ c=T(a,b);if(c){var
 e=c[2];if(e){var
 k=[0,c[1],[0,e[1],e[2]]],F=0,g=q(function(G){var
 e=F,d=G;for(;;){if(d){var
-g=d[2],a=d[1],k=en(a),l=k||(11===a?1:0),m=l||(12===a?1:0);if(m){var
+g=d[2],a=d[1],k=eq(a),l=k||(11===a?1:0),m=l||(12===a?1:0);if(m){var
 d=g;continue}var
-h=fs(33,a),i=h?fs(a,pz):h;if(i){var
+h=ft(33,a),i=h?ft(a,pC):h;if(i){var
 c=function(b){return function(a){return 0!==(b&1<<a)?1:0}}(a),x=c(7),y=c(6),z=c(5),A=c(4),B=c(3),C=c(2),D=c(1),E=c(0);if(z||!(y&&!x))var
 f=a;else{var
-j=0;if(fs(65,a)&&fs(a,90))var
+j=0;if(ft(65,a)&&ft(a,90))var
 n=0,o=1,p=1,b=function(a,b){var
 c=a?1<<b:a;return c},q=b(n,7),r=b(o,6),s=b(p,5),t=b(A,4),u=b(B,3),v=b(C,2),w=b(D,1),f=gY(((((((b(E,0)+w|0)+v|0)+u|0)+t|0)+s|0)+r|0)+q|0);else
 j=1;if(j)var
 f=a}var
 e=[0,f,e],d=g;continue}return i}return[0,T(e,0)]}},k),h=G(function(a){if(a){var
-b=a[1],f=$(function(a){return I($(function(b){return a===b?1:0},vh))},b),c=f||I($(fA,b));if(c)var
+b=a[1],f=$(function(a){return I($(function(b){return a===b?1:0},vn))},b),c=f||I($(fB,b));if(c)var
 d=c;else
 var
 e=hj(b),g=e?1:e,d=g;return d}return a},g);return h?ck(Y(function(a){var
@@ -3707,8 +3710,8 @@ d=q(ch,b),e=hI(a[2],d),f=0,c=[0,q(function(a){return bN(f,a)},b),e];else
 var
 c=a;return c}function
 hJ(a){var
-c=a[1][3],b=a[6],d=b?[0,b[1],0]:b,e=y(hI(c[3],a[4]),d),f=y(hI(c[2],a[3]),e);return G(vi,[0,a[2],f])}var
-bJ=k(vj),bs=k(vk),bz=k(vl),bA=k(vm),lB=k(vn),lC=k(vo),bS=k(vp),lD=k(vq),lE=k(vr),bt=k(vs),lF=k(vt),lG=k(vu),fZ=k(vv),lH=k(vw),a0=k(vx),lI=k(vy),lJ=k(vz),lK=k(vA),dO=k(vB),lL=k(vC),bc=k(vD),lM=k(vE);function
+c=a[1][3],b=a[6],d=b?[0,b[1],0]:b,e=w(hI(c[3],a[4]),d),f=w(hI(c[2],a[3]),e);return G(vo,[0,a[2],f])}var
+bJ=k(vp),bs=k(vq),bz=k(vr),bA=k(vs),lB=k(vt),lC=k(vu),bS=k(vv),lD=k(vw),lE=k(vx),bt=k(vy),lF=k(vz),lG=k(vA),fZ=k(vB),lH=k(vC),a1=k(vD),lI=k(vE),lJ=k(vF),lK=k(vG),dR=k(vH),lL=k(vI),bd=k(vJ),lM=k(vK);function
 hK(a){return z(a[1],s)}function
 lN(a,b){if(a)var
 d=q(ch,b),e=lN(a[1],d),c=[0,q(function(a){return bN(Q,a)},b),e];else
@@ -3718,7 +3721,7 @@ lO(e,d){var
 b=e,a=d;for(;;){if(b){if(a){var
 f=W(b[1],a[1]),c=G(function(a){return b1(a[1],a[2])},f);if(c){var
 b=b[2],a=a[2];continue}return c}return 1}return 1}}function
-vF(a){function
+vL(a){function
 b(a){function
 b(a){var
 c=lO(a,lN(aj(a),a)),f=[0,a];if(c)var
@@ -3729,9 +3732,9 @@ c=W(b,a);return G(function(a){var
 c=W(b,a[2]);return G(function(b){var
 c=ab(b[1],b[2]);return A(a[1],c)},c)},c)},a):b,d=g;else
 var
-d=c;return O(d,vG,f)}var
-c=aa(a);return i(bb(function(a){return ay(c,am,a)},a),b)}return i(bp(a),b)}function
-vN(a){function
+d=c;return O(d,vM,f)}var
+c=aa(a);return h(a9(function(a){return ay(c,am,a)},a),b)}return h(bp(a),b)}function
+vT(a){function
 b(a){function
 b(c){var
 b=aa(c);function
@@ -3739,15 +3742,15 @@ d(c){function
 d(d){function
 e(e){function
 f(a){var
-b=[0,[0,[0,c,d,a],e]],f=W(c,d);return O(G(function(a){return A(a[1],a[2])},f),vO,b)}function
+b=[0,[0,[0,c,d,a],e]],f=W(c,d);return O(G(function(a){return A(a[1],a[2])},f),vU,b)}function
 g(c){function
 a(a){function
 c(b){function
-c(a){return[0,[0,b,a]]}return i(t(av,fZ,a),c)}return i(t(function(a){return ay(b,av,a)},lK,a),c)}return i(U([0,lK,[0,fZ,0]],0,c),a)}return i(t(function(a){return V(g,a)},bt,a),f)}function
+c(a){return[0,[0,b,a]]}return h(t(av,fZ,a),c)}return h(t(function(a){return ay(b,av,a)},lK,a),c)}return h(U([0,lK,[0,fZ,0]],0,c),a)}return h(t(function(a){return V(g,a)},bt,a),f)}function
 f(a){return ay(b,av,a)}function
-g(a){return V(f,a)}return i(t(function(a){return V(g,a)},lJ,a),e)}return i(t(function(a){return ay(b,av,a)},lI,a),d)}return i(t(function(a){return ay(b,av,a)},a0,a),d)}return i(t(fE,lH,a),b)}return i(U([0,lH,[0,a0,[0,lI,[0,lJ,[0,bt,0]]]]],0,a),b)}function
+g(a){return V(f,a)}return h(t(function(a){return V(g,a)},lJ,a),e)}return h(t(function(a){return ay(b,av,a)},lI,a),d)}return h(t(function(a){return ay(b,av,a)},a1,a),d)}return h(t(fF,lH,a),b)}return h(U([0,lH,[0,a1,[0,lI,[0,lJ,[0,bt,0]]]]],0,a),b)}function
 lP(d,a,c,b){if(a)var
-f=ch(b),g=ch(c),h=lP(E(d,o),a[2],g,f),i=bN(Q,c),j=bN(0,b),e=[0,[0,d,a[1],j,i],h];else
+f=ch(b),g=ch(c),h=lP(E(d,p),a[2],g,f),i=bN(Q,c),j=bN(0,b),e=[0,[0,d,a[1],j,i],h];else
 var
 e=a;return e}function
 lQ(f,b,e){if(b){var
@@ -3761,18 +3764,18 @@ g=b;return g}function
 lR(e,d){var
 a=d;for(;;){if(a){var
 b=a[2];if(b){var
-c=aC(e,a[1],b[1]);if(c){var
+c=aD(e,a[1],b[1]);if(c){var
 a=b;continue}return c}return 1}return 1}}function
-v4(a){function
+v_(a){function
 b(a){if(a){var
 b=a[2];if(b){var
-c=b[1];if(b[2])return R(v5);var
+c=b[1];if(b[2])return R(v$);var
 d=function(b){function
-a(a){return O(I(hK(a)),v6,[0,[0,b,a]])}return i(am(c),a)};return i(aL(a[1]),d)}return R(v7)}return R(v8)}return i(bp(a),b)}function
-v9(a){function
+a(a){return O(I(hK(a)),wa,[0,[0,b,a]])}return h(am(c),a)};return h(aL(a[1]),d)}return R(wb)}return R(wc)}return h(bp(a),b)}function
+wd(a){function
 b(a){var
-b=[0,a];return O(lR(function(b,a){return P(b[1],a[1])},a),v_,b)}return i(V(v4,a),b)}function
-v$(b,a){var
+b=[0,a];return O(lR(function(b,a){return P(b[1],a[1])},a),we,b)}return h(V(v_,a),b)}function
+wf(b,a){var
 d=P(b[1],a[1]);if(d)var
 c=d;else{var
 e=z(b[1],a[1]);if(e){var
@@ -3786,67 +3789,67 @@ lS(c,b,d){var
 a=b?b[1][11]:b;function
 e(b){function
 d(c){function
-e(a){return O(lR(v$,c),wa,[0,c])}if(a)var
+e(a){return O(lR(wf,c),wg,[0,c])}if(a)var
 f=aa(a[1][1]),d=t(function(a){return ay(f,av,a)},lL,b);else
 var
-d=wb;return i(d,e)}function
+d=wh;return h(d,e)}function
 e(f){function
 a(a){function
 b(b){function
 c(c){function
 d(d){function
-e(a){return[0,[0,b,c,d,a]]}return i(t(v9,lM,a),e)}return i(t(aL,a0,a),d)}return i(t(aL,bc,a),c)}var
-d=c?t(aL,ad,a):[0,aJ(o)];return i(d,b)}var
-b=0,d=[0,bc,[0,a0,[0,lM,0]]],e=c?[0,ad,0]:c;return i(U(y(e,d),b,f),a)}return i(t(function(a){return V(e,a)},dO,b),d)}var
-f=0,g=a?[0,lL,0]:a;return i(U([0,dO,g],f,d),e)}function
-eB(a){return a?aj(a[1]):a}function
-lT(a){return ap(jH,wc,a)}function
+e(a){return[0,[0,b,c,d,a]]}return h(t(wd,lM,a),e)}return h(t(aL,a1,a),d)}return h(t(aL,bd,a),c)}var
+d=c?t(aL,ae,a):[0,aJ(p)];return h(d,b)}var
+b=0,d=[0,bd,[0,a1,[0,lM,0]]],e=c?[0,ae,0]:c;return h(U(w(e,d),b,f),a)}return h(t(function(a){return V(e,a)},dR,b),d)}var
+f=0,g=a?[0,lL,0]:a;return h(U([0,dR,g],f,d),e)}function
+eE(a){return a?aj(a[1]):a}function
+lT(a){return ap(jH,wi,a)}function
 hL(a){return lT(q(aj,a))}function
-hM(a){return lT(q(eB,a))}function
-bd(a){return hL(a[1])}function
-c$(a){return hM(a[1])}function
+hM(a){return lT(q(eE,a))}function
+be(a){return hL(a[1])}function
+db(a){return hM(a[1])}function
 bg(b){var
 a=b[2];return 0===a[0]?hL(a[1]):a[1]}function
 bK(b){var
 a=b[2];return 0===a[0]?hM(a[1]):a[1]}function
-da(b,a){return ba(aj(a),b)}function
-eC(e,a){var
-b=da(e,a);if(b){var
+dc(b,a){return bb(aj(a),b)}function
+eF(e,a){var
+b=dc(e,a);if(b){var
 c=G(au,a);if(c)return b1(ax(a),L);var
 d=c}else
 var
 d=b;return d}function
 lU(a){return $(ac,a)}function
 cM(b,a){if(a){var
-c=cM(b,a[2]),d=W(a[1],c);return q(function(a){return[0,a[1],a[2]]},d)}return dE(0,b)}function
-wd(a){var
-e=eB(a),b=G(function(a){return eC(e,a)},a);if(b){var
-c=I(da(0,a));if(c)return G(lU,cM(eB(a),a));var
+c=cM(b,a[2]),d=W(a[1],c);return q(function(a){return[0,a[1],a[2]]},d)}return dG(0,b)}function
+wj(a){var
+e=eE(a),b=G(function(a){return eF(e,a)},a);if(b){var
+c=I(dc(0,a));if(c)return G(lU,cM(eE(a),a));var
 d=c}else
 var
 d=b;return d}function
 lV(a){var
-b=I(da(0,a));return b?G(wd,a):b}function
+b=I(dc(0,a));return b?G(wj,a):b}function
 f0(d,c,a){var
-b=da(d,a);return b?G(function(a){return da(c,a)},a):b}function
+b=dc(d,a);return b?G(function(a){return dc(c,a)},a):b}function
 hN(a){if(a){var
 b=a[2],c=a[1];return Y(function(a){var
 c=hN(b);return q(function(b){return Y(function(a){return q(function(b){return M(a,b)},b)},a)},c)},c)}return[0,[0,L,0],0]}function
 lW(a){if(a)var
-b=a[1],d=lW(b),e=q(function(a){return[0,Q,a]},d),c=[0,[0,L,dE(Q,b)],e];else
+b=a[1],d=lW(b),e=q(function(a){return[0,Q,a]},d),c=[0,[0,L,dG(Q,b)],e];else
 var
 c=a;return c}function
-eD(a){return hN(a[1])}function
-eE(b){var
+eG(a){return hN(a[1])}function
+eH(b){var
 a=b[2];return 0===a[0]?hN(a[1]):lW(a[1])}function
-f1(a){return ap(function(b,a){return g8(b[2],a)},o,a)}function
+f1(a){return ap(function(b,a){return g8(b[2],a)},p,a)}function
 hO(b,a){var
 c=aA(b,a[2]);return r(a[1],c)}function
-db(a){return f1(bo(a))}function
-dc(a){var
-b=db(a);function
+dd(a){return f1(bo(a))}function
+de(a){var
+b=dd(a);function
 c(a){return hO(b,a)}return q(function(a){return q(c,a)},a)}function
-f2(a){return ap(function(b,a){return r(db(b),a)},o,a)}function
+f2(a){return ap(function(b,a){return r(dd(b),a)},p,a)}function
 bT(d,c,e){if(d){var
 b=c,a=e;for(;;){if(b&&a){var
 b=b[1],a=a[2];continue}var
@@ -3855,65 +3858,65 @@ var
 f=d;return f}function
 lX(c,b,a){if(b){var
 d=b[1];if(a){var
-f=a[1],e=lX(c,b[2],a[2]),g=aX(d);if(0===g)return e;if(0<g){var
+f=a[1],e=lX(c,b[2],a[2]),g=aY(d);if(0===g)return e;if(0<g){var
 i=W(f,e);return q(function(a){return E(r(d,a[1]),a[2])},i)}var
-h=W(f,e);return q(function(a){return E(r(d,a[1]),a[2])},h)}return dE(s,c)}return dE(s,c)}function
+h=W(f,e);return q(function(a){return E(r(d,a[1]),a[2])},h)}return dG(s,c)}return dG(s,c)}function
 hP(b,a,d){if(a){var
-c=a[2],e=a[1],f=fp(hM(c),b),g=bT(eB(e),f,d),h=q(function(a){return hP(b,c,a)},g),i=dc(e);return Y(function(a){return lX(fp(hL(c),b),a,h)},i)}return d}function
+c=a[2],e=a[1],f=fq(hM(c),b),g=bT(eE(e),f,d),h=q(function(a){return hP(b,c,a)},g),i=de(e);return Y(function(a){return lX(fq(hL(c),b),a,h)},i)}return d}function
 lY(a){var
-f=a[4],b=fp(bd(a),f),g=f1(bo(bo(a[5]))),h=a[5],c=q(function(b){var
+f=a[4],b=fq(be(a),f),g=f1(bo(bo(a[5]))),h=a[5],c=q(function(b){var
 c=bo(b),d=q(function(a){return hO(g,a)},c);return hP(a[4],a[1],d)},h),d=a[2];if(0===d[0])var
 i=bo(c),e=hP(b,d[1],i);else
 var
 e=bo(c);var
-j=bT(bg(a),b,e),k=a[4],l=bd(a);return q(function(a){return bT(l,k,a)},j)}function
+j=bT(bg(a),b,e),k=a[4],l=be(a);return q(function(a){return bT(l,k,a)},j)}function
 lZ(a){var
-b=ap(g6,s,a),c=aX(b);return 0===c?q(function(a){return Q},a):0<c?q(function(a){return dG([0,a,b])},a):q(function(a){return Q},a)}function
-dd(b,a){return A(b,a)?a:b}function
+b=ap(g6,s,a),c=aY(b);return 0===c?q(function(a){return Q},a):0<c?q(function(a){return dI([0,a,b])},a):q(function(a){return Q},a)}function
+df(b,a){return A(b,a)?a:b}function
 f3(b,a){return A(b,a)?b:a}function
-dP(a){return a?ap(dd,a[1],a[2]):Q}function
+dS(a){return a?ap(df,a[1],a[2]):Q}function
 cN(a){return a?ap(f3,a[1],a[2]):Q}function
 f4(a){var
-b=cN(a),c=dP(a);return ac(b)?[0,M(c,at(b))]:ac(c)?0:[0,L]}function
-eF(c,b,a){var
-d=b?a?[0,aC(c,b[1],a[1])]:a:b;return d}function
+b=cN(a),c=dS(a);return ac(b)?[0,M(c,at(b))]:ac(c)?0:[0,L]}function
+eI(c,b,a){var
+d=b?a?[0,aD(c,b[1],a[1])]:a:b;return d}function
 l0(a){var
-b=q(f4,cM(eB(a),a)),c=[0,L];return ap(function(a,b){return eF(dd,a,b)},c,b)}function
+b=q(f4,cM(eE(a),a)),c=[0,L];return ap(function(a,b){return eI(df,a,b)},c,b)}function
 l1(a){var
-b=q(l0,a),c=[0,L];return ap(function(a,b){return eF(M,a,b)},c,b)}function
-de(d,c,b){var
+b=q(l0,a),c=[0,L];return ap(function(a,b){return eI(M,a,b)},c,b)}function
+dg(d,c,b){var
 a=d[7];return 0===a[0]?a[1]:as(b,as(c,a[1],0),0)}function
 hQ(d,c,b){var
 a=d[6];return a?as(b,as(c,a[1],0),Q):L}function
 cn(a){return W(aR(0,aj(a)),a)}function
-hR(a,b){if(K(b,o))return a;var
+hR(a,b){if(K(b,p))return a;var
 e=bm(b,bk(2)),f=e[1];if(z(e[2],s)){var
 c=hR(a,f);return r(c,c)}var
 d=hR(a,f);return r(a,r(d,d))}function
 co(c,a){var
-b=aX(a);return 0===b?o:0<b?hR(c,a):o}function
+b=aY(a);return 0===b?p:0<b?hR(c,a):p}function
 cp(b,a){return aJ(aA(aJ(b),a))}function
 l2(f,e,d){var
 c=f,b=e,a=d;for(;;){if(c){var
-c=c[1],g=r(a,b),b=S(b,o),a=g;continue}return a}}var
-wf=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,o)))))))),hS=co(c(2,o),wf),wg=c(2,c(2,c(2,c(2,c(2,c(2,o)))))),l3=co(c(2,o),wg),wh=c(2,c(2,c(2,c(2,c(2,c(2,o)))))),bU=co(c(2,o),wh);function
+c=c[1],g=r(a,b),b=S(b,p),a=g;continue}return a}}var
+wl=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,p)))))))),hS=co(c(2,p),wl),wm=c(2,c(2,c(2,c(2,c(2,c(2,p)))))),l3=co(c(2,p),wm),wn=c(2,c(2,c(2,c(2,c(2,c(2,p)))))),bU=co(c(2,p),wn);function
 f5(b){if(K(b,s))return s;var
-g=c(2,o),h=E(aA(cg(b),g),o),i=co(c(2,o),h),j=c(2,o),d=aZ(E(cg(b),j)),a=i;for(;;){if(d){var
-f=c(2,o),e=aA(E(a,aA(b,a)),f);if(P(e,a)){var
+g=c(2,p),h=E(aA(cg(b),g),p),i=co(c(2,p),h),j=c(2,p),d=a0(E(cg(b),j)),a=i;for(;;){if(d){var
+f=c(2,p),e=aA(E(a,aA(b,a)),f);if(P(e,a)){var
 d=d[1],a=e;continue}return a}return a}}function
 l4(a,l){var
-h=l[2],e=l[1],g=[0,aZ(a)],b=a,f=0;for(;;){if(g){var
-i=r(r(r(e,a),E(r(r(r(c(2,c(2,o)),h),b),S(a,b)),r(e,a))),r(bU,bU)),d=f5(i),j=r(r(a,E(r(r(c(2,o),h),b),e)),bU),k=r(r(c(2,o),a),E(r(h,a),e)),m=aA(E(j,d),k),n=z(r(d,d),i)?s:o,p=[0,[0,aA(S(S(j,d),n),k),m],f],g=g[1],b=S(b,o),f=p;continue}return f}}function
+h=l[2],e=l[1],g=[0,a0(a)],b=a,f=0;for(;;){if(g){var
+i=r(r(r(e,a),E(r(r(r(c(2,c(2,p)),h),b),S(a,b)),r(e,a))),r(bU,bU)),d=f5(i),j=r(r(a,E(r(r(c(2,p),h),b),e)),bU),k=r(r(c(2,p),a),E(r(h,a),e)),m=aA(E(j,d),k),n=z(r(d,d),i)?s:p,o=[0,[0,aA(S(S(j,d),n),k),m],f],g=g[1],b=S(b,p),f=o;continue}return f}}function
 l5(b,a){var
-c=b[3];return as(aZ(a),c,[0,s,s])}function
-l6(s,q,p,n,m,b,h,l,k){var
-i=s,a=q,d=p,g=n,c=m,f=l,e=k;for(;;){if(i){if(P(g,c)){var
-j=cp(r(c,r(a,b)),r(d,h)),i=i[1],a=S(a,o),d=E(d,o),t=E(e,S(j,E(g,o))),g=E(g,o),c=j,f=[0,j,f],e=t;continue}return[0,[0,f,cp(r(c,r(a,b)),S(r(d,h),r(a,b)))],e]}return[0,[0,f,cp(r(c,r(a,b)),S(r(d,h),r(a,b)))],e]}}function
+c=b[3];return as(a0(a),c,[0,s,s])}function
+l6(s,q,o,n,m,b,h,l,k){var
+i=s,a=q,d=o,g=n,c=m,f=l,e=k;for(;;){if(i){if(P(g,c)){var
+j=cp(r(c,r(a,b)),r(d,h)),i=i[1],a=S(a,p),d=E(d,p),t=E(e,S(j,E(g,p))),g=E(g,p),c=j,f=[0,j,f],e=t;continue}return[0,[0,f,cp(r(c,r(a,b)),S(r(d,h),r(a,b)))],e]}return[0,[0,f,cp(r(c,r(a,b)),S(r(d,h),r(a,b)))],e]}}function
 l7(d,a){var
-e=c(2,c(2,c(2,c(2,c(2,c(2,c(2,o))))))),f=f5(d),b=E(cf(s,r(c(2,c(2,c(2,o))),f)),e),g=K(a,b)?a:b;return aZ(g)}function
+e=c(2,c(2,c(2,c(2,c(2,c(2,c(2,p))))))),f=f5(d),b=E(cf(s,r(c(2,c(2,c(2,p))),f)),e),g=K(a,b)?a:b;return a0(g)}function
 cq(b,e){var
 d=S(e[2],e[1]),c=e[1];if(K(c,s))return[0,s,[0,bU,0],s,s,bU];if(K(d,s))return[0,b,[0,bU,0],s,s,bU];var
-a=aA(r(E(b,o),c),E(c,d)),f=l6(l7(b,S(b,a)),S(b,a),E(a,o),s,bU,c,d,0,bU),g=f[1],k=f[2],h=l6(l7(b,a),a,E(S(b,a),o),s,bU,d,c,0,k),i=h[1],j=i[1],l=h[2],m=g[2],n=i[2],p=y(j,[0,bU,T(g[1],0)]);return[0,S(a,ag(aj(j))),p,n,m,l]}function
+a=aA(r(E(b,p),c),E(c,d)),f=l6(l7(b,S(b,a)),S(b,a),E(a,p),s,bU,c,d,0,bU),g=f[1],k=f[2],h=l6(l7(b,a),a,E(S(b,a),p),s,bU,d,c,0,k),i=h[1],j=i[1],l=h[2],m=g[2],n=i[2],o=w(j,[0,bU,T(g[1],0)]);return[0,S(a,ah(aj(j))),o,n,m,l]}function
 hT(d){var
 e=T(d[2],0),c=0,b=d[4],a=e;for(;;){if(a){var
 c=[0,b,c],b=E(b,a[1]),a=a[2];continue}return[0,b,c]}}function
@@ -3922,11 +3925,11 @@ b=bN(s,hT(a));return E(a[3],b)}function
 l9(f,e,d){var
 b=e,a=d;for(;;){if(a){var
 c=a[2];if(c){if(P(b,f)){var
-b=E(b,o),a=c;continue}return[0,b,a]}return[0,b,a]}return[0,b,a]}}function
+b=E(b,p),a=c;continue}return[0,b,a]}return[0,b,a]}return[0,b,a]}}function
 l_(c,b,a){return K(r(c,a[2]),r(a[1],b[5]))}function
 f6(b,h,g){var
-d=S(E(h,o),b[1]),c=b[2],a=b[3],i=b[4];for(;;){if(c){if(P(s,d)){var
-d=S(d,o),f=E(a,c[1]),c=c[2],a=f;continue}var
+d=S(E(h,p),b[1]),c=b[2],a=b[3],i=b[4];for(;;){if(c){if(P(s,d)){var
+d=S(d,p),f=E(a,c[1]),c=c[2],a=f;continue}var
 e=a}else
 var
 e=P(s,d)?E(a,i):a;return l_(e,b,g)}}function
@@ -3936,13 +3939,13 @@ var
 e=hT(a),c=bN(s,l9(b,a[1],e)[2]);return l_(c,a,d)}function
 f7(c,b){var
 a=M(c,b);return A(L,a)?L:a}function
-l$(a){if(A([0,o,c(2,c(2,x(c(2,c(2,c(2,x(c(2,o))))))))],a)){var
-b=c(2,c(2,c(2,c(2,o))));return[0,x(c(2,c(2,c(2,x(c(2,o)))))),b]}return A([0,o,c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,x(c(2,x(c(2,o)))))))))))))))],a)?[0,c(2,c(2,o)),o]:[0,x(c(2,c(2,c(2,o)))),o]}function
+l$(a){if(A([0,p,c(2,c(2,y(c(2,c(2,c(2,y(c(2,p))))))))],a)){var
+b=c(2,c(2,c(2,c(2,p))));return[0,y(c(2,c(2,c(2,y(c(2,p)))))),b]}return A([0,p,c(2,c(2,c(2,c(2,y(c(2,c(2,y(c(2,y(c(2,y(c(2,y(c(2,p)))))))))))))))],a)?[0,c(2,c(2,p)),p]:[0,y(c(2,c(2,c(2,p)))),p]}function
 ma(a){var
 j=K(s,a[2]);if(j){var
 k=K(a[2],a[1]);if(k){var
-l=K(o,a[1]);if(l){var
-f=s,e=o,b=a[3];for(;;){if(b){var
+l=K(p,a[1]);if(l){var
+f=s,e=p,b=a[3];for(;;){if(b){var
 c=b[1],g=K(f,c[1]);if(g){var
 h=K(e,c[2]);if(h){var
 f=c[1],e=c[2],b=b[2];continue}var
@@ -3954,32 +3957,32 @@ var
 d=k}else
 var
 d=j;return d}function
-mb(a){return M(a,[0,o,c(2,x(c(2,c(2,c(2,x(c(2,o)))))))])}var
-wi=c(2,c(2,c(2,x(c(2,c(2,c(2,c(2,x(c(2,x(c(2,x(c(2,c(2,c(2,o)))))))))))))))),mc=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,o)))))))));function
+mb(a){return M(a,[0,p,c(2,y(c(2,c(2,c(2,y(c(2,p)))))))])}var
+wo=c(2,c(2,c(2,y(c(2,c(2,c(2,c(2,y(c(2,y(c(2,y(c(2,c(2,c(2,p)))))))))))))))),mc=c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,p)))))))));function
 md(b,a){var
 d=cg(b),c=S(E(mc,cg(a)),d);return K(s,c)?[0,aA(bE(b,c),a),aJ(c)]:[0,aA(b,a),s]}function
-df(b,a){return kW(mc,[0,r(b[1],a[1]),E(b[2],a[2])])}function
-hV(a,b){if(K(b,o))return a;var
+dh(b,a){return kW(mc,[0,r(b[1],a[1]),E(b[2],a[2])])}function
+hV(a,b){if(K(b,p))return a;var
 e=bm(b,bk(2)),f=e[1];if(z(e[2],s)){var
-c=hV(a,f);return df(c,c)}var
-d=hV(a,f);return df(a,df(d,d))}function
+c=hV(a,f);return dh(c,c)}var
+d=hV(a,f);return dh(a,dh(d,d))}function
 hW(d,c,a){var
-b=aX(a);return 0===b?[0,o,s]:0<b?hV(md(d,c),a):[0,o,s]}function
+b=aY(a);return 0===b?[0,p,s]:0<b?hV(md(d,c),a):[0,p,s]}function
 me(e,d,c,a){var
 b=au(a);return b?f6(cq(e,c),d,a):b}function
-mf(b,a,h,d){if(K(b,wi)){var
+mf(b,a,h,d){if(K(b,wo)){var
 $=me(b,a,h,d);if($)return $;var
 f=h[1],j=S(h[2],f);if(!K(f,s)&&!K(b,a)){if(K(j,s))return K(s,d[1]);var
-p=aZ(a),H=co(j,S(b,a)),u=p,i=a,t=hS,m=hS,af=d[2];for(;;){if(u){var
-B=r(i,j),C=r(E(S(b,i),o),f),ab=0;if(z(t,o)&&K(B,C)){var
+o=a0(a),H=co(j,S(b,a)),u=o,i=a,t=hS,m=hS,af=d[2];for(;;){if(u){var
+B=r(i,j),C=r(E(S(b,i),p),f),ab=0;if(z(t,p)&&K(B,C)){var
 I=E(m,i);ab=1}if(!ab){var
-D=cp(r(t,B),C),u=u[1],i=S(i,o),t=D,m=E(m,D);continue}}else
+D=cp(r(t,B),C),u=u[1],i=S(i,p),t=D,m=E(m,D);continue}}else
 var
 I=m;var
-ag=co(f,a),J=r(r(r(r(l2(p,b,o),ag),H),I),af),ah=co(E(f,j),b),L=r(l2(p,a,o),ah),M=r(r(d[1],L),hS);if(K(J,M))return 1;var
-N=K(r(J,l3),r(M,E(l3,o)));if(N){var
-w=p,n=o,F=o,v=o,ai=r(d[1],L),aj=d[2];for(;;){if(w){var
-G=r(r(F,E(S(b,n),o)),f),w=w[1],ae=E(r(r(v,n),j),G),n=E(n,o),F=G,v=ae;continue}return K(r(r(v,H),aj),ai)}}return N}}return K(d[2],d[1])}var
+ag=co(f,a),J=r(r(r(r(l2(o,b,p),ag),H),I),af),ah=co(E(f,j),b),L=r(l2(o,a,p),ah),M=r(r(d[1],L),hS);if(K(J,M))return 1;var
+N=K(r(J,l3),r(M,E(l3,p)));if(N){var
+w=o,n=p,F=p,v=p,ai=r(d[1],L),aj=d[2];for(;;){if(w){var
+G=r(r(F,E(S(b,n),p)),f),w=w[1],ae=E(r(r(v,n),j),G),n=E(n,p),F=G,v=ae;continue}return K(r(r(v,H),aj),ai)}}return N}}return K(d[2],d[1])}var
 aa=au(d);if(aa){var
 e=h[1],l=S(h[2],e),W=P(s,e);if(W){var
 X=P(a,b);if(X){var
@@ -3987,12 +3990,12 @@ Y=K(l,s);if(Y)var
 g=Y;else{var
 Z=ac(d);if(Z){var
 _=P(r(a,E(e,l)),r(b,e));if(_){var
-O=E(e,l),q=S(b,a),al=hW(r(a,O),r(b,e),a),Q=df(hW(r(q,O),r(b,l),q),al),am=c(2,o),an=hW(d[1],d[2],am),R=df(df(Q,Q),an),y=E(q,o),T=S(r(y,e),r(a,l)),U=r(r(r(x(c(2,c(2,x(c(2,c(2,x(c(2,o)))))))),b),r(y,e)),r(y,e)),V=r(r(r(r(x(c(2,c(2,x(c(2,x(c(2,c(2,c(2,x(c(2,c(2,o)))))))))))),a),q),T),T),ad=0;if(P(s,a)&&P(U,V)){var
-k=df(R,md(V,U));ad=1}if(!ad)var
+O=E(e,l),q=S(b,a),al=hW(r(a,O),r(b,e),a),Q=dh(hW(r(q,O),r(b,l),q),al),am=c(2,p),an=hW(d[1],d[2],am),R=dh(dh(Q,Q),an),x=E(q,p),T=S(r(x,e),r(a,l)),U=r(r(r(y(c(2,c(2,y(c(2,c(2,y(c(2,p)))))))),b),r(x,e)),r(x,e)),V=r(r(r(r(y(c(2,c(2,y(c(2,y(c(2,c(2,c(2,y(c(2,c(2,p)))))))))))),a),q),T),T),ad=0;if(P(s,a)&&P(U,V)){var
+k=dh(R,md(V,U));ad=1}if(!ad)var
 k=R;if(K(s,k[2]))var
-A=K(o,k[1]);else
+A=K(p,k[1]);else
 var
-ak=k[1],A=K(bE(o,aJ(k[2])),ak);if(A)return me(b,a,h,d);var
+ak=k[1],A=K(bE(p,aJ(k[2])),ak);if(A)return me(b,a,h,d);var
 g=A}else
 var
 g=_}else
@@ -4002,18 +4005,18 @@ var
 g=X}else
 var
 g=W;return g}return aa}function
-eG(a){var
+eJ(a){var
 b=P(s,a[2]);return b?ac(a[4]):b}var
-wj=c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,c(2,c(2,c(2,c(2,x(c(2,o))))))))))))))))))));function
-mg(a){return K(aN(function(b,a){if(eG(a)){var
-d=c(2,x(c(2,c(2,o))));return E(E(b,f5(a[2])),d)}return b},a,s),wj)}function
+wp=c(2,c(2,c(2,c(2,y(c(2,c(2,y(c(2,c(2,y(c(2,y(c(2,c(2,c(2,c(2,c(2,y(c(2,p))))))))))))))))))));function
+mg(a){return K(aN(function(b,a){if(eJ(a)){var
+d=c(2,y(c(2,c(2,p))));return E(E(b,f5(a[2])),d)}return b},a,s),wp)}function
 mh(b,a){return M(a,at(b[4]))}function
 cO(a){return ab(L,aG(a))}function
 mi(q,x,w){var
 g=x,b=w;for(;;){if(g){if(b){var
 r=b[1],a=g[1],c=r[2],d=r[1],j=au(d),h=0;if(j){var
 k=A(d,c);if(k){var
-l=A(c,a[4]);if(l)if(eG(a)){var
+l=A(c,a[4]);if(l)if(eJ(a)){var
 m=A(d,Q);if(m)var
 i=m;else
 var
@@ -4045,16 +4048,16 @@ a=d;for(;;){if(a){var
 b=a[2];if(b){var
 c=P(a[1],b[1]);if(c){var
 a=b;continue}return c}return 1}return 1}}function
-dg(a){return[0,a,o]}function
+di(a){return[0,a,p]}function
 mk(b,a){var
-c=co(b[2],a),d=aX(c),e=0===d?o:0<d?c:o;return[0,co(b[1],a),e]}function
-f8(a){return ag(aj(al(eG,a)))}function
+c=co(b[2],a),d=aY(c),e=0===d?p:0<d?c:p;return[0,co(b[1],a),e]}function
+f8(a){return ah(aj(al(eJ,a)))}function
 hX(b,a){return K(b,a)?b:a}function
 ml(a){var
-b=al(eG,a);if(mj(q(function(a){return a[1]},b)))return hX(o,f8(a));var
-d=f8(a);return hX(c(2,o),d)}function
+b=al(eJ,a);if(mj(q(function(a){return a[1]},b)))return hX(p,f8(a));var
+d=f8(a);return hX(c(2,p),d)}function
 hY(h,g,f,b,e,a){var
-l=M(dg(S(r(c(2,o),f),b)),a),i=A(ab(ab(M(dg(b),e),l),h),L);if(i)var
+l=M(di(S(r(c(2,p),f),b)),a),i=A(ab(ab(M(di(b),e),l),h),L);if(i)var
 d=i;else
 if(g){var
 j=ac(cO(ab(e,a)));if(j){var
@@ -4069,20 +4072,20 @@ mm(c,b,a){var
 d=M(c,a[1]);return A(b[2],d)}function
 f9(d,c){var
 a=d,b=c;for(;;){if(a){if(z(b,s))return[0,a[1]];var
-a=a[2],b=S(b,o);continue}return a}}function
+a=a[2],b=S(b,p);continue}return a}}function
 mn(b,a){return W(q(function(a){return a[1]},b),a)}function
 mo(c,b,a){var
 d=c4(c,a);return Y(function(a){var
 c=a[2];return Y(function(a){var
 d=al(function(c){var
 d=F(b,c);return I(z(F(b,a),d))},c);return q(function(b){return[0,a,b]},d)},c)},d)}function
-mp(b,a){return mj(q(aY,c4(b,a)))}function
+mp(b,a){return mj(q(aZ,c4(b,a)))}function
 mq(a){return ci(s,q(function(a){return a[1]},a))}function
 mr(a){return a[2][1]}function
 ms(a9,D,aF,C){var
 aH=aF[2],aI=aF[1];function
 aJ(a){return[0,a[2][2],a[2][3],a[3]]}var
-a_=at(aI[2][4]),i=M(a9,M(aH[2][4],a_)),a=aJ(aH),d=aJ(aI),aZ=[0,o,c(2,c(2,o))],l=M(mb(D),aZ),an=ab(D,aG(mb(D))),ao=ma(d);if(ao){var
+a_=at(aI[2][4]),i=M(a9,M(aH[2][4],a_)),a=aJ(aH),d=aJ(aI),aZ=[0,p,c(2,c(2,p))],l=M(mb(D),aZ),an=ab(D,aG(mb(D))),ao=ma(d);if(ao){var
 ap=ma(a);if(ap){var
 aq=ac(i);if(aq){var
 ar=P(s,a[2]);if(ar){var
@@ -4090,9 +4093,9 @@ as=au(D);if(as)if(C){var
 z=C[2],b=C[1],t=z;for(;;){if(t){var
 Z=t[2];if(Z){var
 t=Z;continue}var
-p=t[1]}else
+o=t[1]}else
 var
-p=b;var
+o=b;var
 av=au(b);if(av){var
 U=b,x=z;for(;;){if(x){var
 aj=x[1],ak=I(A(aj,U));if(ak){var
@@ -4106,17 +4109,17 @@ a3=a[2],aB=hU(cq(a[1],b),a3,l);if(aB)var
 B=aB;else
 var
 a4=d[2],a5=f7(i,b),B=hU(cq(d[1],a5),a4,l)}if(B){var
-ax=A(L,M(i,p));if(ax)var
+ax=A(L,M(i,o));if(ax)var
 q=ax;else{var
-a0=d[2],a1=f7(i,p),az=f6(cq(d[1],a1),a0,l);if(az)var
+a0=d[2],a1=f7(i,o),az=f6(cq(d[1],a1),a0,l);if(az)var
 q=az;else{var
-aA=A(L,p);if(aA)var
+aA=A(L,o);if(aA)var
 q=aA;else
 var
-a2=a[2],q=f6(cq(a[1],p),a2,l)}}if(q){var
+a2=a[2],q=f6(cq(a[1],o),a2,l)}}if(q){var
 aN=d[3],aO=a[3],aP=l5(d,d[2])[2],F=0,$=s,_=aO,u=aN,aQ=l5(a,a[2])[1];a:for(;;){if(u){var
 j=$,m=_,aL=u[1][2];for(;;){if(m){if(!K(r(aL,aQ),r(aP,m[1][1]))){var
-j=E(j,o),m=m[2];continue}var
+j=E(j,p),m=m[2];continue}var
 aa=[0,j,m]}else
 var
 aa=[0,j,0];var
@@ -4125,7 +4128,7 @@ al=b,y=z,aM=T(F,0);for(;;){if(y){var
 am=y[1],aV=f7(i,al),k=cq(d[1],aV),n=cq(a[1],am),ag=K(s,k[5]),aK=0;if(ag){var
 ah=K(s,n[5]);if(ah){var
 aW=r(an[1],r(k[5],n[5])),aX=an[2],aY=a[1],R=l8(n),O=k[1],w=aM,aS=r(E(k[3],k[4]),R),aT=k[2];for(;;){if(w&&P(s,O)){var
-O=S(O,o),w=w[2];continue}var
+O=S(O,p),w=w[2];continue}var
 aU=hT(n),G=n[1],ad=aU,g=w,f=aT,e=aS;for(;;){if(f){var
 v=f[2],H=f[1];if(g){var
 J=g[2],N=g[1];if(P(N,G)){var
@@ -4170,27 +4173,27 @@ hZ(b,a){var
 c=A(b,a);return c?A(a,b):c}function
 f_(a){return cO(a[1])}function
 f$(a){if(a[2])return f_(a);var
-b=[0,o,c(2,o)];return M(f_(a),b)}function
-h0(b,a){return M(a,at(dg(b)))}var
-eH=c(2,c(2,c(2,c(2,c(2,c(2,c(2,o)))))));function
-dh(a){return K(a,s)?s:E(cg(a),o)}function
+b=[0,p,c(2,p)];return M(f_(a),b)}function
+h0(b,a){return M(a,at(di(b)))}var
+eK=c(2,c(2,c(2,c(2,c(2,c(2,c(2,p)))))));function
+dj(a){return K(a,s)?s:E(cg(a),p)}function
 h1(a){var
-b=S(dh(a[1]),eH);if(P(s,b)){var
+b=S(dj(a[1]),eK);if(P(s,b)){var
 c=E(a[2],b);return[0,jM(a[1],b),c]}return a}function
-eI(b,a){return h1([0,r(b[1],a[1]),E(b[2],a[2])])}function
-h2(a,b){if(K(b,o))return eI([0,o,s],a);var
+eL(b,a){return h1([0,r(b[1],a[1]),E(b[2],a[2])])}function
+h2(a,b){if(K(b,p))return eL([0,p,s],a);var
 e=bm(b,bk(2)),f=e[1];if(z(e[2],s)){var
-c=h2(a,f);return eI(c,c)}var
-d=h2(a,f);return eI(eI(d,d),a)}function
+c=h2(a,f);return eL(c,c)}var
+d=h2(a,f);return eL(eL(d,d),a)}function
 mt(a){var
-g=r(c(2,o),eH),f=0,b=aN(function(b,a){if(z(a[1],s))return b;var
-d=a[2],c=E(dh(a[1]),d),e=b?cf(b[1],c):c;return[0,e]},a,f),h=b?b[1]:s,d=S(h,g),e=h1([0,aN(function(b,a){return E(b,bE(a[1],S(a[2],d)))},a,s),d]),i=S(e[2],eH),j=ag(aj(a));return[0,aA(bE(e[1],eH),j),i]}function
+g=r(c(2,p),eK),f=0,b=aN(function(b,a){if(z(a[1],s))return b;var
+d=a[2],c=E(dj(a[1]),d),e=b?cf(b[1],c):c;return[0,e]},a,f),h=b?b[1]:s,d=S(h,g),e=h1([0,aN(function(b,a){return E(b,bE(a[1],S(a[2],d)))},a,s),d]),i=S(e[2],eK),j=ah(aj(a));return[0,aA(bE(e[1],eK),j),i]}function
 mu(a,e){var
-b=r(a[1],e[1]),c=e[2],g=dh(c),h=a[2],d=S(E(dh(b),h),g);if(!z(d,s)&&!z(d,o)){var
+b=r(a[1],e[1]),c=e[2],g=dj(c),h=a[2],d=S(E(dj(b),h),g);if(!z(d,s)&&!z(d,p)){var
 f=P(s,b);return f?P(s,d):f}return K(s,a[2])?K(c,bE(b,a[2])):K(bE(c,aJ(a[2])),b)}var
-mv=[0,o,c(2,o)],wk=[0,c(2,c(2,c(2,x(c(2,o))))),o];function
+mv=[0,p,c(2,p)],wq=[0,c(2,c(2,c(2,y(c(2,p))))),p];function
 mw(d,a,f,b){if(d){var
-g=[0,r(c(2,o),b),o];if(A(M(M(a,a),g),wk))var
+g=[0,r(c(2,p),b),p];if(A(M(M(a,a),g),wq))var
 e=0;else
 var
 h=M(a,mv),e=mw(d[1],f,h,b);return[0,a,e]}return[0,a,0]}function
@@ -4198,14 +4201,14 @@ mx(a){var
 b=au(a);return b?A(a,L):b}function
 my(d,a){if(au(d)&&G(function(a){var
 b=mx(a[2]);return b?mx(a[3]):b},a)){var
-b=aN(function(b,a){return E(b,a[1])},a,s),e=x(c(2,o)),f=[0,c(2,o),e],g=c(2,c(2,c(2,c(2,o)))),h=[0,x(c(2,x(c(2,x(c(2,o)))))),g],i=c(2,c(2,o)),j=mw(aZ(E(dh(b),i)),h,f,b);return mt(q(function(k){var
-b=[0,o,s];return aN(function(n,a){var
-j=a[1],f=d[2],g=a[2][2],h=a[3][2],b=r(r(r(k[2],f),g),h),i=E(b,r(k[1],S(r(r(d[1],a[3][1]),g),r(r(a[2][1],f),h)))),l=dh(i),c=cf(s,S(E(eH,dh(b)),l)),m=h1([0,aA(bE(i,c),b),aJ(c)]),e=aX(j),p=0===e?[0,o,s]:0<e?h2(m,j):[0,o,s];return eI(n,p)},a,b)},j))}return[0,s,s]}function
+b=aN(function(b,a){return E(b,a[1])},a,s),e=y(c(2,p)),f=[0,c(2,p),e],g=c(2,c(2,c(2,c(2,p)))),h=[0,y(c(2,y(c(2,y(c(2,p)))))),g],i=c(2,c(2,p)),j=mw(a0(E(dj(b),i)),h,f,b);return mt(q(function(k){var
+b=[0,p,s];return aN(function(n,a){var
+j=a[1],f=d[2],g=a[2][2],h=a[3][2],b=r(r(r(k[2],f),g),h),i=E(b,r(k[1],S(r(r(d[1],a[3][1]),g),r(r(a[2][1],f),h)))),l=dj(i),c=cf(s,S(E(eK,dj(b)),l)),m=h1([0,aA(bE(i,c),b),aJ(c)]),e=aY(j),o=0===e?[0,p,s]:0<e?h2(m,j):[0,p,s];return eL(n,o)},a,b)},j))}return[0,s,s]}function
 mz(a){return[0,a[2][1],[0,a[2][2],[0,a[3][1],[0,a[3][2],0]]]]}function
 mA(b,a){var
 c=b1(b[2],a[2]);return c?b1(b[3],a[3]):c}function
 mB(f){var
-a=0,b=ek(function(f,e){var
+a=0,b=en(function(f,e){var
 g=mz(e),b=mz(f),a=g;for(;;){if(b){if(a){var
 c=a[1],d=b[1];if(z(d,c)){var
 b=b[2],a=a[2];continue}return P(d,c)}return 1}return 1}},f);for(;;){if(b){var
@@ -4225,20 +4228,20 @@ b=W(a,c[9]);return Y(function(d){var
 a=d[1],j=c[6],i=d[2],g=a[1],h=q(function(a){var
 b=a[2];function
 c(a){return M(a,at(g))}var
-d=q(function(a){return af(c,a)},b);return[0,a[1],d]},i),b=aj(a[2]),e=aR(0,b),f=Y(function(a){var
-c=aR(0,b);return Y(function(b){return ba(a,b)?0:[0,[0,a,b],0]},c)},e);return q(function(i){var
+d=q(function(a){return ag(c,a)},b);return[0,a[1],d]},i),b=aj(a[2]),e=aR(0,b),f=Y(function(a){var
+c=aR(0,b);return Y(function(b){return bb(a,b)?0:[0,[0,a,b],0]},c)},e);return q(function(i){var
 b=ac(a[1]);if(b){var
 c=ci(s,h),d=mB(Y(function(g){var
 a=g[2],b=g[1],h=i[2],c=ga(i[1],a);if(c){var
 d=c[1],e=ga(h,a);return e?[0,[0,a[1],d,e[1],b],0]:j?0:[0,[0,a[1],d,Q,b],0]}if(j)return 0;var
-f=ga(h,a),k=0,l=f?f[1]:Q;return[0,[0,a[1],L,l,b],k]},c));return ek(function(b,a){return K(b[4],a[4])},d)}return b},f)},b)}function
+f=ga(h,a),k=0,l=f?f[1]:Q;return[0,[0,a[1],L,l,b],k]},c));return en(function(b,a){return K(b[4],a[4])},d)}return b},f)},b)}function
 mF(a){var
-b=a[2];return K(b,o)?[0,a[1]]:z(bm(b,bk(2))[2],s)?0:0}function
+b=a[2];return K(b,p)?[0,a[1]]:z(bm(b,bk(2))[2],s)?0:0}function
 mG(a){return a[1]}function
 h3(b,a){if(b){if(a){var
 c=h3(b[2],a[2]);return[0,E(b[1],a[1]),c]}return b}return a}function
-dQ(a,h){if(a[4])return 0;if(h){var
-c=jS(mG,aJ(o),aJ(o),a[7]);return b0(function(c){var
+dT(a,h){if(a[4])return 0;if(h){var
+c=jS(mG,aJ(p),aJ(p),a[7]);return b0(function(c){var
 e=a[5],h=c[2];if(e)var
 b=[0,e[1]];else
 var
@@ -4248,9 +4251,9 @@ var
 f=b;return f},c)}var
 b=a[5];if(b){var
 d=b[1],e=function(b){var
-c=a[7];return al(function(a){return z(a[2],b)},c)},f=q(e,dF(a[2])),g=al(function(a){var
+c=a[7];return al(function(a){return z(a[2],b)},c)},f=q(e,dH(a[2])),g=al(function(a){var
 b=a?1:a;return b},f);return b0(function(a){var
-b=b0(function(a){return b0(mF,a[3])},a);return af(function(a){return[0,s,d,aN(h3,a,0)]},b)},g)}return b}function
+b=b0(function(a){return b0(mF,a[3])},a);return ag(function(a){return[0,s,d,aN(h3,a,0)]},b)},g)}return b}function
 gc(a){return aN(g6,a,s)}function
 mH(a){return aN(function(b,a){return A(a,b)?b:a},a,Q)}function
 mI(a){return z(a[1],s)}function
@@ -4266,18 +4269,18 @@ c=d;if(c)var
 g=W(a[2],a[3]),h=gc(q(function(a){return mI(a[1])?s:a[2]},g)),i=gc(a[3]),e=[0,[0,a[1],i,h,b]];else
 var
 e=c;return e}var
-wl=c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,c(2,c(2,c(2,c(2,x(c(2,o)))))))))))))))))))));function
+wr=c(2,c(2,c(2,c(2,c(2,y(c(2,c(2,y(c(2,c(2,y(c(2,y(c(2,c(2,c(2,c(2,c(2,y(c(2,p)))))))))))))))))))));function
 mJ(a){var
-b=at(dg(gc(q(a$,a))));return M(ax(q(function(a){var
-b=dg(a[2]);return M(a[1],b)},a)),b)}function
+b=at(di(gc(q(ba,a))));return M(ax(q(function(a){var
+b=di(a[2]);return M(a[1],b)},a)),b)}function
 mK(e,a){var
 b=e[8];if(b){var
-c=b[1],f=aj(a),d=ba(aj(c),f);if(d){var
+c=b[1],f=aj(a),d=bb(aj(c),f);if(d){var
 g=W(a,c);return b0(function(g){var
 d=g[2],a=g[1],h=0,e=aN(function(b,a){var
 c=a[2],d=a[1];return h3(b,q(function(a){return r(d,a)},c))},d,h),f=G(function(b){var
-c=aj(a[3]);return ba(aj(b[2]),c)},d);if(f)var
-i=aj(a[3]),b=ba(aj(e),i);else
+c=aj(a[3]);return bb(aj(b[2]),c)},d);if(f)var
+i=aj(a[3]),b=bb(aj(e),i);else
 var
 b=f;if(b)var
 j=W(e,a[3]),c=G(function(a){return z(a[1],a[2])},j);else
@@ -4292,9 +4295,9 @@ h5(a){switch(a[0]){case
 0:return a[1][9];case
 1:return[0,a[1][7]];default:return[0,a[1][11]]}}function
 mM(a){return a[1][3]}function
-wn(u,U,T){switch(T[0]){case
+wt(u,U,T){switch(T[0]){case
 0:var
-az=dQ(u,U);if(az){var
+az=dT(u,U);if(az){var
 a=T[1],aq=b0(h4,az[1]);if(aq){var
 e=aq[1];if(e){var
 b4=mg(e);if(b4){var
@@ -4303,7 +4306,7 @@ aP=f8(e),aQ=ml(e),aS=a[2],ck=0;if(aS)var
 ab=aS;else{var
 aT=z(aP,s);if(aT)var
 ab=aT;else{var
-cr=a[4],aU=M(dg(aQ),cr),cs=a[5],aV=M(dg(S(r(c(2,o),aP),aQ)),cs),aW=A(aU,aV);if(aW){var
+cr=a[4],aU=M(di(aQ),cr),cs=a[5],aV=M(di(S(r(c(2,p),aP),aQ)),cs),aW=A(aU,aV);if(aW){var
 ar=A(aV,aU);ck=1}else
 var
 ab=aW}}if(!ck)var
@@ -4338,9 +4341,9 @@ y=cu;b:for(;;){if(y){var
 a1=y[2],B=y[1],w=a1;for(;;){if(w){var
 x=w[1];if(z(B[1],x[1])){var
 aX=mm(ad,B[2],x[2]);if(aX){var
-aZ=mm(ad,x[2],B[2]);if(aZ){var
+aY=mm(ad,x[2],B[2]);if(aY){var
 w=w[2];continue}var
-a0=aZ}else
+a0=aY}else
 var
 a0=aX;var
 C=a0}else
@@ -4361,18 +4364,18 @@ m=bh;if(m){var
 bj=mi(a[5],e,a[7]);if(bj){var
 bk=mn(e,a[7]),bl=a[8],t=a[9];if(bl){var
 a3=bl[1],a4=a3[2],a5=a3[1],ae=f9(bk,a5),V=0;if(ae){var
-af=ae[1],ah=f9(bk,a4),X=0;if(ah){var
-ai=ah[1],a6=z(af[1],ai[1]),Z=0;if(a6){var
+af=ae[1],ag=f9(bk,a4),X=0;if(ag){var
+ai=ag[1],a6=z(af[1],ai[1]),Z=0;if(a6){var
 a7=I(z(a5,a4));if(a7){var
 a8=ac(af[2][1]);if(a8)if(t){var
 ak=t[1],a9=A(L,ak),cl=0;if(a9){var
 a_=I(A(ak,L));if(a_){var
 ct=af[2][1],i=A(M(ak,ai[2][2]),ct);V=1;X=1;Z=1;cl=1}else
 var
-bb=a_}else
+a$=a_}else
 var
-bb=a9;if(!cl){var
-i=bb;V=1;X=1;Z=1}}else{var
+a$=a9;if(!cl){var
+i=a$;V=1;X=1;Z=1}}else{var
 i=A(ai[2][2],Q);V=1;X=1;Z=1}else
 var
 al=a8}else
@@ -4382,7 +4385,7 @@ var
 al=a6;if(!Z)var
 bc=al}else
 var
-bc=ah;if(!X)var
+bc=ag;if(!X)var
 bd=bc}else
 var
 bd=ae;if(!V)var
@@ -4414,14 +4417,14 @@ b6=av}else
 var
 b6=aq;return b6}return az;case
 1:var
-aA=dQ(u,U);if(aA){var
+aA=dT(u,U);if(aA){var
 d=T[1],b7=b0(h4,aA[1]);if(b7){var
 j=b7[1];if(j){var
-b8=K(gc(q(function(a){return a[2]},j)),wl);if(b8){var
+b8=K(gc(q(function(a){return a[2]},j)),wr);if(b8){var
 b9=A(d[1],L);if(b9){var
-E=ag(aj(mo(a$,aY,mq(j)))),bJ=d[3],_=0;if(bJ){var
+E=ah(aj(mo(ba,aZ,mq(j)))),bJ=d[3],_=0;if(bJ){var
 bK=G(function(a){return ac(a[4])},j);if(bK){var
-bL=mp(a$,mq(j));if(bL){var
+bL=mp(ba,mq(j));if(bL){var
 bM=P(s,E);if(bM){var
 cF=f$(d),bN=hZ(d[4][1],cF);if(bN){var
 cG=h0(E,f$(d)),bO=hZ(d[4][2],cG);if(bO){var
@@ -4437,19 +4440,19 @@ F=F[2],n=n[2];continue}var
 bo=cj}else
 var
 bo=n;var
-p=bo;$=1}else
+o=bo;$=1}else
 if(n){var
-p=0;$=1}else{var
-p=1;$=1}break}}else
+o=0;$=1}else{var
+o=1;$=1}break}}else
 var
 bt=bs}else
 var
 bt=br;if(!$){var
 bu=bt;aE=1}}else{var
 bu=am;aE=1}if(aE)var
-p=bu}else
+o=bu}else
 var
-p=d[5]?0:1;if(p){var
+o=d[5]?0:1;if(o){var
 bv=d[6];if(bv){var
 bw=bv[1],bx=bw[1],by=bx[2],bz=bx[1],bA=ci(s,j),cA=l$(h0(E,f_(d))),bB=function(a){var
 b=l4(a[2][2],cA);return[0,a[1],a[2],b]},an=f9(bA,bz),cn=0;if(an){var
@@ -4473,7 +4476,7 @@ bI=an;if(!cn){var
 J=bI;_=1}}else{var
 J=hZ(d[7],L);_=1}}else
 var
-g=p}else
+g=o}else
 var
 g=bP}else
 var
@@ -4496,8 +4499,8 @@ aw=[0,b_]}else
 var
 aw=b8}else
 var
-aw=j;return aw}return wm}return aA;default:var
-aB=dQ(u,U);if(aB){if(U){var
+aw=j;return aw}return ws}return aA;default:var
+aB=dT(u,U);if(aB){if(U){var
 cg=aB[1],b=T[1];if(fI(u))return 0;var
 cd=b[7];if(cd){var
 ca=cd[1],cb=ca[1],cR=ca[2],cc=au(cb);if(cc)var
@@ -4509,8 +4512,8 @@ var
 O=1;if(O){var
 ax=mK(b,cg);if(ax){var
 ay=W(cg,ax[1]);if(ay){var
-b$=b[7],cQ=hm(function(a){return a[1][1]},ay),N=q(a$,q(function(a){var
-c=q(a$,a[2]);if(b$)var
+b$=b[7],cQ=hm(function(a){return a[1][1]},ay),N=q(ba,q(function(a){var
+c=q(ba,a[2]);if(b$)var
 b=b$[1][2];else
 var
 d=a[2],b=mH(Y(function(a){return a[1][2]},d));return[0,a[1],[0,b,c]]},cQ)),bW=b[10],aF=0;if(bW){var
@@ -4518,10 +4521,10 @@ bX=I(b[3]);if(bX){var
 bY=A(b[1],L);if(bY){var
 cL=gb(b),bZ=mD(b[4],cL);if(bZ){var
 cM=gb(b),b1=mD(b[5],cM);if(b1){var
-cN=aj(b[9]),b2=ba(aj(N),cN);if(b2){var
+cN=aj(b[9]),b2=bb(aj(N),cN);if(b2){var
 cP=W(N,b[9]),b3=G(function(c){var
 j=c[2],d=c[1],a=aj(d[2]),b=G(function(b){var
-c=P(s,b[1]);return c?ba(aj(b[2]),a):c},j);if(b){var
+c=P(s,b[1]);return c?bb(aj(b[2]),a):c},j);if(b){var
 e=d[2],f=W(aR(0,a),e);return G(function(i){var
 k=i[2],l=mC(jX(function(a){return I(z(a[2],s))},k)),b=mC(Y(function(b){var
 a=ga(i[1],b),c=a?[0,[0,a[1],b[1]],0]:a;return c},j)),a=l;for(;;){if(b){if(a){var
@@ -4574,7 +4577,7 @@ ce=ax;var
 cf=ce}else
 var
 cf=O;return[0,cf]}var
-ch=wo}else
+ch=wu}else
 var
 ch=aB;return ch}}function
 h6(b,a){if(b[1])return hr(a,b[2]);var
@@ -4583,7 +4586,7 @@ mN(a){return ab(L,aG(a[1][1]))}function
 h7(b,a){return aj(al(function(a){return bn(b,a)},a))}function
 mO(c,b){if(c){var
 a=c[1];if(a[1][2]){var
-d=mN(a);return M([0,ag(b),o],d)}return b?mN(a):Q}return Q}function
+d=mN(a);return M([0,ah(b),p],d)}return b?mN(a):Q}return Q}function
 h8(k){var
 b=k[1];if(0===b[0])return b[1];var
 a=b[1],d=cn(lY(a)),e=Y(function(e){var
@@ -4591,70 +4594,70 @@ b=cn(e[2]);return q(function(f){var
 b=f[1],c=e[1],l=f[2],h=hQ(a,c,b),g=0;if(0===a[7][0])var
 d=0;else
 var
-k=de(a,c,b),d=q(function(a){return[0,a]},k);var
-i=lZ(l),j=ag(b);return[0,ag(c),j,i,d,h,g]},b)},d),c=a[7],f=0,g=0===c[0]?[0,c[1]]:0,h=a[6]?1:2,i=ag(a[4]),j=ag(bd(a));return[0,ag(bg(a)),j,i,h,g,f,e]}function
+k=dg(a,c,b),d=q(function(a){return[0,a]},k);var
+i=lZ(l),j=ah(b);return[0,ah(c),j,i,d,h,g]},b)},d),c=a[7],f=0,g=0===c[0]?[0,c[1]]:0,h=a[6]?1:2,i=ah(a[4]),j=ah(be(a));return[0,ah(bg(a)),j,i,h,g,f,e]}function
 mP(b){var
 a=b[1];return 0===a[0]?0:[0,a[1]]}function
 h9(a,b){return b?a[2]:a[3]}var
-gd=k(wt),dR=k(wu),dS=k(wv),ge=k(ww),gf=k(wx),bV=k(wy),mQ=k(wz),cr=k(wA),eJ=k(wB),eK=k(wC),gg=k(wD),dT=k(wE),dU=k(wF),gh=k(wG),h_=k(wH),mR=k(wI),h$=k(wJ),eL=k(wK),gi=k(wL),gj=k(wM),mS=k(wN),cP=k(wO),eM=k(wP),ia=k(wQ),mT=k(wR),cs=k(wS),ib=k(wT),ct=k(wU),gk=k(wV),gl=k(wW),mU=k(wX),gm=k(wY),w0=k(wZ),cQ=k(w1),mV=k(w2),mW=k(w3),mX=k(w4),mY=k(w5),dV=k(w6),mZ=k(w7),dW=k(w8),ic=k(w9),id=k(w_),di=k(w$),ie=k(xa),gn=k(xb),m0=k(xc),m1=k(xd);function
+gd=k(wz),dU=k(wA),dV=k(wB),ge=k(wC),gf=k(wD),bV=k(wE),mQ=k(wF),cr=k(wG),eM=k(wH),eN=k(wI),gg=k(wJ),dW=k(wK),dX=k(wL),gh=k(wM),h_=k(wN),mR=k(wO),h$=k(wP),gi=k(wQ),gj=k(wR),mS=k(wS),cP=k(wT),ia=k(wU),mT=k(wV),cs=k(wW),ib=k(wX),ct=k(wY),gk=k(wZ),gl=k(w0),mU=k(w1),gm=k(w2),w4=k(w3),cQ=k(w5),mV=k(w6),mW=k(w7),mX=k(w8),mY=k(w9),dY=k(w_),mZ=k(w$),dZ=k(xa),ic=k(xb),id=k(xc),dk=k(xd),ie=k(xe),gn=k(xf),m0=k(xg),m1=k(xh);function
 m2(a){var
 b=0;return ap(function(b,a){return T(T(b,0),a)},b,a)}function
 ig(b,a){var
-c=k(xe),d=y(hh(a),c),e=y(k(xf),d);return y(k(b),e)}function
-aB(b,a){return F(eu(function(b){return cK(a,b)}),b)}function
+c=k(xi),d=w(hh(a),c),e=w(k(xj),d);return w(k(b),e)}function
+aB(b,a){return F(ex(function(b){return cK(a,b)}),b)}function
 m3(a,b){function
-c(b){return bb(function(a){return t(X,a,b)},a)}return i(U(a,0,b),c)}function
+c(b){return a9(function(a){return t(X,a,b)},a)}return h(U(a,0,b),c)}function
 ih(c,b,a){function
-d(a){return[0,aB(b[3],a)]}return i(m3(c[3][2],a),d)}function
+d(a){return[0,aB(b[3],a)]}return h(m3(c[3][2],a),d)}function
 m4(c,b,a){function
-d(a){return[0,aB(b[4],a)]}return i(m3(c[3][3],a),d)}function
+d(a){return[0,aB(b[4],a)]}return h(m3(c[3][3],a),d)}function
 m5(b,a){function
 c(a){var
-c=b[2];return[0,F(eu(function(b){return J(a,b)}),c)]}return i(X(a),c)}function
+c=b[2];return[0,F(ex(function(b){return J(a,b)}),c)]}return h(X(a),c)}function
 cR(b,a){function
 d(a){if(a){var
-b=a[2];return b?b[2]?R(xg):[0,[0,a[1],b[1]]]:R(xh)}return R(xi)}return i(ay(c(2,o),b,a),d)}var
-xk=[0,[0,k(xj),o],0],xm=[0,[0,k(xl),s],xk];function
+b=a[2];return b?b[2]?R(xk):[0,[0,a[1],b[1]]]:R(xl)}return R(xm)}return h(ay(c(2,p),b,a),d)}var
+xo=[0,[0,k(xn),p],0],xq=[0,[0,k(xp),s],xo];function
 bh(a,b){var
 c=a?[0,b,0]:a;return c}function
 b3(c,b,a){return c?a:[0,b]}function
 m6(d,c,a,f,e){var
-b=a[6],g=b?[0,[0,b[1],b[2]],0]:b,h=y([0,bc,[0,a0,0]],g),j=y(bh(a[5],gm),h),k=y(bh(a[4],fW),j),l=y(bh(a[3],dN),k),m=y(bh(a[2],ad),l);function
+b=a[6],g=b?[0,[0,b[1],b[2]],0]:b,i=w([0,bd,[0,a1,0]],g),j=w(bh(a[5],gm),i),k=w(bh(a[4],fW),j),l=w(bh(a[3],dQ),k),m=w(bh(a[2],ae),l);function
 n(b){function
 e(e){function
 g(g){function
-h(h){function
+i(i){function
 j(j){function
 k(k){function
 l(l){function
-m(a){return[0,[0,f,[0,j,e,g,k,l],a,h]]}var
+m(a){return[0,[0,f,[0,j,e,g,k,l],a,i]]}var
 c=a[6];if(c)var
-n=function(a){return[0,[0,a]]},o=[0,c[1],c[2]],d=i(t(function(a){return cR(av,a)},o,b),n);else
+n=function(a){return[0,[0,a]]},o=[0,c[1],c[2]],d=h(t(function(a){return cR(av,a)},o,b),n);else
 var
-d=xp;return i(d,m)}return i(t(function(a){return ih(d,c,a)},a0,b),l)}return i(t(function(a){return ih(d,c,a)},bc,b),k)}var
-k=t(function(a){return aP(xm,a)},gm,b);return i(b3(a[5],ao,k),j)}function
+d=xt;return h(d,m)}return h(t(function(a){return ih(d,c,a)},a1,b),l)}return h(t(function(a){return ih(d,c,a)},bd,b),k)}var
+k=t(function(a){return aP(xq,a)},gm,b);return h(b3(a[5],ao,k),j)}function
 j(a){return m5(c,a)}var
-k=t(function(a){return V(j,a)},fW,b);return i(b3(a[4],0,k),h)}var
-h=t(function(a){return m5(c,a)},dN,b);return i(b3(a[3],ao,h),g)}var
-g=t(function(a){return m4(d,c,a)},ad,b);return i(b3(a[2],ao,g),e)}return i(U(m,0,e),n)}function
-xr(a){function
+k=t(function(a){return V(j,a)},fW,b);return h(b3(a[4],0,k),i)}var
+i=t(function(a){return m5(c,a)},dQ,b);return h(b3(a[3],ao,i),g)}var
+g=t(function(a){return m4(d,c,a)},ae,b);return h(b3(a[2],ao,g),e)}return h(U(m,0,e),n)}function
+xv(a){function
 b(a){var
-r=J(a,k(xq)),s=[0,a],d=r||J(a,kA),n=0;if(d)var
+r=J(a,k(xu)),s=[0,a],d=r||J(a,kA),n=0;if(d)var
 e=d;else{var
-f=ky(46,0,a),b=f[2],p=0;if(b){var
+f=ky(46,0,a),b=f[2],o=0;if(b){var
 g=b[1],h=hj(f[1]),q=0;if(h){var
-i=bP(c(2,c(2,x(c(2,o)))),g);if(i){var
-m=G(fA,g);n=1;p=1;q=1}else
+i=bP(c(2,c(2,y(c(2,p)))),g);if(i){var
+m=G(fB,g);n=1;o=1;q=1}else
 var
 j=i}else
 var
 j=h;if(!q)var
 l=j}else
 var
-l=b;if(!p)var
+l=b;if(!o)var
 e=l}if(!n)var
-m=e;return O(m,xs,s)}return i(X(a),b)}function
-eN(f,e,b,c){if(typeof
+m=e;return O(m,xw,s)}return h(X(a),b)}function
+eO(f,e,b,c){if(typeof
 c==="number")return[0,[0,[0,[0,[1,b,0]],0],0]];if(typeof
 b==="number")switch(b){case
 0:var
@@ -4662,9 +4665,9 @@ a=[0,1,1,0,0,0,gl];break;case
 1:var
 a=[0,1,0,0,0,0,gl];break;case
 2:var
-a=xn;break;case
+a=xr;break;case
 3:var
-a=xo;break;case
+a=xs;break;case
 4:var
 a=[0,1,1,1,0,0,mU];break;case
 5:var
@@ -4673,67 +4676,67 @@ a=[0,1,0,1,0,0,mU];break;case
 a=[0,0,1,0,0,0,gl];break;default:var
 a=[0,0,0,0,0,0,gl]}else
 var
-a=[0,0,I(b[1]),0,0,1,w0];if(a[1]){var
+a=[0,0,I(b[1]),0,0,1,w4];if(a[1]){var
 d=function(c){function
 d(d){function
 g(g){function
-h(a){return[0,[0,[0,[0,[1,b,[0,a]]],[0,[2,d,g[1],g[2]],0]],[0,d]]]}return i(t(function(b){return m6(f,e,a,d,b)},gk,c),h)}return i(t(function(a){return cR(xr,a)},ib,c),g)}return i(t(by,cs,c),d)};return i(U([0,cs,[0,ib,[0,gk,0]]],0,c),d)}function
+i(a){return[0,[0,[0,[0,[1,b,[0,a]]],[0,[2,d,g[1],g[2]],0]],[0,d]]]}return h(t(function(b){return m6(f,e,a,d,b)},gk,c),i)}return h(t(function(a){return cR(xv,a)},ib,c),g)}return h(t(by,cs,c),d)};return h(U([0,cs,[0,ib,[0,gk,0]]],0,c),d)}function
 g(c){function
 d(d){function
 g(a){return[0,[0,[0,[0,[1,b,[0,a]]],0],[0,[0,d]]]]}var
-h=[0,d];return i(t(function(b){return m6(f,e,a,h,b)},gk,c),g)}return i(t(av,ct,c),d)}return i(U([0,ct,[0,gk,0]],0,c),g)}var
-xt=x(c(2,c(2,o))),xv=[0,[0,k(xu),xt],0],xw=c(2,c(2,o)),xy=[0,[0,k(xx),xw],xv],xz=x(c(2,o)),xB=[0,[0,k(xA),xz],xy],xC=c(2,o),xE=[0,[0,k(xD),xC],xB],xG=[0,[0,k(xF),o],xE],xI=[0,[0,k(xH),s],xG],xK=[0,[0,k(xJ),[0,o,1]],0],xM=[0,[0,k(xL),[0,o,0]],xK],xO=[0,[0,k(xN),[0,s,1]],xM],m7=[0,[0,k(xP),[0,s,0]],xO];function
-eO(b,a){var
+i=[0,d];return h(t(function(b){return m6(f,e,a,i,b)},gk,c),g)}return h(t(av,ct,c),d)}return h(U([0,ct,[0,gk,0]],0,c),g)}var
+xx=y(c(2,c(2,p))),xz=[0,[0,k(xy),xx],0],xA=c(2,c(2,p)),xC=[0,[0,k(xB),xA],xz],xD=y(c(2,p)),xF=[0,[0,k(xE),xD],xC],xG=c(2,p),xI=[0,[0,k(xH),xG],xF],xK=[0,[0,k(xJ),p],xI],xM=[0,[0,k(xL),s],xK],xO=[0,[0,k(xN),[0,p,1]],0],xQ=[0,[0,k(xP),[0,p,0]],xO],xS=[0,[0,k(xR),[0,s,1]],xQ],m7=[0,[0,k(xT),[0,s,0]],xS];function
+eP(b,a){var
 c=G(function(b){return Z(b,a)},b);return c?G(function(a){return bO(b,a[1])},a):c}function
 m8(g,e,d,a){function
 b(a){function
-b(b){return d?eO([0,bJ,b],a):d}var
-f=[0,b([0,bR,[0,cQ,0]]),0],h=[0,b([0,ad,[0,cQ,0]]),f],j=[0,b([0,ad,[0,bR,[0,cQ,0]]]),h],k=[0,eO([0,bJ,[0,cQ,0]],a),j],l=[0,eO([0,bR,[0,cQ,0]],a),k],m=[0,eO([0,ad,[0,cQ,0]],a),l],n=[0,eO([0,ad,[0,bR,[0,cQ,0]]],a),m];function
-p(d){function
+b(b){return d?eP([0,bJ,b],a):d}var
+f=[0,b([0,bR,[0,cQ,0]]),0],i=[0,b([0,ae,[0,cQ,0]]),f],j=[0,b([0,ae,[0,bR,[0,cQ,0]]]),i],k=[0,eP([0,bJ,[0,cQ,0]],a),j],l=[0,eP([0,bR,[0,cQ,0]],a),k],m=[0,eP([0,ae,[0,cQ,0]],a),l],n=[0,eP([0,ae,[0,bR,[0,cQ,0]]],a),m];function
+o(d){function
 b(C){function
 b(f){function
 b(e){function
 b(k){var
-l=et(xI,C),b=0===l[0]?l[1]:kB,m=et(m7,k),g=0===m[0]?[0,m[1]]:0,h=e?1:e;if(Z(bJ,a)){var
-B=0;if(J(k,br)&&I(Z(ad,a))&&I(Z(bR,a)))if(z(b,x(c(2,o))))var
-d=xQ;else
+l=ev(xM,C),b=0===l[0]?l[1]:kB,m=ev(m7,k),g=0===m[0]?[0,m[1]]:0,h=e?1:e;if(Z(bJ,a)){var
+B=0;if(J(k,br)&&I(Z(ae,a))&&I(Z(bR,a)))if(z(b,y(c(2,p))))var
+d=xU;else
 var
-n=z(b,o),d=n?xR:n;else
+n=z(b,p),d=n?xV:n;else
 B=1;if(B)if(g){var
-p=g[1],i=p[1],D=Z(ad,a);if(bn(p[2],D))var
+o=g[1],i=o[1],D=Z(ae,a);if(bn(o[2],D))var
 j=0;else
 if(Z(bR,a))var
-E=z(i,s)?c(2,c(2,o)):x(c(2,c(2,o))),q=z(b,E),r=q?h:q,j=r?[0,[3,i,f,e]]:r;else
+E=z(i,s)?c(2,c(2,p)):y(c(2,c(2,p))),q=z(b,E),r=q?h:q,j=r?[0,[3,i,f,e]]:r;else
 var
-t=z(b,o),j=t?[0,[4,i,f]]:t;var
+t=z(b,p),j=t?[0,[4,i,f]]:t;var
 d=j}else
 var
 d=g}else
-if(Z(ad,a))if(Z(bR,a))var
+if(Z(ae,a))if(Z(bR,a))var
 u=z(b,s),v=u?h:u,d=v?[0,[0,f,e]]:v;else
 var
-w=z(b,o),d=w?[0,[1,f]]:w;else
+w=z(b,p),d=w?[0,[1,f]]:w;else
 var
-y=z(b,c(2,o)),A=y?h:y,d=A?[0,[2,e]]:A;return[0,d]}var
-d=t(X,bJ,a);return i(b3(Z(bJ,a),0,d),b)}function
+x=z(b,c(2,p)),A=x?h:x,d=A?[0,[2,e]]:A;return[0,d]}var
+d=t(X,bJ,a);return h(b3(Z(bJ,a),0,d),b)}function
 d(b){function
-a(a){return[0,aB(e[3],a)]}return i(ay(aa(g[3][2]),X,b),a)}var
-h=t(function(a){return V(d,a)},bR,a);return i(b3(Z(bR,a),0,h),b)}var
+a(a){return[0,aB(e[3],a)]}return h(ay(aa(g[3][2]),X,b),a)}var
+i=t(function(a){return V(d,a)},bR,a);return h(b3(Z(bR,a),0,i),b)}var
 d=t(function(b){function
-a(a){return[0,aB(e[4],a)]}return i(ay(aa(g[3][3]),X,b),a)},ad,a);return i(b3(Z(ad,a),ao,d),b)}return i(t(X,cQ,a),b)}return i(O($(function(a){return a},n),xT,xS),p)}return i(bf(a),b)}function
-dX(e,d){var
+a(a){return[0,aB(e[4],a)]}return h(ay(aa(g[3][3]),X,b),a)},ae,a);return h(b3(Z(ae,a),ao,d),b)}return h(t(X,cQ,a),b)}return h(O($(function(a){return a},n),xX,xW),o)}return h(bc(a),b)}function
+d0(e,d){var
 a=e,b=d;for(;;){if(a){var
 c=a[1];if(c){var
 a=a[2],b=[0,c[1],b];continue}return c}return[0,T(b,0)]}}var
-xV=[0,[0,k(xU),5],0],xX=[0,[0,k(xW),4],xV],xZ=[0,[0,k(xY),2],xX],m9=[0,[0,bq,0],[0,[0,br,1],[0,[0,k(x0),3],xZ]]],x2=[0,[0,k(x1),7],0],eP=[0,[0,k(x3),6],x2];function
+xZ=[0,[0,k(xY),5],0],x1=[0,[0,k(x0),4],xZ],x3=[0,[0,k(x2),2],x1],m9=[0,[0,bq,0],[0,[0,br,1],[0,[0,k(x4),3],x3]]],x6=[0,[0,k(x5),7],0],eQ=[0,[0,k(x7),6],x6];function
 m_(a){if(a)var
-c=[0,[0,k(x5),x4],0],b=[0,[0,k(x7),x6],c];else
+c=[0,[0,k(x9),x8],0],b=[0,[0,k(x$),x_],c];else
 var
 b=a;var
-d=[0,[0,k(x9),x8],0];return y([0,[0,k(x$),x_],d],b)}var
-ya=y(eP,m_(1)),yc=[0,[0,k(yb),2],0],ye=[0,[0,k(yd),3],yc],yg=[0,[0,k(yf),1],ye],yi=y([0,[0,k(yh),0],yg],ya),eQ=k(yj),b4=k(yk),dY=k(yl),go=k(ym),yo=k(yn),m$=k(yp),na=k(yq),eR=k(yr),nb=k(ys),nc=k(yt),nd=k(yu),dj=k(yv),dk=k(yw);function
+d=[0,[0,k(yb),ya],0];return w([0,[0,k(yd),yc],d],b)}var
+ye=w(eQ,m_(1)),yg=[0,[0,k(yf),2],0],yi=[0,[0,k(yh),3],yg],yk=[0,[0,k(yj),1],yi],ym=w([0,[0,k(yl),0],yk],ye),eR=k(yn),b4=k(yo),d1=k(yp),go=k(yq),ys=k(yr),m$=k(yt),na=k(yu),eS=k(yv),nb=k(yw),nc=k(yx),nd=k(yy),dl=k(yz),dm=k(yA);function
 bL(c,b){var
-a=et(c,b);return 0===a[0]?[0,a[1]]:0}function
+a=ev(c,b);return 0===a[0]?[0,a[1]]:0}function
 ne(a,h){var
 c=J(a,m$);if(c)var
 b=c;else{var
@@ -4743,31 +4746,31 @@ e=J(a,nc);if(e)var
 b=e;else{var
 f=J(a,na);if(f)var
 b=f;else{var
-g=J(a,eR);if(g)return J(h,go);var
+g=J(a,eS);if(g)return J(h,go);var
 b=g}}}}return b}function
-nf(b,a){return O(K(aa(a),b),yF,[0,a])}function
-yG(a){function
+nf(b,a){return O(K(aa(a),b),yJ,[0,a])}function
+yK(a){function
 b(a){function
 b(b){function
 d(b){function
 c(c){function
-d(a){return[0,[0,c,a,b]]}return i(t(by,m1,a),d)}return i(t(am,m0,a),c)}return i(nf(c(2,c(2,c(2,c(2,o)))),b),d)}function
-d(a){return cR(am,a)}return i(t(function(a){return V(d,a)},dO,a),b)}return i(U([0,m0,[0,m1,[0,dO,0]]],0,a),b)}function
+d(a){return[0,[0,c,a,b]]}return h(t(by,m1,a),d)}return h(t(am,m0,a),c)}return h(nf(c(2,c(2,c(2,c(2,p)))),b),d)}function
+d(a){return cR(am,a)}return h(t(function(a){return V(d,a)},dR,a),b)}return h(U([0,m0,[0,m1,[0,dR,0]]],0,a),b)}function
 ng(a){function
 b(a){function
 b(a){var
-b=bb(yG,a),c=a?1:a;return O(c,yH,b)}return i(nf(c(2,c(2,c(2,o))),a),b)}return i(bp(a),b)}function
+b=a9(yK,a),c=a?1:a;return O(c,yL,b)}return h(nf(c(2,c(2,c(2,p))),a),b)}return h(bp(a),b)}function
 nh(a){function
-b(a){return yI}return i(bf(a),b)}function
+b(a){return yM}return h(bc(a),b)}function
 ii(Q,v,P,a){function
 b(c){function
 a(b){function
 a(d){function
 a(a){function
 e(g){function
-e(h){function
+e(i){function
 e(R){var
-n=ah(ct,c);if(n){var
+n=ad(ct,c);if(n){var
 o=n[1],r=0;if(typeof
 o==="number")r=1;else
 switch(o[0]){case
@@ -4780,10 +4783,10 @@ p=0;var
 w=p}else
 var
 w=n;var
-S=[0,eq([2,a]),0],T=[0,w,[0,k(yJ),S]],V=[0,k(yK),T],W=[0,eq([2,d]),V],X=[0,k(yL),W],Y=[0,eq([2,b]),X],Z=[0,k(yM),Y],_=m2([0,ig(yN,P),Z]);function
-e(a){return t(a,dV,c)}var
+S=[0,et([2,a]),0],T=[0,w,[0,k(yN),S]],V=[0,k(yO),T],W=[0,et([2,d]),V],X=[0,k(yP),W],Y=[0,et([2,b]),X],Z=[0,k(yQ),Y],_=m2([0,ig(yR,P),Z]);function
+e(a){return t(a,dY,c)}var
 x=J(a,na);if(x)var
-y=J(d,b4),z=y?J(g,yo):y;else
+y=J(d,b4),z=y?J(g,ys):y;else
 var
 z=x;function
 $(c){if(c&&typeof
@@ -4792,117 +4795,117 @@ e=c[2],f=e?1:e;else
 var
 f=1;return[0,[0,[0,b,[0,d,[0,a,[0,g,0]]]],_,c,f,R]]}if(I(J(g,go)))var
 f=0;else{var
-A=0;if(J(d,eQ)&&J(a,m$))var
-E=bL(yi,b),f=af(function(a){return[0,function(b){return[9,a,b]}]},E);else
+A=0;if(J(d,eR)&&J(a,m$))var
+E=bL(ym,b),f=ag(function(a){return[0,function(b){return[9,a,b]}]},E);else
 A=1;if(A){var
-B=0;if(J(d,eQ)&&J(a,nb))var
-G=[0,[0,k(yx),0],0],H=bL([0,[0,k(yy),1],G],b),f=af(function(a){return[0,function(b){return[10,a,b]}]},H);else
+B=0;if(J(d,eR)&&J(a,nb))var
+G=[0,[0,k(yB),0],0],H=bL([0,[0,k(yC),1],G],b),f=ag(function(a){return[0,function(b){return[10,a,b]}]},H);else
 B=1;if(B){var
 C=0;if(J(d,b4)&&J(a,nc))var
-K=[0,[0,k(yA),yz],0],L=bL([0,[0,k(yC),yB],K],b),f=af(function(a){return[1,a[1],a[2]]},L);else
+K=[0,[0,k(yE),yD],0],L=bL([0,[0,k(yG),yF],K],b),f=ag(function(a){return[1,a[1],a[2]]},L);else
 C=1;if(C){var
-D=0;if(J(d,dY)&&J(a,nd))var
-M=[0,[0,k(yD),0],0],N=bL([0,[0,k(yE),1],M],b),f=af(function(a){return[2,a]},N);else
+D=0;if(J(d,d1)&&J(a,nd))var
+M=[0,[0,k(yH),0],0],N=bL([0,[0,k(yI),1],M],b),f=ag(function(a){return[2,a]},N);else
 D=1;if(D){var
 s=J(d,b4);if(s)var
-u=J(a,eR),m=u?J(b,dk):u;else
+u=J(a,eS),m=u?J(b,dm):u;else
 var
 m=s;var
 O=m?[0,[0,function(a){return[11,0,1,a]}]]:m,f=O}}}}}if(f){var
 j=f[1];switch(j[0]){case
 0:var
 aa=j[1],ab=function(a){var
-b=[0,[12,J(a,Q)],0];return[0,[0,[0,F(aa,h)],b]]},q=i(e(function(a){function
-b(a){return t(fG,eK,a)}return i(U([0,eK,0],0,a),b)}),ab);break;case
+b=[0,[12,J(a,Q)],0];return[0,[0,[0,F(aa,i)],b]]},q=h(e(function(a){function
+b(a){return t(ew,eN,a)}return h(U([0,eN,0],0,a),b)}),ab);break;case
 1:var
-ac=j[2],ad=j[1],ae=function(a){return[0,[0,[0,[11,1,ac,h]],[0,[0,[10,ad,a]],0]]]},q=i(e(function(a){function
-b(a){return t(by,mZ,a)}return i(U([0,mZ,0],0,a),b)}),ae);break;default:var
-ag=j[1],ai=function(a){return[0,[0,[0,[12,ag,h,a]],0]]},q=i(e(function(a){function
-b(a){return t(ng,gn,a)}return i(U([0,gn,0],0,a),b)}),ai)}var
+ac=j[2],ae=j[1],af=function(a){return[0,[0,[0,[11,1,ac,i]],[0,[0,[10,ae,a]],0]]]},q=h(e(function(a){function
+b(a){return t(by,mZ,a)}return h(U([0,mZ,0],0,a),b)}),af);break;default:var
+ah=j[1],ai=function(a){return[0,[0,[0,[12,ah,i,a]],0]]},q=h(e(function(a){function
+b(a){return t(ng,gn,a)}return h(U([0,gn,0],0,a),b)}),ai)}var
 l=q}else
-if(z)if(J(b,dj))var
-aj=function(a){return[0,[0,[1,1,h,a],0]]},ak=1,l=i(e(function(a){return lS(ak,v,a)}),aj);else
-if(J(b,dk))var
-al=function(a){return[0,[0,[1,0,h,a],0]]},am=0,l=i(e(function(a){return lS(am,v,a)}),al);else
+if(z)if(J(b,dl))var
+aj=function(a){return[0,[0,[1,1,i,a],0]]},ak=1,l=h(e(function(a){return lS(ak,v,a)}),aj);else
+if(J(b,dm))var
+al=function(a){return[0,[0,[1,0,i,a],0]]},am=0,l=h(e(function(a){return lS(am,v,a)}),al);else
 var
 an=function(e){var
-b=ne(a,g),c=0,d=b?yO:b;return[0,[0,d,c]]},l=i(e(nh),an);else
+b=ne(a,g),c=0,d=b?yS:b;return[0,[0,d,c]]},l=h(e(nh),an);else
 var
 ao=function(e){var
-b=ne(a,g),c=0,d=b?yP:b;return[0,[0,d,c]]},l=i(e(nh),ao);return i(l,$)}return i(t(function(a){return V(X,a)},mY,c),e)}return i(t(by,ct,c),e)}return i(t(X,mW,c),e)}return i(t(X,mX,c),a)}return i(t(X,mV,c),a)}return i(t(X,bJ,c),a)}return i(U([0,bJ,[0,mV,[0,ct,[0,mW,[0,mX,[0,mY,[0,dV,0]]]]]]],0,a),b)}function
+b=ne(a,g),c=0,d=b?yT:b;return[0,[0,d,c]]},l=h(e(nh),ao);return h(l,$)}return h(t(function(a){return V(X,a)},mY,c),e)}return h(t(by,ct,c),e)}return h(t(X,mW,c),e)}return h(t(X,mX,c),a)}return h(t(X,mV,c),a)}return h(t(X,bJ,c),a)}return h(U([0,bJ,[0,mV,[0,ct,[0,mW,[0,mX,[0,mY,[0,dY,0]]]]]]],0,a),b)}function
 ij(c,a){if(a)var
-b=a[1],e=ij([0,b[1],c],a[2]),f=b[1],g=$(function(a){return cK(f,a)},c)?yQ:b[3],d=[0,[0,b[2],g],e];else
+b=a[1],e=ij([0,b[1],c],a[2]),f=b[1],g=$(function(a){return cK(f,a)},c)?yU:b[3],d=[0,[0,b[2],g],e];else
 var
 d=a;return d}function
-dl(f,e){var
+dn(f,e){var
 b=f,a=e;for(;;){if(b){if(a){var
-c=fg(b[1],a[1]);if(c){var
+c=fh(b[1],a[1]);if(c){var
 b=b[2],a=a[2];continue}var
 d=c}else
 var
 d=a;return d}return 1}}function
 ni(b,a){var
-c=T(a,0);return dl(T(b,0),c)}var
-yS=[0,k(yR),0],yU=[0,k(yT),yS],yW=[0,k(yV),yU],nj=[0,k(yX),yW],nk=c(2,c(2,c(2,c(2,c(2,o))))),a9=bE(o,nk);function
+c=T(a,0);return dn(T(b,0),c)}var
+yW=[0,k(yV),0],yY=[0,k(yX),yW],y0=[0,k(yZ),yY],nj=[0,k(y1),y0],nk=c(2,c(2,c(2,c(2,c(2,p))))),a_=bE(p,nk);function
 ik(c,b){var
-a=cp(c,b);return K(a,s)?s:E(f5(S(a,o)),o)}function
+a=cp(c,b);return K(a,s)?s:E(f5(S(a,p)),p)}function
 nl(a,e,i){var
-b=S(a,e),d=r(c(2,o),i);if(K(a,r(c(2,o),b)))var
-g=cp(E(r(b,a9),ik(r(r(d,a9),r(b,S(a,b))),a)),a);else{var
-l=S(a,r(c(2,o),b));if(P(r(r(r(a,S(a,r(c(2,o),b))),l),a9),r(r(d,a),a)))var
-g=cp(E(r(b,a9),ik(r(r(i,aA(a9,c(2,o))),r(a,a)),a)),a);else
+b=S(a,e),d=r(c(2,p),i);if(K(a,r(c(2,p),b)))var
+g=cp(E(r(b,a_),ik(r(r(d,a_),r(b,S(a,b))),a)),a);else{var
+l=S(a,r(c(2,p),b));if(P(r(r(r(a,S(a,r(c(2,p),b))),l),a_),r(r(d,a),a)))var
+g=cp(E(r(b,a_),ik(r(r(i,aA(a_,c(2,p))),r(a,a)),a)),a);else
 var
-h=r(a,a9),m=r(r(c(2,o),a),E(h,d)),n=ik(r(r(r(d,a9),a9),E(r(r(r(c(2,c(2,o)),h),b),S(a,b)),r(r(d,a),a))),o),g=cp(E(r(a9,E(r(r(c(2,o),h),b),r(d,a))),n),m)}var
-f=S(a9,hX(a9,g));if(!K(e,s)&&!K(r(e,a9),r(c(2,c(2,o)),r(f,a)))){var
-j=r(r(e,a),a9),p=r(x(c(2,c(2,c(2,o)))),j),k=cp(r(x(c(2,c(2,x(c(2,o))))),E(j,r(i,a))),p);return K(k,nk)?cf(f,aA(r(e,a9),bE(a,k))):f}return f}function
+h=r(a,a_),m=r(r(c(2,p),a),E(h,d)),n=ik(r(r(r(d,a_),a_),E(r(r(r(c(2,c(2,p)),h),b),S(a,b)),r(r(d,a),a))),p),g=cp(E(r(a_,E(r(r(c(2,p),h),b),r(d,a))),n),m)}var
+f=S(a_,hX(a_,g));if(!K(e,s)&&!K(r(e,a_),r(c(2,c(2,p)),r(f,a)))){var
+j=r(r(e,a),a_),o=r(y(c(2,c(2,c(2,p)))),j),k=cp(r(y(c(2,c(2,y(c(2,p))))),E(j,r(i,a))),o);return K(k,nk)?cf(f,aA(r(e,a_),bE(a,k))):f}return f}function
 nm(a){return[0,Q,a[4]]}function
 nn(j,k,f){if(0===f[0])return f[1];var
 b=0,a=s,d=k,c=f[1];for(;;){if(d){var
 e=d[2],h=d[1];if(c){var
 i=c[1];if(z(i[1],a)){var
-b=[0,i[2],b],a=E(a,o),d=e,c=c[2];continue}var
-b=[0,F(j,h),b],a=E(a,o),d=e;continue}var
-b=[0,F(j,h),b],a=E(a,o),d=e,c=0;continue}var
+b=[0,i[2],b],a=E(a,p),d=e,c=c[2];continue}var
+b=[0,F(j,h),b],a=E(a,p),d=e;continue}var
+b=[0,F(j,h),b],a=E(a,p),d=e,c=0;continue}var
 g=c?0:[0,T(b,0)],l=g?g[1]:g;return l}}var
-cu=k(yZ),cS=k(y0),dZ=k(y1),d0=k(y2),d1=k(y3),dm=k(y4),d2=k(y5),b5=k(y6),b6=k(y7),gp=k(y8),no=k(y9),gq=k(y_),np=k(y$),il=q(function(a){return[0,k(a),0]},za);function
-eS(h,g,f,e){var
+cu=k(y3),cS=k(y4),d2=k(y5),d3=k(y6),d4=k(y7),dp=k(y8),d5=k(y9),b5=k(y_),b6=k(y$),gp=k(za),no=k(zb),gq=k(zc),np=k(zd),il=q(function(a){return[0,k(a),0]},ze);function
+eT(h,g,f,e){var
 a=h,b=g,c=e;for(;;){if(a){var
 d=a[2];if(z(a[1][1],f)){if(z(c,s))return[0,b];var
-a=d,b=E(b,o),c=S(c,o);continue}var
-a=d,b=E(b,o);continue}return a}}var
-eT=aJ(o);function
+a=d,b=E(b,p),c=S(c,p);continue}var
+a=d,b=E(b,p);continue}return a}}var
+eU=aJ(p);function
 nq(b,a){if(typeof
-a==="number")return zb;else
+a==="number")return zf;else
 switch(a[0]){case
 0:var
 d=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return R(zc);var
+d=c[2];if(d){if(d[2])return R(zg);var
 e=function(c){var
-a=eS(b,s,f,c);return a?a[1]:eT},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return K(s,a)},a),zd,h)}return R(ze)}return R(zf)}return R(zg)};return i(ay(x(c(2,o)),aL,a),d);case
+a=eT(b,s,f,c);return a?a[1]:eU},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return K(s,a)},a),zh,h)}return R(zi)}return R(zj)}return R(zk)};return h(ay(y(c(2,p)),aL,a),d);case
 1:var
 e=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return R(zh);var
+d=c[2];if(d){if(d[2])return R(zl);var
 e=function(c){var
-a=eS(b,s,f,c);return a?a[1]:eT},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return K(s,a)},a),zi,h)}return R(zj)}return R(zk)}return R(zl)};return i(ay(x(c(2,o)),aL,a),e);case
+a=eT(b,s,f,c);return a?a[1]:eU},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return K(s,a)},a),zm,h)}return R(zn)}return R(zo)}return R(zp)};return h(ay(y(c(2,p)),aL,a),e);case
 2:var
 f=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return R(zm);var
+d=c[2];if(d){if(d[2])return R(zq);var
 e=function(c){var
-a=eS(b,s,f,c);return a?a[1]:eT},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return K(s,a)},a),zn,h)}return R(zo)}return R(zp)}return R(zq)};return i(ay(x(c(2,o)),aL,a),f);case
+a=eT(b,s,f,c);return a?a[1]:eU},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return K(s,a)},a),zr,h)}return R(zs)}return R(zt)}return R(zu)};return h(ay(y(c(2,p)),aL,a),f);case
 3:var
 g=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return R(zr);var
+d=c[2];if(d){if(d[2])return R(zv);var
 e=function(c){var
-a=eS(b,s,f,c);return a?a[1]:eT},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return K(s,a)},a),zs,h)}return R(zt)}return R(zu)}return R(zv)};return i(ay(x(c(2,o)),aL,a),g);default:var
-h=function(a){if(a){var
+a=eT(b,s,f,c);return a?a[1]:eU},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return K(s,a)},a),zw,h)}return R(zx)}return R(zy)}return R(zz)};return h(ay(y(c(2,p)),aL,a),g);default:var
+i=function(a){if(a){var
 c=a[2],f=a[1];if(c){var
-d=c[2];if(d){if(d[2])return R(zw);var
+d=c[2];if(d){if(d[2])return R(zA);var
 e=function(c){var
-a=eS(b,s,f,c);return a?a[1]:eT},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return K(s,a)},a),zx,h)}return R(zy)}return R(zz)}return R(zA)};return i(ay(x(c(2,o)),aL,a),h)}}function
+a=eT(b,s,f,c);return a?a[1]:eU},g=e(d[1]),h=[0,[0,[0,e(c[1]),g]]];return O(G(function(a){return K(s,a)},a),zB,h)}return R(zC)}return R(zD)}return R(zE)};return h(ay(y(c(2,p)),aL,a),i)}}function
 nr(a){if(typeof
 a!=="number"&&4===a[0]){var
 c=function(a){function
@@ -4916,58 +4919,58 @@ d=e}else
 var
 d=1}else
 var
-d=1;return O(d,zB,g)}}function
+d=1;return O(d,zF,g)}}function
 d(a){return cR(am,a)}var
-e=aa(c);return i(t(function(a){return ay(e,d,a)},cS,a),b)}return i(t(function(a){return V(aL,a)},dT,a),b)};return i(U([0,dT,[0,cS,0]],0,a),c)}function
-b(a){return[0,[0,a]]}return i(V(function(a){return cR(am,a)},a),b)}function
+e=aa(c);return h(t(function(a){return ay(e,d,a)},cS,a),b)}return h(t(function(a){return V(aL,a)},dW,a),b)};return h(U([0,dW,[0,cS,0]],0,a),c)}function
+b(a){return[0,[0,a]]}return h(V(function(a){return cR(am,a)},a),b)}function
 gr(a){var
 b=ac(a);return b?ac(ab(L,aG(a))):b}var
-dn=k(zC),eU=k(zD);function
+dq=k(zG),eV=k(zH);function
 ns(u,g,f){var
-v=g?bq:br,a=ah(v,f);if(a){var
-h=a[1],b=dQ(u,g);if(b){var
+v=g?bq:br,a=ad(v,f);if(a){var
+i=a[1],b=dT(u,g);if(b){var
 m=b[1],j=G(function(d){var
 a=d[2];if(typeof
 a!=="number"&&4===a[0]){var
 b=a[1],c=I(Z(gq,b));return c?I(Z(c_,b)):c}return 0},f);if(j){var
-p=function(a){function
+o=function(a){function
 b(u){function
 b(A){function
 b(v){function
 b(d){function
 b(B){function
 b(d){function
-b(w){function
+b(x){function
 b(b){function
 d(j){function
 d(C){function
 b(D){function
 b(F){var
 k=b0(h4,m);if(k)var
-x=k[1],z=mg(x),G=z?x:z,l=G;else
+y=k[1],z=mg(y),G=z?y:z,l=G;else
 var
 l=k;if(ac(j)){var
-p=at(j),q=r(E(cg(p[1]),o),a9),d=fo(aZ(cg(q)),yY),g=s,b=q;for(;;){if(d){var
-h=d[1];if(!K(S(b,g),o)){var
-e=aA(E(g,b),c(2,o)),n=ey(p,[0,e,g7(a9)]);if(n){if(2<=n[1]){var
-d=h,g=e;continue}var
-d=h,b=e;continue}var
-d=h,b=e;continue}}var
+o=at(j),q=r(E(cg(o[1]),p),a_),d=fp(a0(cg(q)),y2),g=s,b=q;for(;;){if(d){var
+i=d[1];if(!K(S(b,g),p)){var
+e=aA(E(g,b),c(2,p)),n=eB(o,[0,e,g7(a_)]);if(n){if(2<=n[1]){var
+d=i,g=e;continue}var
+d=i,b=e;continue}var
+d=i,b=e;continue}}var
 f=b;break}}else
 var
 f=s;var
-H=nn(function(a){if(eG(a)&&P(s,f)){var
+H=nn(function(a){if(eJ(a)&&P(s,f)){var
 c=function(b){var
-c=[0,b,g7(a9)];return M(a[4],c)},b=a[2],d=a[3],e=c(S(a9,nl(b,S(b,d),f)));return[0,c(nl(b,d,f)),e]}return nm(a)},l,D),I=nn(nm,l,F);function
+c=[0,b,g7(a_)];return M(a[4],c)},b=a[2],d=a[3],e=c(S(a_,nl(b,S(b,d),f)));return[0,c(nl(b,d,f)),e]}return nm(a)},l,D),I=nn(nm,l,F);function
 J(e){var
-f=0,g=0,h=v?eU:dn,i=y(h,A),k=[0,[0,[0,[0,u,v,B,j,C,H,I,e,w[1],w[2]]],i,g,f]],l=O(gr(u),zE,k),b=ah(dm,a);if(b)var
+f=0,g=0,h=v?eV:dq,i=w(h,A),k=[0,[0,[0,[0,u,v,B,j,C,H,I,e,x[1],x[2]]],i,g,f]],l=O(gr(u),zI,k),b=ad(dp,a);if(b)var
 c=typeof
 b[1]==="number"?1:0,d=c?1:c;else
 var
-d=b;return O(d,zF,l)}return i(t(function(a){return nq(m,a)},gp,a),J)}return i(t(nr,b6,a),b)}return i(t(nr,b5,a),b)}return i(t(am,b6,b),d)}return i(t(am,b5,b),d)}var
-d=0,e=[0,b5,[0,b6,0]];return i(t(function(a){return U(e,d,a)},d2,a),b)}return i(t(function(a){return cR(by,a)},cs,a),b)}return i(t(function(a){return aP(il,a)},d1,a),b)}return i(t(es,d0,a),b)}var
-d=[0,[0,k(zG),0],0];return i(t(function(a){return aP(d,a)},dZ,a),b)}var
-d=[0,[0,k(zH),1],0],e=[0,[0,k(zI),0],d];return i(t(function(a){return aP(e,a)},cS,a),b)}return i(t(X,cu,a),b)}return i(t(av,cu,a),b)},d=i(U([0,cu,[0,cS,[0,dZ,[0,d0,[0,d1,[0,dm,[0,cs,[0,d2,[0,b5,[0,b6,[0,gp,0]]]]]]]]]]],0,h),p);if(0===d[0])return[0,d[1]];var
+d=b;return O(d,zJ,l)}return h(t(function(a){return nq(m,a)},gp,a),J)}return h(t(nr,b6,a),b)}return h(t(nr,b5,a),b)}return h(t(am,b6,b),d)}return h(t(am,b5,b),d)}var
+d=0,e=[0,b5,[0,b6,0]];return h(t(function(a){return U(e,d,a)},d5,a),b)}return h(t(function(a){return cR(by,a)},cs,a),b)}return h(t(function(a){return aP(il,a)},d4,a),b)}return h(t(eu,d3,a),b)}var
+d=[0,[0,k(zK),0],0];return h(t(function(a){return aP(d,a)},d2,a),b)}var
+d=[0,[0,k(zL),1],0],e=[0,[0,k(zM),0],d];return h(t(function(a){return aP(e,a)},cS,a),b)}return h(t(X,cu,a),b)}return h(t(av,cu,a),b)},d=h(U([0,cu,[0,cS,[0,d2,[0,d3,[0,d4,[0,dp,[0,cs,[0,d5,[0,b5,[0,b6,[0,gp,0]]]]]]]]]]],0,i),o);if(0===d[0])return[0,d[1]];var
 q=function(a){function
 b(c){function
 b(j){function
@@ -4982,23 +4985,23 @@ f(n){function
 b(o){function
 b(m){var
 f=e[1];if(f)var
-p=0,q=0,r=d?eU:dn,s=y(r,j),g=[0,[0,[1,[0,c,d,k,[0,l,n],o,m,f[1],e[2]]],s,q,p]];else
+p=0,q=0,r=d?eV:dq,s=w(r,j),g=[0,[0,[1,[0,c,d,k,[0,l,n],o,m,f[1],e[2]]],s,q,p]];else
 var
-g=R(zL);var
-t=O(gr(c),zJ,g),b=ah(dm,a);if(b)var
+g=R(zP);var
+t=O(gr(c),zN,g),b=ad(dp,a);if(b)var
 h=typeof
 b[1]==="number"?1:0,i=h?1:h;else
 var
-i=b;return O(i,zK,t)}function
+i=b;return O(i,zO,t)}function
 f(a){function
 b(a){function
 b(b){function
-c(a){return b?[0,[0,b[1],a]]:R(zM)}return i(t(function(a){return V(am,a)},np,a),c)}return i(t(function(a){return nq(m,a)},gp,a),b)}return i(U([0,gp,[0,np,0]],0,a),b)}return i(t(function(a){return aO(f,a)},b6,a),b)}function
+c(a){return b?[0,[0,b[1],a]]:R(zQ)}return h(t(function(a){return V(am,a)},np,a),c)}return h(t(function(a){return nq(m,a)},gp,a),b)}return h(U([0,gp,[0,np,0]],0,a),b)}return h(t(function(a){return aO(f,a)},b6,a),b)}function
 f(a){return V(am,a)}function
-g(a){return V(f,a)}return i(t(function(a){return aO(g,a)},b5,a),b)}return i(t(am,b6,b),f)}return i(t(am,b5,b),f)}var
-f=0,g=[0,b5,[0,b6,0]];return i(t(function(a){return U(g,f,a)},d2,a),b)}return i(t(function(a){return cR(by,a)},cs,a),b)}return i(t(function(a){return aP(il,a)},d1,a),b)}return i(t(es,d0,a),b)}var
-e=[0,[0,k(zN),0],0];return i(t(function(a){return aP(e,a)},dZ,a),b)}var
-d=[0,[0,k(zO),1],0],e=[0,[0,k(zP),0],d];return i(t(function(a){return aP(e,a)},cS,a),b)}return i(t(X,cu,a),b)}return i(t(av,cu,a),b)},e=i(U([0,cu,[0,cS,[0,dZ,[0,d0,[0,d1,[0,dm,[0,cs,[0,d2,[0,b5,[0,b6,0]]]]]]]]]],0,h),q);return 0===e[0]?[0,e[1]]:0}var
+g(a){return V(f,a)}return h(t(function(a){return aO(g,a)},b5,a),b)}return h(t(am,b6,b),f)}return h(t(am,b5,b),f)}var
+f=0,g=[0,b5,[0,b6,0]];return h(t(function(a){return U(g,f,a)},d5,a),b)}return h(t(function(a){return cR(by,a)},cs,a),b)}return h(t(function(a){return aP(il,a)},d4,a),b)}return h(t(eu,d3,a),b)}var
+e=[0,[0,k(zR),0],0];return h(t(function(a){return aP(e,a)},d2,a),b)}var
+d=[0,[0,k(zS),1],0],e=[0,[0,k(zT),0],d];return h(t(function(a){return aP(e,a)},cS,a),b)}return h(t(X,cu,a),b)}return h(t(av,cu,a),b)},e=h(U([0,cu,[0,cS,[0,d2,[0,d3,[0,d4,[0,dp,[0,cs,[0,d5,[0,b5,[0,b6,0]]]]]]]]]],0,i),q);return 0===e[0]?[0,e[1]]:0}var
 l=j}else
 var
 l=b;var
@@ -5007,8 +5010,8 @@ var
 n=a;return n}function
 nt(d){var
 a=d[1];if(a){var
-b=a[1],c=J(b,dj);return c?c:J(b,k(zT))}return 1}var
-zX=k(zW),zZ=k(zY),z2=k(z1),z4=k(z3),z6=k(z5),z8=k(z7),z_=k(z9),Aa=k(z$);function
+b=a[1],c=J(b,dl);return c?c:J(b,k(zX))}return 1}var
+z1=k(z0),z3=k(z2),z6=k(z5),z8=k(z7),z_=k(z9),Aa=k(z$),Ac=k(Ab),Ae=k(Ad);function
 nu(f,e){var
 b=e[3];if(b){var
 a=b[1];if(typeof
@@ -5018,13 +5021,13 @@ d!=="number"&&2!==d[0])return bn(a[1],f);return 0}var
 c=0}else
 var
 c=b;return c}var
-nv=k(Af),nw=k(Ag);function
+nv=k(Aj),nw=k(Ak);function
 im(a){if(typeof
 a!=="number"&&4===a[0]){var
-b=ah(dZ,a[1]);if(b){var
+b=ad(d2,a[1]);if(b){var
 c=b[1];if(typeof
 c!=="number"&&2===c[0]){var
-e=k(Ah);return J(c[1],e)}var
+e=k(Al);return J(c[1],e)}var
 d=0}else
 var
 d=b;return d}return 0}function
@@ -5036,56 +5039,56 @@ b(b){var
 c=[0,b];return O(ck(q(function(b){if(typeof
 b!=="number"&&3===b[0]){var
 c=b[1];if(c){var
-a=c[2];if(a)return a[2]?0:eq(a[1]);var
+a=c[2];if(a)return a[2]?0:et(a[1]);var
 d=a}else
 var
-d=c;return d}return 0},a)),Ao,c)}return i(bb(function(c){if(typeof
+d=c;return d}return 0},a)),As,c)}return h(a9(function(c){if(typeof
 c!=="number"&&3===c[0]){var
 a=c[1];if(a){var
 b=a[2];if(b){var
-d=b[1];if(b[2])return R(Aj);var
+d=b[1];if(b[2])return R(An);var
 e=function(a){function
-b(b){return O(P(s,a),Al,O(I(G(f,b)),Ak,[0,[0,a,b]]))}return i(V(g,d),b)};return i(aL(a[1]),e)}return R(Am)}return R(An)}return R(Ai)},a),b)}return i(bp(a),b)}function
-Ap(a){return a?0:1}function
-Aq(a){return aO(am,a)}function
-Ar(a){return nx(Aq,Ap,a)}function
-As(a){return V(Ar,a)}function
-At(a){return z(s,a)}function
-Au(a){return nx(aL,At,a)}function
-Av(a){return V(Au,a)}function
-Ay(a){if(typeof
+b(b){return O(P(s,a),Ap,O(I(G(f,b)),Ao,[0,[0,a,b]]))}return h(V(g,d),b)};return h(aL(a[1]),e)}return R(Aq)}return R(Ar)}return R(Am)},a),b)}return h(bp(a),b)}function
+At(a){return a?0:1}function
+Au(a){return aO(am,a)}function
+Av(a){return nx(Au,At,a)}function
+Aw(a){return V(Av,a)}function
+Ax(a){return z(s,a)}function
+Ay(a){return nx(aL,Ax,a)}function
+Az(a){return V(Ay,a)}function
+AC(a){if(typeof
 a!=="number"&&3===a[0]){var
 b=a[1];if(b){var
 c=b[2];if(c){var
-d=c[1];if(c[2])return R(AA);var
+d=c[1];if(c[2])return R(AE);var
 e=function(a){function
-b(b){return[0,[0,a,b]]}return i(by(d),b)};return i(av(b[1]),e)}return R(AB)}return R(AC)}return R(Az)}function
-ny(B,m,l,b,d,a){var
-j=d?bq:br,e=ah(j,a);if(e){var
+b(b){return[0,[0,a,b]]}return h(by(d),b)};return h(av(b[1]),e)}return R(AF)}return R(AG)}return R(AD)}function
+ny(B,l,j,b,d,a){var
+m=d?bq:br,e=ad(m,a);if(e){var
 f=e[1];if(im(f)){var
 n=d?G(function(a){var
-b=J(a[1],j);return b?b:I(io(a[2]))},a):d;if(n){var
-p=dQ(b,1);if(p){var
-c=io(f),w=function(a){function
+b=J(a[1],m);return b?b:I(io(a[2]))},a):d;if(n){var
+o=dT(b,1);if(o){var
+c=io(f),x=function(a){function
 d(r){function
 d(C){function
 d(s){function
 d(f){function
 d(g){function
-d(j){function
+d(i){function
 d(e){function
 d(d){function
 g(g){function
-h(h){function
+m(m){function
 d(n){function
-d(p){function
+d(o){function
 u(v){function
 u(D){var
-d=ah(c_,a),w=d?F(B,d[1]):d,u=[0,r,s,f,g,h,n,j,v,p,w,e[1],e[2]];function
-x(D){var
-i=ah(dm,a);if(i){var
-l=i[1],w=0;if(typeof
-l==="number"||!(3===l[0]))w=1;else{var
+d=ad(c_,a),x=d?F(B,d[1]):d,u=[0,r,s,f,g,m,n,i,v,o,x,e[1],e[2]];function
+y(D){var
+j=ad(dp,a);if(j){var
+l=j[1],x=0;if(typeof
+l==="number"||!(3===l[0]))x=1;else{var
 c=l[1],e=0;if(c){var
 d=c[2],g=c[1],f=0;if(typeof
 g!=="number"&&2===g[0]){var
@@ -5093,7 +5096,7 @@ m=0;if(d){var
 h=d[1],n=0;if(typeof
 h!=="number"&&2===h[0])if(d[2]){var
 b=0;e=1;f=1;m=1;n=1}else{var
-x=h[1],z=y(k(Aw),x),B=y(g[1],z),b=[0,y(k(Ax),B)];e=1;f=1;m=1;n=1}if(!n)var
+y=h[1],z=w(k(AA),y),B=w(g[1],z),b=[0,w(k(AB),B)];e=1;f=1;m=1;n=1}if(!n)var
 p=0}else
 var
 p=d;if(!m){var
@@ -5101,37 +5104,37 @@ b=p;e=1;f=1}}if(!f)var
 o=0}else
 var
 o=c;if(!e)var
-b=o}if(w)var
+b=o}if(x)var
 b=0;var
 q=b}else
 var
-q=i;var
-E=s?eU:dn,F=[0,[0,[2,u],y(E,C),D,q]],G=O(gr(r),AH,F);if(j)var
-t=j[1],v=A(t[1],t[2]);else
+q=j;var
+E=s?eV:dq,F=[0,[0,[2,u],w(E,C),D,q]],G=O(gr(r),AL,F);if(i)var
+t=i[1],v=A(t[1],t[2]);else
 var
-v=1;return O(v,AI,G)}var
+v=1;return O(v,AM,G)}var
 z=c?t(function(a){function
 c(d){function
 c(h){var
-a=dQ(b,1),c=a?mK(u,a[1]):a,d=m[3],e=l[1][3],i=h[1],j=q(function(a){if(typeof
+a=dT(b,1),c=a?mK(u,a[1]):a,d=l[3],e=j[1][3],i=h[1],k=q(function(a){if(typeof
 a!=="number"&&0===a[0]){if(c){var
-f=a[1],g=c[1],d=W(jS(mG,aJ(o),aJ(o),b[7]),g),e=q(function(a){var
-b=[0,[0,mJ(a[2])],0];return[0,a[1][2][1],a[1][2][2],[0,L,0],b,Q,0]},d);return[11,[0,b[1],b[2],o,2,0,0,e],f]}return AD}return a},i),g=0;if(cK(d[2],e[2])&&cK(d[3],e[3])){var
+f=a[1],g=c[1],d=W(jS(mG,aJ(p),aJ(p),b[7]),g),e=q(function(a){var
+b=[0,[0,mJ(a[2])],0];return[0,a[1][2][1],a[1][2][2],[0,L,0],b,Q,0]},d);return[11,[0,b[1],b[2],p,2,0,0,e],f]}return AH}return a},i),g=0;if(cK(d[2],e[2])&&cK(d[3],e[3])){var
 f=0;g=1}if(!g)var
-f=AE;return[0,y(f,j)]}return i(eN(m,l,0,a),c)}var
+f=AI;return[0,w(f,k)]}return h(eO(l,j,0,a),c)}var
 d=typeof
-a==="number"?0:1;return i(O(d,AG,AF),c)},nw,a):AJ;return i(z,x)}if(c)var
-w=[0,[0,k(AK),0],0],d=t(function(a){return aP(w,a)},di,a);else
+a==="number"?0:1;return h(O(d,AK,AJ),c)},nw,a):AN;return h(z,y)}if(c)var
+x=[0,[0,k(AO),0],0],d=t(function(a){return aP(x,a)},dk,a);else
 var
-d=AL;return i(d,u)}if(c)var
-v=function(a){return[0,[0,a]]},d=i(t(Av,gq,a),v);else
+d=AP;return h(d,u)}if(c)var
+v=function(a){return[0,[0,a]]},d=h(t(Az,gq,a),v);else
 var
-d=AM;return i(d,u)}return i(t(As,c_,a),d)}var
-n=[0,[0,k(AN),1],0],p=[0,[0,k(AO),0],n];return i(t(function(a){return aP(p,a)},nv,a),d)}return i(t(am,b6,d),h)}return i(t(am,b5,d),g)}var
-g=0,h=[0,b5,[0,b6,0]];return i(t(function(a){return U(h,g,a)},d2,a),d)}return i(t(Ay,cs,a),d)}function
-e(a){return cR(am,a)}return i(t(function(a){return aO(e,a)},dm,a),d)}return i(t(function(a){return aP(il,a)},d1,a),d)}return i(t(es,d0,a),d)}var
-e=[0,[0,k(AP),1],0],f=[0,[0,k(AQ),0],e];return i(t(function(a){return aP(f,a)},cS,a),d)}return i(t(X,cu,a),d)}return i(t(av,cu,a),d)},x=0,z=c?[0,gq,[0,di,[0,nw,0]]]:c,h=i(U(y([0,cu,[0,cS,[0,dZ,[0,d0,[0,d1,[0,dm,[0,cs,[0,d2,[0,nv,[0,c_,0]]]]]]]]]],z),x,f),w);return 0===h[0]?[0,h[1]]:0}var
-r=p}else
+d=AQ;return h(d,u)}return h(t(Aw,c_,a),d)}var
+n=[0,[0,k(AR),1],0],o=[0,[0,k(AS),0],n];return h(t(function(a){return aP(o,a)},nv,a),d)}return h(t(am,b6,d),m)}return h(t(am,b5,d),g)}var
+g=0,m=[0,b5,[0,b6,0]];return h(t(function(a){return U(m,g,a)},d5,a),d)}return h(t(AC,cs,a),d)}function
+e(a){return cR(am,a)}return h(t(function(a){return aO(e,a)},dp,a),d)}return h(t(function(a){return aP(il,a)},d4,a),d)}return h(t(eu,d3,a),d)}var
+e=[0,[0,k(AT),1],0],f=[0,[0,k(AU),0],e];return h(t(function(a){return aP(f,a)},cS,a),d)}return h(t(X,cu,a),d)}return h(t(av,cu,a),d)},y=0,z=c?[0,gq,[0,dk,[0,nw,0]]]:c,i=h(U(w([0,cu,[0,cS,[0,d2,[0,d3,[0,d4,[0,dp,[0,cs,[0,d5,[0,nv,[0,c_,0]]]]]]]]]],z),y,f),x);return 0===i[0]?[0,i[1]]:0}var
+r=o}else
 var
 r=n;return r}if($(function(a){return im(a[2])},a)){var
 g=ns(b,d,al(function(a){return I(im(a[2]))},a));if(g){var
@@ -5139,20 +5142,20 @@ s=g[1],v=0;if(!$(function(a){return io(a[2])},a)&&!mM(s[1])){var
 u=[0,s];v=1}if(!v)return 0}else
 var
 u=g;return u}return ns(b,d,a)}return e}var
-AS=k(AR),AU=[0,[0,k(AT),0],0],AX=[0,[0,k(AW),AV],AU],A0=[0,[0,k(AZ),AY],AX],A3=[0,[0,k(A2),A1],A0],nz=[0,[0,k(A5),A4],A3];function
+AW=k(AV),AY=[0,[0,k(AX),0],0],A1=[0,[0,k(A0),AZ],AY],A4=[0,[0,k(A3),A2],A1],A7=[0,[0,k(A6),A5],A4],nz=[0,[0,k(A9),A8],A7];function
 nA(a){return $(function(b){return ni(b,a)},nj)}function
-nB(a){return dl(dn,a)}function
+nB(a){return dn(dq,a)}function
 nC(a){var
 b=nB(a);return b?b:nA(a)}function
-nD(z,x,m,w,v,a){function
+nD(z,y,m,x,v,a){function
 b(b){function
 a(d){function
-a(h){function
+a(i){function
 a(j){function
 a(e){function
 a(a){function
 g(f){var
-a=ah(f,b);if(a){var
+a=ad(f,b);if(a){var
 c=a[1],e=0;if(typeof
 c!=="number")switch(c[0]){case
 2:return c[1];case
@@ -5162,67 +5165,67 @@ d=0;e=1}if(!e)return 0}else
 var
 d=a;return d}var
 p=nC(e),B=0;if(p)var
-C=eq([2,e]),q=y(k(Bf),C);else
+C=et([2,e]),q=w(k(Bj),C);else
 var
 q=p;var
-D=[0,g(bV),[0,q,B]],E=[0,k(Bg),D],G=[0,g(dW),E],H=[0,k(Bh),G],K=[0,g(ic),H],M=[0,k(Bi),K],N=[0,g(bJ),M],P=[0,k(Bj),N],Q=m2([0,ig(Bk,v),P]),n=d?0:1,R=2<=j?0:1,c=R?F(x,d):2;function
+D=[0,g(bV),[0,q,B]],E=[0,k(Bk),D],G=[0,g(dZ),E],H=[0,k(Bl),G],K=[0,g(ic),H],M=[0,k(Bm),K],N=[0,g(bJ),M],P=[0,k(Bn),N],Q=m2([0,ig(Bo,v),P]),n=d?0:1,R=2<=j?0:1,c=R?F(y,d):2;function
 S(f){if(f)var
 g=f[1],l=g?1:g;else
 var
 l=f;var
-q=J(e,k(Bl)),x=typeof
+q=J(e,k(Bp)),w=typeof
 c==="number"?0:l?c[1]:l;function
 p(M){if(f){var
-y=j?0:1,B=[0,y,h];if(typeof
+y=j?0:1,B=[0,y,i];if(typeof
 c==="number")switch(c){case
 0:var
-i=A$;break;case
+h=Bd;break;case
 1:var
-i=a?2===a[1]?[0,[12,I(m)],0]:Ba:Bb;break;default:var
-i=a?Bc:Bd}else
+h=a?2===a[1]?[0,[12,I(m)],0]:Be:Bf;break;default:var
+h=a?Bg:Bh}else
 if(a)var
-v=[0,[9,d,B,a[1]],c[2]],i=[0,[12,I(m)],v];else
+v=[0,[9,d,B,a[1]],c[2]],h=[0,[12,I(m)],v];else
 var
-i=Be;var
-g=i}else
+h=Bi;var
+g=h}else
 if(nC(e))var
-g=Bo;else
+g=Bs;else
 if(I(q))var
-g=Bp;else
+g=Bt;else
 switch(j){case
 0:var
 u=F(z,d);if(u)if(a)var
-p=a[1],k=u[1],o=1===p?[0,[0,[9,n,k]],[0,[3,k,h,0],0]]:p?A7:[0,[0,[9,n,k]],[0,[3,k,h,1],0]];else
+p=a[1],k=u[1],o=1===p?[0,[0,[9,n,k]],[0,[3,k,i,0],0]]:p?A$:[0,[0,[9,n,k]],[0,[3,k,i,1],0]];else
 var
-o=A8;else
+o=Ba;else
 var
-o=a?2===a[1]?[0,[0,[1,n,0]],0]:A9:A_;var
+o=a?2===a[1]?[0,[0,[1,n,0]],0]:Bb:Bc;var
 g=[0,[12,I(m)],o];break;case
 1:if(a)var
-K=[0,[0,[15,0,d,h,a[1]]],0],g=[0,[12,I(m)],K];else
+K=[0,[0,[15,0,d,i,a[1]]],0],g=[0,[12,I(m)],K];else
 var
-g=Bq;break;default:var
-g=w?a?[0,[0,[15,1,d,h,a[1]]],0]:Br:Bs}var
+g=Bu;break;default:var
+g=x?a?[0,[0,[15,1,d,i,a[1]]],0]:Bv:Bw}var
 C=typeof
 c==="number"?0:l,D=f?f[1]:f,E=[0,[0,d,j,Q,g,a,D,C]],G=q||l,r=I(G);if(r)var
 s=r;else
 var
-t=bn(Z(di,b),x),s=t?I(Z(ie,b)):t;var
-H=O(s,Bm,E),J=1===j?A(L,h):1;return O(J,Bn,H)}if(Z(di,b))var
-r=[0,[0,AS,0],0],o=t(function(a){return aP(r,a)},di,b);else
+t=bn(Z(dk,b),w),s=t?I(Z(ie,b)):t;var
+H=O(s,Bq,E),J=1===j?A(L,i):1;return O(J,Br,H)}if(Z(dk,b))var
+r=[0,[0,AW,0],0],o=t(function(a){return aP(r,a)},dk,b);else
 var
-o=Bt;return i(o,p)}var
+o=Bx;return h(o,p)}var
 r=0;if(nB(e)&&I(nA(e))){var
 s=0;if(typeof
 c==="number"&&2<=c){var
-o=Bu;s=1}if(!s){var
-T=function(a){return[0,[0,[0,a]]]},l=dn,f=e,u=function(a){return O(gr(a),A6,[0,a])};for(;;){if(l&&f){var
+o=By;s=1}if(!s){var
+T=function(a){return[0,[0,[0,a]]]},l=dq,f=e,u=function(a){return O(gr(a),A_,[0,a])};for(;;){if(l&&f){var
 l=l[2],f=f[2];continue}var
-o=i(i(av([2,f]),u),T);break}}}else
+o=h(h(av([2,f]),u),T);break}}}else
 r=1;if(r)var
-o=Bv;return i(o,S)}return i(t(function(a){return aP(nz,a)},bV,b),a)}return i(t(X,id,b),a)}var
-c=[0,[0,ib,0],[0,[0,cs,1],[0,[0,k(Bw),2],0]]];return i(t(function(a){return aP(c,a)},ic,b),a)}return i(t(am,dW,b),a)}var
-c=[0,[0,bq,1],[0,[0,br,0],0]];return i(t(function(a){return aP(c,a)},bJ,b),a)}return i(U([0,bJ,[0,dW,[0,ic,[0,id,[0,bV,0]]]]],[0,di,[0,ie,0]],a),b)}function
+o=Bz;return h(o,S)}return h(t(function(a){return aP(nz,a)},bV,b),a)}return h(t(X,id,b),a)}var
+c=[0,[0,ib,0],[0,[0,cs,1],[0,[0,k(BA),2],0]]];return h(t(function(a){return aP(c,a)},ic,b),a)}return h(t(am,dZ,b),a)}var
+c=[0,[0,bq,1],[0,[0,br,0],0]];return h(t(function(a){return aP(c,a)},bJ,b),a)}return h(U([0,bJ,[0,dZ,[0,ic,[0,id,[0,bV,0]]]]],[0,dk,[0,ie,0]],a),b)}function
 nE(a){return $(function(b){var
 a=typeof
 b==="number"?1:0,c=a?1:a;return c},a)}function
@@ -5244,63 +5247,63 @@ b=e[2];switch(a[2]){case
 0:return b?0:1;case
 1:return 1===b?1:0;default:var
 c=2<=b?1:0,f=c?1:c;return f}}return d},c))var
-e=Bx;else
+e=BB;else
 var
-g=a[6],i=g?d:g,e=y(a[4],i);var
+g=a[6],i=g?d:g,e=w(a[4],i);var
 f=[0,[0,a[3],e],h]}else
 var
 f=b;return f}function
 nF(a,b){function
 d(c){if($(function(a){return nE(a[4])},a))var
-d=By;else{var
-f=0,e=dX(q(function(a){return a[5]},a),f);if(e)if(c)var
-g=ip(a),h=y(Y(function(a){return a[4]},a),g),b=[0,[0,[16,e[1],c[1]]],h];else
+d=BC;else{var
+f=0,e=d0(q(function(a){return a[5]},a),f);if(e)if(c)var
+g=ip(a),h=w(Y(function(a){return a[4]},a),g),b=[0,[0,[16,e[1],c[1]]],h];else
 var
-b=Bz;else
+b=BD;else
 var
-b=BA;var
-d=b}return[0,d]}if(J(b,k(BB)))var
-c=BC;else
+b=BE;var
+d=b}return[0,d]}if(J(b,k(BF)))var
+c=BG;else
 var
-e=function(a){return[0,af(function(a){return[0,a]},a)]},c=i(et(nz,b),e);return i(c,d)}var
-gs=k(BD),gt=k(BE),nG=k(BF),nH=k(BG),BL=[0,[0,k(BK),BJ],0],BO=[0,[0,k(BN),BM],BL],BR=[0,[0,k(BQ),BP],BO],BU=[0,[0,k(BT),BS],BR],BX=[0,[0,k(BW),BV],BU],B0=[0,[0,k(BZ),BY],BX],B3=[0,[0,k(B2),B1],B0],nI=[0,[0,k(B5),B4],B3],B7=[0,[0,k(B6),0],0],B9=[0,[0,k(B8),1],B7];function
+e=function(a){return[0,ag(function(a){return[0,a]},a)]},c=h(ev(nz,b),e);return h(c,d)}var
+gs=k(BH),gt=k(BI),nG=k(BJ),nH=k(BK),BP=[0,[0,k(BO),BN],0],BS=[0,[0,k(BR),BQ],BP],BV=[0,[0,k(BU),BT],BS],BY=[0,[0,k(BX),BW],BV],B1=[0,[0,k(B0),BZ],BY],B4=[0,[0,k(B3),B2],B1],B7=[0,[0,k(B6),B5],B4],nI=[0,[0,k(B9),B8],B7],B$=[0,[0,k(B_),0],0],Cb=[0,[0,k(Ca),1],B$];function
 nJ(a,b){if(typeof
-b==="number")return B_;else
+b==="number")return Cc;else
 switch(b[0]){case
 0:var
 c=function(b){function
 c(c){function
 d(d){function
 e(b){var
-e=aB(a[3],b),f=aB(a[3],d),g=c?aB(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return i(t(function(a){return V(X,a)},a0,b),e)}return i(t(function(a){return V(X,a)},bc,b),d)}function
-d(a){return V(X,a)}return i(t(function(a){return aO(d,a)},ad,b),c)};return i(U([0,ad,[0,bc,[0,a0,0]]],0,b),c);case
+e=aB(a[3],b),f=aB(a[3],d),g=c?aB(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return h(t(function(a){return V(X,a)},a1,b),e)}return h(t(function(a){return V(X,a)},bd,b),d)}function
+d(a){return V(X,a)}return h(t(function(a){return aO(d,a)},ae,b),c)};return h(U([0,ae,[0,bd,[0,a1,0]]],0,b),c);case
 1:var
 d=function(b){function
 c(c){function
 d(d){function
 e(b){var
-e=aB(a[3],b),f=aB(a[3],d),g=c?aB(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return i(t(function(a){return V(X,a)},a0,b),e)}return i(t(function(a){return V(X,a)},bc,b),d)}function
-d(a){return V(X,a)}return i(t(function(a){return aO(d,a)},ad,b),c)};return i(U([0,ad,[0,bc,[0,a0,0]]],0,b),d);case
+e=aB(a[3],b),f=aB(a[3],d),g=c?aB(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return h(t(function(a){return V(X,a)},a1,b),e)}return h(t(function(a){return V(X,a)},bd,b),d)}function
+d(a){return V(X,a)}return h(t(function(a){return aO(d,a)},ae,b),c)};return h(U([0,ae,[0,bd,[0,a1,0]]],0,b),d);case
 2:var
 e=function(b){function
 c(c){function
 d(d){function
 e(b){var
-e=aB(a[3],b),f=aB(a[3],d),g=c?aB(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return i(t(function(a){return V(X,a)},a0,b),e)}return i(t(function(a){return V(X,a)},bc,b),d)}function
-d(a){return V(X,a)}return i(t(function(a){return aO(d,a)},ad,b),c)};return i(U([0,ad,[0,bc,[0,a0,0]]],0,b),e);case
+e=aB(a[3],b),f=aB(a[3],d),g=c?aB(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return h(t(function(a){return V(X,a)},a1,b),e)}return h(t(function(a){return V(X,a)},bd,b),d)}function
+d(a){return V(X,a)}return h(t(function(a){return aO(d,a)},ae,b),c)};return h(U([0,ae,[0,bd,[0,a1,0]]],0,b),e);case
 3:var
 f=function(b){function
 c(c){function
 d(d){function
 e(b){var
-e=aB(a[3],b),f=aB(a[3],d),g=c?aB(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return i(t(function(a){return V(X,a)},a0,b),e)}return i(t(function(a){return V(X,a)},bc,b),d)}function
-d(a){return V(X,a)}return i(t(function(a){return aO(d,a)},ad,b),c)};return i(U([0,ad,[0,bc,[0,a0,0]]],0,b),f);default:var
+e=aB(a[3],b),f=aB(a[3],d),g=c?aB(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return h(t(function(a){return V(X,a)},a1,b),e)}return h(t(function(a){return V(X,a)},bd,b),d)}function
+d(a){return V(X,a)}return h(t(function(a){return aO(d,a)},ae,b),c)};return h(U([0,ae,[0,bd,[0,a1,0]]],0,b),f);default:var
 g=function(b){function
 c(c){function
 d(d){function
 e(b){var
-e=aB(a[3],b),f=aB(a[3],d),g=c?aB(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return i(t(function(a){return V(X,a)},a0,b),e)}return i(t(function(a){return V(X,a)},bc,b),d)}function
-d(a){return V(X,a)}return i(t(function(a){return aO(d,a)},ad,b),c)};return i(U([0,ad,[0,bc,[0,a0,0]]],0,b),g)}}function
+e=aB(a[3],b),f=aB(a[3],d),g=c?aB(a[4],c[1]):ao;return[0,[0,[0,ao,g,ao,f,e]]]}return h(t(function(a){return V(X,a)},a1,b),e)}return h(t(function(a){return V(X,a)},bd,b),d)}function
+d(a){return V(X,a)}return h(t(function(a){return aO(d,a)},ae,b),c)};return h(U([0,ae,[0,bd,[0,a1,0]]],0,b),g)}}function
 nK(b,g,a){function
 c(d){var
 h=g[3],a=d,i=[0,q(function(a){return aB(h,a)},d)];for(;;){if(a){var
@@ -5308,11 +5311,11 @@ b=a[2],f=a[1],c=I($(function(b){return function(a){return cK(b,a)}}(f),b));if(c)
 a=b;continue}var
 e=c}else
 var
-e=1;return O(e,B$,i)}}var
-d=aa(b[3][2]);return i(V(function(a){return ay(d,X,a)},a),c)}var
-Cf=k(Ce),Ch=k(Cg),Cm=k(Cl),nL=k(Cx),ir=k(Cy),nM=k(Cz),is=k(CA),it=k(CB),nN=k(CC),iu=k(CD),iv=k(CE),gu=k(CF),CH=k(CG);function
-nO(a){return q(function(a){if(J(a[1],dM)){var
-b=[2,k(CI)];return[0,a[1],b]}return a},a)}function
+e=1;return O(e,Cd,i)}}var
+d=aa(b[3][2]);return h(V(function(a){return ay(d,X,a)},a),c)}var
+Cj=k(Ci),Cl=k(Ck),Cq=k(Cp),nL=k(CB),ir=k(CC),nM=k(CD),is=k(CE),it=k(CF),nN=k(CG),iu=k(CH),iv=k(CI),gu=k(CJ),CL=k(CK);function
+nO(a){return q(function(a){if(J(a[1],dP)){var
+b=[2,k(CM)];return[0,a[1],b]}return a},a)}function
 iw(g,f){var
 b=g,a=f;for(;;){if(b){if(a){var
 c=a[2],d=b[2];if(b[1]){var
@@ -5321,7 +5324,7 @@ b=d,a=c;continue}var
 e=a}else
 var
 e=b;return e}}function
-CJ(a){function
+CN(a){function
 b(a){function
 b(c){function
 g(b){function
@@ -5329,22 +5332,22 @@ c(d){function
 c(c){var
 e=aa(c);function
 f(a){var
-e=q(lU,cM(aj(c),a)),f=q(function(a){return iw(e,a)},a),g=[0,[0,b,d,iw(e,c),f]];return O(P(s,b),CL,O(G(function(a){return b1(ax(a),L)},a),CK,g))}function
+e=q(lU,cM(aj(c),a)),f=q(function(a){return iw(e,a)},a),g=[0,[0,b,d,iw(e,c),f]];return O(P(s,b),CP,O(G(function(a){return b1(ax(a),L)},a),CO,g))}function
 g(a){return ay(e,am,a)}var
-h=aa(d);return i(t(function(a){return ay(h,g,a)},bt,a),f)}return i(t(function(a){return fF(b,a)},nM,a),c)}return i(t(function(a){return fF(b,a)},ir,a),c)}if(c){var
+i=aa(d);return h(t(function(a){return ay(i,g,a)},bt,a),f)}return h(t(function(a){return fG(b,a)},nM,a),c)}return h(t(function(a){return fG(b,a)},ir,a),c)}if(c){var
 b=c[1],f=0;if(typeof
 b!=="number"&&3===b[0]){var
 d=[0,aa(b[1])];f=1}if(!f)var
-d=R(CM);var
+d=R(CQ);var
 e=d}else
 var
-e=R(CN);return i(e,g)}return i(t(bp,ir,a),b)}return i(U([0,ir,[0,nM,[0,bt,0]]],0,a),b)}function
+e=R(CR);return h(e,g)}return h(t(bp,ir,a),b)}return h(U([0,ir,[0,nM,[0,bt,0]]],0,a),b)}function
 nP(c,a){function
 b(a){var
-d=[0,a],b=a?1:a,e=b?z(ap(function(b,a){return E(b[1],a)},s,a),c):b;return O(e,CO,d)}return i(V(CJ,a),b)}function
-dp(a){if(a){var
-b=dp(a[2]),c=a[1];return Y(function(a){return q(function(b){return y(a,b)},b)},c)}return CP}function
-a_(a){return ap(function(b,a){return r(aa(b),a)},o,a)}function
+d=[0,a],b=a?1:a,e=b?z(ap(function(b,a){return E(b[1],a)},s,a),c):b;return O(e,CS,d)}return h(V(CN,a),b)}function
+dr(a){if(a){var
+b=dr(a[2]),c=a[1];return Y(function(a){return q(function(b){return w(a,b)},b)},c)}return CT}function
+a$(a){return ap(function(b,a){return r(aa(b),a)},p,a)}function
 cT(a){var
 b=a[1];return q(function(a){return a[2]},b)}function
 cU(c,b){var
@@ -5355,30 +5358,30 @@ b=a[1];return q(function(a){return a[3]},b)}function
 ix(c,b){var
 a=b[2];if(a){var
 d=a[1];return q(function(a){return a[3]},d)}return[0,c[4],0]}function
-CS(b,a){var
-i=a_(cT(a)),g=r(a_(cU(b,a)),i),h=P(c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,c(2,c(2,x(c(2,x(c(2,x(c(2,c(2,c(2,o)))))))))))))))))),g);if(h)var
+CW(b,a){var
+i=a$(cT(a)),g=r(a$(cU(b,a)),i),h=P(c(2,c(2,c(2,c(2,c(2,y(c(2,c(2,c(2,c(2,y(c(2,y(c(2,y(c(2,c(2,c(2,p)))))))))))))))))),g);if(h)var
 d=h;else
 var
-s=r(g,aa(b[2])),d=P(c(2,c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,c(2,c(2,c(2,c(2,x(c(2,o)))))))))))))))))))))),s);if(d)var
+s=r(g,aa(b[2])),d=P(c(2,c(2,c(2,c(2,c(2,c(2,y(c(2,c(2,y(c(2,c(2,y(c(2,y(c(2,c(2,c(2,c(2,c(2,y(c(2,p)))))))))))))))))))))),s);if(d)var
 e=d;else
 var
-p=a_(gv(a)),q=r(a_(cT(a)),p),e=P(c(2,c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,c(2,c(2,c(2,c(2,x(c(2,o)))))))))))))))))))))),q);if(e)var
+o=a$(gv(a)),q=r(a$(cT(a)),o),e=P(c(2,c(2,c(2,c(2,c(2,c(2,y(c(2,c(2,y(c(2,c(2,y(c(2,y(c(2,c(2,c(2,c(2,c(2,y(c(2,p)))))))))))))))))))))),q);if(e)var
 f=e;else
 var
-m=a_(ix(b,a)),n=r(a_(cU(b,a)),m),f=P(c(2,c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,c(2,c(2,c(2,c(2,x(c(2,o)))))))))))))))))))))),n);if(f)return f;var
-j=aa(b[2]),k=a_(gv(a)),l=r(r(a_(cU(b,a)),k),j);return P(c(2,c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,c(2,c(2,c(2,c(2,x(c(2,o)))))))))))))))))))))),l)}function
+m=a$(ix(b,a)),n=r(a$(cU(b,a)),m),f=P(c(2,c(2,c(2,c(2,c(2,c(2,y(c(2,c(2,y(c(2,c(2,y(c(2,y(c(2,c(2,c(2,c(2,c(2,y(c(2,p)))))))))))))))))))))),n);if(f)return f;var
+j=aa(b[2]),k=a$(gv(a)),l=r(r(a$(cU(b,a)),k),j);return P(c(2,c(2,c(2,c(2,c(2,c(2,y(c(2,c(2,y(c(2,c(2,y(c(2,y(c(2,c(2,c(2,c(2,c(2,y(c(2,p)))))))))))))))))))))),l)}function
 nQ(a,d,c,b){var
-e=a[3],f=q(function(a){return aB(e,a)},b),g=0;return dX(q(function(b){var
-e=aB(a[4],b),c=al(function(a){return z(a[1],e)},d),g=0;return dX(q(function(d){var
+e=a[3],f=q(function(a){return aB(e,a)},b),g=0;return d0(q(function(b){var
+e=aB(a[4],b),c=al(function(a){return z(a[1],e)},d),g=0;return d0(q(function(d){var
 a=c;for(;;){if(a){var
 b=a[1];if(z(b[2],d))return[0,b[3]];var
 a=a[2];continue}return a}},f),g)},c),g)}function
-eV(a){return 1===a[1][2]?1:0}function
+eW(a){return 1===a[1][2]?1:0}function
 gw(a){return a[5]?0:1}function
 nR(a){return q(function(a){return a[4]},a)}function
 cv(a,c){var
-b=ah(a,c);if(b){var
-d=function(a){return[0,[0,a]]};return i(a8(a,am(b[1])),d)}return C0}function
+b=ad(a,c);if(b){var
+d=function(a){return[0,[0,a]]};return h(aT(a,am(b[1])),d)}return C4}function
 iy(b,a){function
 g(a){if(b){if(a){var
 h=a[1],c=h[2],d=h[1],i=a[2],j=b[1],e=j[2],f=j[1],k=b[2];switch(jK(r(f,c),r(d,e))){case
@@ -5389,7 +5392,7 @@ b=a[2];if(b){var
 c=nS(b[2]);return[0,iy(a[1],b[1]),c]}return a}return a}function
 nT(f){var
 g=al(function(a){var
-b=z(a[1],s),c=b?z(a[2],s):b;return I(c)},f),b=C6,a=q(function(a){return[0,a,0]},g);for(;;){if(b){if(a){if(a[2]){var
+b=z(a[1],s),c=b?z(a[2],s):b;return I(c)},f),b=C_,a=q(function(a){return[0,a,0]},g);for(;;){if(b){if(a){if(a[2]){var
 e=nS(a),b=b[1],a=e;continue}var
 c=a[1]}else
 var
@@ -5407,76 +5410,76 @@ b=b[2],a=a[2];continue}var
 g=f}else
 var
 g=a;return g}return a?0:1}}}(c),a)?a:[0,c,a],a=g,b=f;continue}return a}}function
-eW(b,a){if(a){var
-c=a[2],d=a[1],e=eW([0,d,b],c),f=y(b,c);return y(q(function(a){return[0,d,a]},f),e)}return a}function
-eX(b,a){return nT(W(b,a))}function
-d3(a){if(a){var
-b=a[2],c=a[1],e=eW(0,dc(c)),f=nU(0,q(function(a){return eX(a[1],a[2])},e)),d=d3(b),g=db(c),h=[0,[0,db(c),g],0],i=q(function(a){return gx(h,a)},d);return nU(0,y(Y(function(a){var
+eX(b,a){if(a){var
+c=a[2],d=a[1],e=eX([0,d,b],c),f=w(b,c);return w(q(function(a){return[0,d,a]},f),e)}return a}function
+eY(b,a){return nT(W(b,a))}function
+d6(a){if(a){var
+b=a[2],c=a[1],e=eX(0,de(c)),f=nU(0,q(function(a){return eY(a[1],a[2])},e)),d=d6(b),g=dd(c),h=[0,[0,dd(c),g],0],i=q(function(a){return gx(h,a)},d);return nU(0,w(Y(function(a){var
 c=f2(b),e=[0,[0,[0,f2(b),c],0],d];return q(function(b){return gx(a,b)},e)},f),i))}return a}function
 nV(b,a,d){var
-c=aX(b);if(0===c)return Q;if(0<c){var
-e=r(b,a[2]);return dG([0,ap(function(b,c){return E(cf(s,S(r(b[1],a[2]),r(b[2],a[1]))),c)},s,d),e])}return Q}function
+c=aY(b);if(0===c)return Q;if(0<c){var
+e=r(b,a[2]);return dI([0,ap(function(b,c){return E(cf(s,S(r(b[1],a[2]),r(b[2],a[1]))),c)},s,d),e])}return Q}function
 cV(b,a){return b?a?A(b[1],a[1]):1:a?0:1}function
 gy(b,a){if(b){if(a){var
 c=a[1],d=b[1],e=A(d,c);if(e)return A(c,d);var
 f=e}else
 var
 f=a;return f}return a?0:1}function
-iz(b,a){return eF(dd,b,a)}function
-eY(a){return z(a[1],s)}function
-a1(b,a){return ab(b,aG(a))}function
+iz(b,a){return eI(df,b,a)}function
+eZ(a){return z(a[1],s)}function
+a2(b,a){return ab(b,aG(a))}function
 gz(b){var
 a=b[7];return 0===a[0]?a[1]:bo(bo(a[1]))}function
 nW(a){var
 b=a[7];if(0===b[0])return Q;var
 c=b[1];return ap(function(d,c){var
-b=cM(a[4],d);return dd(ap(function(a,b){var
-c=cN(a);return dd(a1(dP(a),c),b)},Q,b),c)},Q,c)}function
+b=cM(a[4],d);return df(ap(function(a,b){var
+c=cN(a);return df(a2(dS(a),c),b)},Q,b),c)},Q,c)}function
 iA(a,b){return a?a[1]:b}function
 cW(a){var
-b=dP(gz(a));return iA(a[8][1],b)}function
-eZ(a){var
+b=dS(gz(a));return iA(a[8][1],b)}function
+e0(a){var
 b=cN(gz(a));return iA(a[8][2],b)}function
 cX(a){var
 b=nW(a);return iA(a[8][4],b)}function
 nX(a){var
-e=cW(a),b=A(dP(gz(a)),e);if(b){var
-f=cN(gz(a)),c=A(eZ(a),f);if(c){var
+e=cW(a),b=A(dS(gz(a)),e);if(b){var
+f=cN(gz(a)),c=A(e0(a),f);if(c){var
 g=cX(a);return A(nW(a),g)}var
 d=c}else
 var
 d=b;return d}function
-e0(a){return eY(cX(a))}function
-b7(a){return jI(a[3],o)}function
+e1(a){return eZ(cX(a))}function
+b7(a){return jI(a[3],p)}function
 b8(a){return l1(a[1])}function
-dq(b,a){var
+ds(b,a){var
 c=W(b,a);return ax(q(function(a){return M(a[1],a[2])},c))}function
-e1(a){var
+e2(a){var
 b=cn(lY(a));return q(function(b){var
 c=cn(b[2]);return q(function(c){var
-d=de(a,b[1],c[1]);return dq(lZ(c[2]),d)},c)},b)}function
+d=dg(a,b[1],c[1]);return ds(lZ(c[2]),d)},c)},b)}function
 iB(a,b){var
 c=a[5];function
-d(c){return dq(c,de(a,b,0))}return q(function(a){return q(d,a)},c)}function
+d(c){return ds(c,dg(a,b,0))}return q(function(a){return q(d,a)},c)}function
 nY(a){var
-b=cn(eE(a));return ap(iz,[0,L],q(f4,q(function(b){var
-c=iB(a,b[1]),d=cM(c$(a),c),e=b[2];return q(function(a){return dq(e,a)},d)},b)))}function
+b=cn(eH(a));return ap(iz,[0,L],q(f4,q(function(b){var
+c=iB(a,b[1]),d=cM(db(a),c),e=b[2];return q(function(a){return ds(e,a)},d)},b)))}function
 nZ(a,b){var
 c=aR(0,bg(a));return q(function(c){return hQ(a,c,b)},c)}function
 cY(a){var
-b=aR(0,bd(a));return al(function(b){return ac(ax(nZ(a,b)))},b)}function
+b=aR(0,be(a));return al(function(b){return ac(ax(nZ(a,b)))},b)}function
 cw(c,b){var
 a=nZ(c,b),d=at(ax(a));return q(function(a){return M(d,a)},a)}function
-n0(a){return g5(C7,aj(cY(a)))}function
+n0(a){return g5(C$,aj(cY(a)))}function
 n1(a){var
-b=cY(a),c=q(function(b){return cw(a,b)},b),d=eE(a),e=cM(bK(a),d);return ap(iz,[0,L],q(f4,q(function(a){return q(function(b){return dq(a,b)},c)},e)))}function
-e2(b,h,g){switch(h){case
+b=cY(a),c=q(function(b){return cw(a,b)},b),d=eH(a),e=cM(bK(a),d);return ap(iz,[0,L],q(f4,q(function(a){return q(function(b){return ds(a,b)},c)},e)))}function
+e3(b,h,g){switch(h){case
 0:var
-a=[0,cN(bo(e1(b)))];break;case
+a=[0,cN(bo(e2(b)))];break;case
 2:var
 a=b[8][3];break;case
 7:var
-f=cn(eE(b)),a=[0,cN(Y(function(a){var
+f=cn(eH(b)),a=[0,cN(Y(function(a){var
 c=iB(b,a[1]),d=W(a[2],c);return Y(function(a){var
 b=ac(a[1]);return b?a[2]:b},d)},f))];break;default:var
 a=0}if(a){var
@@ -5487,24 +5490,24 @@ e=a;return e}function
 gA(b,i,h,g,f,a,e,c){if(b){var
 j=b[1];return G(function(k){return $(function(a){var
 c=au(a);if(c){var
-d=M(a1(a,L),g),b=a1(ab(i,M(h,nV(e,a,k))),d),l=au(b)?ab(a,M(b,at(f))):a;return A(l,j)}return c},a)},c)}var
+d=M(a2(a,L),g),b=a2(ab(i,M(h,nV(e,a,k))),d),l=au(b)?ab(a,M(b,at(f))):a;return A(l,j)}return c},a)},c)}var
 d=a?1:a;return d}function
-d4(a){var
-b=d3(a[1]);return[0,f2(a[1]),b]}function
+d7(a){var
+b=d6(a[1]);return[0,f2(a[1]),b]}function
 n2(e){var
 c=b8(e);if(c){var
-d=c[1],a=d[1],b=d[2];return[0,E(a,b),[0,[0,[0,a,b],[0,[0,b,a],0]],0]]}return[0,o,[0,[0,[0,o,s],[0,[0,s,o],0]],0]]}function
+d=c[1],a=d[1],b=d[2];return[0,E(a,b),[0,[0,[0,a,b],[0,[0,b,a],0]],0]]}return[0,p,[0,[0,[0,p,s],[0,[0,s,p],0]],0]]}function
 gB(b,a){if(!(3<=a))switch(a){case
 0:return 1;case
 2:return b7(b)}return 0}function
-C8(a,c,e){var
+Da(a,c,e){var
 d=c[3],b=I(c[1]);if(typeof
 e==="number")switch(e){case
 0:if(b){var
 v=gB(a,c[4]);if(v){var
-w=fu(b8(a));if(w){var
+w=fv(b8(a));if(w){var
 an=function(b){var
-c=at(b),e=[0,ab(L,M(cX(a),c))];return cV(eF(M,b8(a),e),d)};return e2(a,c[4],an)}var
+c=at(b),e=[0,ab(L,M(cX(a),c))];return cV(eI(M,b8(a),e),d)};return e3(a,c[4],an)}var
 l=w}else
 var
 l=v}else
@@ -5512,8 +5515,8 @@ var
 l=b;return l;case
 1:if(1===c[4]){if(b){var
 x=b7(a);if(x){var
-y=e0(a);if(y){var
-z=fu(b8(a));if(z)return cV(b8(a),d);var
+y=e1(a);if(y){var
+z=fv(b8(a));if(z)return cV(b8(a),d);var
 h=z}else
 var
 h=y}else
@@ -5525,8 +5528,8 @@ h=b;return h}return 0;case
 B=I(b);if(B){var
 C=n0(a);if(C){var
 D=b7(a);if(D){var
-E=e0(a);if(E){var
-F=fu(b8(a));if(F){var
+E=e1(a);if(E){var
+F=fv(b8(a));if(F){var
 aj=cY(a),k=q(function(b){return cw(a,b)},aj);if(k)var
 ak=k[2],al=k[1],m=G(function(e){var
 b=al,a=e;for(;;){if(b){if(a){var
@@ -5553,7 +5556,7 @@ H=8<=c[4]?1:0;if(H)if(b){var
 J=0===a[7][0]?1:0;if(J){var
 K=0===a[2][0]?1:0;if(K){var
 ai=iB(a,0);return cV(ap(iz,[0,L],q(f4,q(function(b){var
-c=eD(a);return q(function(a){return dq(a,b)},c)},ai))),d)}var
+c=eG(a);return q(function(a){return ds(a,b)},c)},ai))),d)}var
 i=K}else
 var
 i=J}else
@@ -5563,7 +5566,7 @@ var
 i=H;return i;default:if(b){var
 N=gB(a,c[4]);if(N){var
 ao=function(b){var
-c=at(b);return cV([0,M(cW(a),c)],d)};return e2(a,c[4],ao)}var
+c=at(b);return cV([0,M(cW(a),c)],d)};return e3(a,c[4],ao)}var
 O=N}else
 var
 O=b;return O}else
@@ -5572,29 +5575,29 @@ switch(e[0]){case
 aq=e[1];if(b){var
 P=gB(a,c[4]);if(P){var
 ar=function(b){var
-c=d4(a)[2],e=d4(a)[1],f=cW(a);return gA(d,cX(a),f,Q,b,aq,e,c)};return e2(a,c[4],ar)}var
+c=d7(a)[2],e=d7(a)[1],f=cW(a);return gA(d,cX(a),f,Q,b,aq,e,c)};return e3(a,c[4],ar)}var
 R=P}else
 var
 R=b;return R;case
 1:var
 S=e[1],n=c[4];if(7===n){if(b){var
-T=e0(a);if(T)return e2(a,7,function(b){var
+T=e1(a);if(T)return e3(a,7,function(b){var
 c=A(b,cW(a));if(c){var
 e=n2(a)[2],f=n2(a)[1];return gA(d,Q,cW(a),Q,b,S,f,e)}return c});var
 U=T}else
 var
 U=b;return U}if(b){var
-V=gB(a,n);if(V)return e2(a,n,function(b){var
-e=cX(a),c=A(b,a1(cW(a),e));if(c){var
-f=d4(a)[2],g=d4(a)[1],h=cX(a),i=a1(cW(a),h);return gA(d,cX(a),i,Q,b,S,g,f)}return c});var
+V=gB(a,n);if(V)return e3(a,n,function(b){var
+e=cX(a),c=A(b,a2(cW(a),e));if(c){var
+f=d7(a)[2],g=d7(a)[1],h=cX(a),i=a2(cW(a),h);return gA(d,cX(a),i,Q,b,S,g,f)}return c});var
 W=V}else
 var
 W=b;return W;case
 2:if(1===c[4]){if(b){var
 X=b7(a);if(X){var
-Y=e0(a);if(Y){var
-Z=ac(eZ(a));if(Z){var
-as=d4(a)[2],au=d4(a)[1],av=e[1],aw=eZ(a),ax=eZ(a),ay=eZ(a);return gA(d,Q,a1(cW(a),ay),ax,aw,av,au,as)}var
+Y=e1(a);if(Y){var
+Z=ac(e0(a));if(Z){var
+as=d7(a)[2],au=d7(a)[1],av=e[1],aw=e0(a),ax=e0(a),ay=e0(a);return gA(d,Q,a2(cW(a),ay),ax,aw,av,au,as)}var
 j=Z}else
 var
 j=Y}else
@@ -5607,9 +5610,9 @@ _=I(b);if(_){var
 $=n0(a);if($){var
 aa=b7(a);if(aa){var
 ad=0===a[7][0]?1:0;if(ad){var
-ae=fu(b8(a));if(ae){var
+ae=fv(b8(a));if(ae){var
 az=n1(a),af=gy(e[1],az);if(af){var
-aA=n1(a);return cV(eF(M,b8(a),aA),d)}var
+aA=n1(a);return cV(eI(M,b8(a),aA),d)}var
 g=af}else
 var
 g=ae}else
@@ -5622,7 +5625,7 @@ g=$}else
 var
 g=_;return g}return 0;case
 4:if(7===c[4]){if(b){var
-ag=e0(a);if(ag){var
+ag=e1(a);if(ag){var
 aB=nY(a),ah=gy(e[1],aB);if(ah){var
 o=nY(a),p=b8(a);if(p)if(o)var
 t=o[1],u=p[1],am=at(ab(t,u)),r=[0,M(ab(L,M(t,u)),am)];else
@@ -5635,13 +5638,13 @@ var
 s=ag}else
 var
 s=b;return s}return 0;default:return 0}}var
-n3=k(C9),n4=k(C_),gC=k(C$),Db=k(Da),Dd=k(Dc),e3=k(De),iC=k(Df),n5=k(Dg),n6=k(Dh);function
+n3=k(Db),n4=k(Dc),gC=k(Dd),Df=k(De),Dh=k(Dg),e4=k(Di),iC=k(Dj),n5=k(Dk),n6=k(Dl);function
 n7(a){function
 b(a){function
 b(b){function
-c(a){return[0,[0,b,a]]}return i(t(function(a){return V(by,a)},n4,a),c)}return i(t(by,n3,a),b)}return i(U([0,n3,[0,n4,0]],0,a),b)}function
+c(a){return[0,[0,b,a]]}return h(t(function(a){return V(by,a)},n4,a),c)}return h(t(by,n3,a),b)}return h(U([0,n3,[0,n4,0]],0,a),b)}function
 n8(l,g,d){var
-b=y(k(Di),l);if(g){if(d){var
+b=w(k(Dm),l);if(g){if(d){var
 h=d[1],i=g[1],o=q(l0,h),c=i[2],a=o,m=0,n=0;for(;;){if(c){if(a){var
 e=gy(c[1],a[1]);if(e){var
 c=c[2],a=a[2];continue}var
@@ -5651,53 +5654,53 @@ f=a;var
 j=f}else
 var
 j=a?0:1;var
-p=[0,[0,y(b,k(Dj)),[0,[12,j],n]],m],r=l1(h),s=[0,[12,gy(i[1],r)],0];return[0,[0,y(b,k(Dk)),s],p]}}return[0,[0,b,Dl],0]}return d?[0,[0,b,Dm],0]:[0,[0,b,Dn],0]}function
+p=[0,[0,w(b,k(Dn)),[0,[12,j],n]],m],r=l1(h),s=[0,[12,gy(i[1],r)],0];return[0,[0,w(b,k(Do)),s],p]}}return[0,[0,b,Dp],0]}return d?[0,[0,b,Dq],0]:[0,[0,b,Dr],0]}function
 gD(e,a,d,c){if(a)var
-f=[0,[0,d],[0,[12,F(c,a[1])],0]],b=[0,[0,y(k(Do),e),f],0];else
+f=[0,[0,d],[0,[12,F(c,a[1])],0]],b=[0,[0,w(k(Ds),e),f],0];else
 var
 b=a;return b}function
 n9(c,b,a){if(a)var
-d=a[1],e=d[1],g=a[2],h=n9(E(c,o),cf(b,e),g),i=P(b,e)?[0,[6,[0,d]],0]:Dq,f=[0,[0,ig(Dp,c),i],h];else
+d=a[1],e=d[1],g=a[2],h=n9(E(c,p),cf(b,e),g),i=P(b,e)?[0,[6,[0,d]],0]:Du,f=[0,[0,ig(Dt,c),i],h];else
 var
 f=a;return f}var
-d5=k(Ds),e4=y(d5,k(Dt)),n_=y(d5,k(Du)),n$=y(d5,k(Dv)),iD=y(e4,k(Dw)),Dy=k(Dx),DA=[0,[0,go,0],[0,[0,d5,1],[0,[0,e4,2],[0,[0,n$,5],[0,[0,iD,6],[0,[0,Dy,7],[0,[0,k(Dz),8],0]]]]]]];function
-d6(b,a){function
-c(a){return[0,b]}return i(U(0,0,a),c)}function
+d8=k(Dw),e5=w(d8,k(Dx)),n_=w(d8,k(Dy)),n$=w(d8,k(Dz)),iD=w(e5,k(DA)),DC=k(DB),DE=[0,[0,go,0],[0,[0,d8,1],[0,[0,e5,2],[0,[0,n$,5],[0,[0,iD,6],[0,[0,DC,7],[0,[0,k(DD),8],0]]]]]]];function
+d9(b,a){function
+c(a){return[0,b]}return h(U(0,0,a),c)}function
 oa(a,c,b){function
 d(b){function
-d(a){return[0,F(c,a)]}return i(t(by,a,b),d)}return i(U([0,a,0],0,b),d)}function
-e5(b,a){function
+d(a){return[0,F(c,a)]}return h(t(by,a,b),d)}return h(U([0,a,0],0,b),d)}function
+e6(b,a){function
 c(a){function
 c(a){var
-c=[0,F(b,a)],d=a?1:a;return O(d,DB,c)}return i(t(function(a){return V(am,a)},gC,a),c)}return i(U([0,gC,0],0,a),c)}var
-e6=k(DC),iE=k(DD);function
+c=[0,F(b,a)],d=a?1:a;return O(d,DF,c)}return h(t(function(a){return V(am,a)},gC,a),c)}return h(U([0,gC,0],0,a),c)}var
+e7=k(DG),iE=k(DH);function
 ob(f,a,e,d){var
 b=F(f,a);if(b){var
-c=b[1],g=[0,[12,cV(c,e)],0],h=a?0:1;return[0,d,[0,[0,[9,h,c]],g]]}return DO}var
-DR=[0,[0,k(DQ),1],0],DP=[0,[0,d5,1],[0,[0,n_,4],[0,[0,e4,3],0]]],DT=[0,[0,k(DS),0],DR];function
+c=b[1],g=[0,[12,cV(c,e)],0],h=a?0:1;return[0,d,[0,[0,[9,h,c]],g]]}return DS}var
+DV=[0,[0,k(DU),1],0],DT=[0,[0,d8,1],[0,[0,n_,4],[0,[0,e5,3],0]]],DX=[0,[0,k(DW),0],DV];function
 oc(b,a){function
 c(c){function
 d(j){function
 d(k){var
 a=aB(b[3],j),d=aB(b[3],k),e=c?aB(b[4],c[1]):s,f=K(s,a),g=f?K(s,d):f,h=g?K(s,e):g;if(h)var
-l=aZ(d),m=aZ(a),i=[0,[0,af(function(a){return aZ(e)},c),m,l]];else
+l=a0(d),m=a0(a),i=[0,[0,ag(function(a){return a0(e)},c),m,l]];else
 var
-i=h;return[0,i]}return i(t(function(a){return V(X,a)},a0,a),d)}return i(t(function(a){return V(X,a)},bc,a),d)}function
-d(a){return V(X,a)}return i(t(function(a){return aO(d,a)},ad,a),c)}function
+i=h;return[0,i]}return h(t(function(a){return V(X,a)},a1,a),d)}return h(t(function(a){return V(X,a)},bd,a),d)}function
+d(a){return V(X,a)}return h(t(function(a){return aO(d,a)},ae,a),c)}function
 od(b,a){function
-c(a){return oc(b,a)}return i(U([0,ad,[0,bc,[0,a0,0]]],0,a),c)}function
+c(a){return oc(b,a)}return h(U([0,ae,[0,bd,[0,a1,0]]],0,a),c)}function
 oe(c,a){function
 b(d){var
-b=ah(e3,d);if(b){var
+b=ad(e4,d);if(b){var
 a=b[1];if(typeof
-a==="number")return DU;else{if(4===a[0]){var
-e=function(a){return[0,af(function(a){return[0,a]},a)]};return i(a8(e3,od(c,a)),e)}return R(DV)}}return R(DW)}return i(U([0,e3,0],0,a),b)}function
+a==="number")return DY;else{if(4===a[0]){var
+e=function(a){return[0,ag(function(a){return[0,a]},a)]};return h(aT(e4,od(c,a)),e)}return R(DZ)}}return R(D0)}return h(U([0,e4,0],0,a),b)}function
 of(b,a){function
 c(a){var
-c=P(a,b)?a:b;return O(K(s,a),DX,[0,aZ(c)])}return i(aL(a),c)}var
-D4=[0,k(D3),0],D6=[0,k(D5),D4],D8=[0,k(D7),D6],D_=[0,k(D9),D8],Ea=[0,k(D$),D_],Ec=[0,k(Eb),Ea],Ee=[0,k(Ed),Ec],Eg=[0,e6,[0,eR,[0,iE,[0,k(Ef),Ee]]]];function
+c=P(a,b)?a:b;return O(K(s,a),D1,[0,a0(c)])}return h(aL(a),c)}var
+D8=[0,k(D7),0],D_=[0,k(D9),D8],Ea=[0,k(D$),D_],Ec=[0,k(Eb),Ea],Ee=[0,k(Ed),Ec],Eg=[0,k(Ef),Ee],Ei=[0,k(Eh),Eg],Ek=[0,e7,[0,eS,[0,iE,[0,k(Ej),Ei]]]];function
 cx(b){var
-a=bO(Eg,b),c=0,d=a?Eh:a;return[0,d,c]}function
+a=bO(Ek,b),c=0,d=a?El:a;return[0,d,c]}function
 og(a){if(a){var
 c=typeof
 a[1]==="number"?1:0;if(c){if(a[2])return 0;var
@@ -5706,21 +5709,21 @@ var
 b=c}else
 var
 b=a;return b}var
-Em=k(El),oh=k(En);function
+Eq=k(Ep),oh=k(Er);function
 oi(a){var
-b=y(a,k(Eo));return y(k(Ep),b)}function
-Ex(a){var
-b=y(a,k(Ey));return y(k(Ez),b)}function
-EI(a){return 0!==(a&ds)?[0,a,0]:fb===a?[0,a,0]:kq(a)}function
-d7(e,d){var
-a=ah(d,e);if(a){var
+b=w(a,k(Es));return w(k(Et),b)}function
+EB(a){var
+b=w(a,k(EC));return w(k(ED),b)}function
+EM(a){return 0!==(a&du)?[0,a,0]:fc===a?[0,a,0]:kq(a)}function
+d_(e,d){var
+a=ad(d,e);if(a){var
 b=a[1];if(typeof
 b!=="number"&&2===b[0])return b[1];var
 c=0}else
 var
 c=a;return c}function
 oj(e,d){var
-a=ah(gu,e);if(a){var
+a=ad(gu,e);if(a){var
 b=a[1];if(typeof
 b!=="number"&&3===b[0]){var
 f=b[1];return Y(function(a){if(typeof
@@ -5729,68 +5732,68 @@ c=0}else
 var
 c=a;return c}function
 iF(g,f,e){var
-a=ah(f,g);if(a){var
+a=ad(f,g);if(a){var
 b=a[1];if(typeof
 b!=="number"&&2===b[0]){var
-d=b[1];return J(d,k(EO))?0:[0,F(e,d),0]}var
+d=b[1];return J(d,k(ES))?0:[0,F(e,d),0]}var
 c=0}else
 var
 c=a;return c}function
 ok(i){var
-b=ah(ad,i);if(b){var
+b=ad(ae,i);if(b){var
 c=b[1],d=function(a){if(typeof
 a!=="number")switch(a[0]){case
-2:return[0,c6,y(Y(EI,a[1]),[0,c6,0])];case
+2:return[0,c6,w(Y(EM,a[1]),[0,c6,0])];case
 0:case
 1:break;default:return 0}return 0};if(typeof
 c!=="number"&&3===c[0]){var
 a=c[1];if(a){var
-e=k(EK),f=a[2],g=y(Y(function(a){var
-b=d(a);return y(k(EL),b)},f),e),h=y(d(a[1]),g);return y(k(EM),h)}return k(EN)}return k(EJ)}return b}function
+e=k(EO),f=a[2],g=w(Y(function(a){var
+b=d(a);return w(k(EP),b)},f),e),h=w(d(a[1]),g);return w(k(EQ),h)}return k(ER)}return k(EN)}return b}function
 ol(b,a){return K(b,a)?b:a}function
-e7(a){return a?ap(cf,a[1],a[2]):s}function
-gE(a){return e7(q(aY,a))}function
-EQ(a){return e7(q(function(b){var
+e8(a){return a?ap(cf,a[1],a[2]):s}function
+gE(a){return e8(q(aZ,a))}function
+EU(a){return e8(q(function(b){var
 c=gE(a);return z(b[1],c)?b[2]:s},a))}function
 gF(g,f,e,d,c,a){return ap(function(b,h){var
 a=W(d,c);return E(F(g,q(function(a){return[0,S(r(r(b[1],a[1]),e),r(r(b[2],a[2]),f)),r(b[2],a[2])]},a)),h)},s,a)}function
-e8(c,b,a){var
-d=W(b,a);return ap(function(a,b){return E(aC(c,a[1],a[2]),b)},s,d)}function
-ER(a){return $(function(a){return z(s,a)},a)}function
-e9(a,b){if(b){var
-c=b[1];return c?gx(a,e9(a,c)):a}return a}function
-iG(b,a){return a?r(b,iG(b,a[1])):o}function
-d8(a){return jJ(fo,a[3],sq)}function
+e9(c,b,a){var
+d=W(b,a);return ap(function(a,b){return E(aD(c,a[1],a[2]),b)},s,d)}function
+EV(a){return $(function(a){return z(s,a)},a)}function
+e_(a,b){if(b){var
+c=b[1];return c?gx(a,e_(a,c)):a}return a}function
+iG(b,a){return a?r(b,iG(b,a[1])):p}function
+d$(a){return jJ(fp,a[3],st)}function
 iH(a,h){var
-b=ag(bd(a)),d=b7(a);if(d)var
+b=ah(be(a)),d=b7(a);if(d)var
 e=d;else{var
-i=c(2,c(2,c(2,x(c(2,c(2,c(2,x(c(2,o))))))))),f=K(a[3],i);if(f){var
-j=a[3],k=aA(c(2,c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,c(2,c(2,c(2,c(2,x(c(2,o)))))))))))))))))))))),r(b,b)),g=ol(c(2,c(2,c(2,x(c(2,x(c(2,x(c(2,c(2,x(c(2,x(c(2,x(c(2,c(2,o))))))))))))))))),k);return G(function(e){var
-a=aj(e),b=a?a[1]:a,c=aR(0,b),d=q(function(a){return E(ag(a),o)},c);return K(aN(function(a,b){return P(g,a)?a:aA(r(a,E(j,b)),b)},d,o),g)},h)}var
+i=c(2,c(2,c(2,y(c(2,c(2,c(2,y(c(2,p))))))))),f=K(a[3],i);if(f){var
+j=a[3],k=aA(c(2,c(2,c(2,c(2,c(2,c(2,y(c(2,c(2,y(c(2,c(2,y(c(2,y(c(2,c(2,c(2,c(2,c(2,y(c(2,p)))))))))))))))))))))),r(b,b)),g=ol(c(2,c(2,c(2,y(c(2,y(c(2,y(c(2,c(2,y(c(2,y(c(2,y(c(2,c(2,p))))))))))))))))),k);return G(function(e){var
+a=aj(e),b=a?a[1]:a,c=aR(0,b),d=q(function(a){return E(ah(a),p)},c);return K(aN(function(a,b){return P(g,a)?a:aA(r(a,E(j,b)),b)},d,p),g)},h)}var
 e=f}return e}function
 om(a,b){var
-c=aR(0,bd(a));return q(function(c){return de(a,b,c)},c)}function
+c=aR(0,be(a));return q(function(c){return dg(a,b,c)},c)}function
 on(b,a){var
-c=dE(Q,b);return ap(function(a,b){if(eY(a[1]))return b;var
+c=dG(Q,b);return ap(function(a,b){if(eZ(a[1]))return b;var
 c=W(a[2],b);return q(function(b){var
 c=b[2];return ab(M(a[1],b[1]),c)},c)},c,a)}function
 gG(a){var
-b=eE(a),d=cM(bK(a),b),c=aR(0,bd(a));return q(function(c){var
+b=eH(a),d=cM(bK(a),b),c=aR(0,be(a));return q(function(c){var
 b=cw(a,c);return Y(function(d){var
 e=aR(0,bg(a)),f=W(W(b,d),e),g=q(function(b){var
-d=de(a,b[2],c);return[0,M(b[1][1],b[1][2]),d]},f);return on(a[4],g)},d)},c)}function
+d=dg(a,b[2],c);return[0,M(b[1][1],b[1][2]),d]},f);return on(a[4],g)},d)},c)}function
 iI(b,a){return a?om(b,a[1]):gG(b)}function
-oo(b,a){return a?ES:bK(b)}function
-iJ(a,b){return b?aR(0,bd(a)):cY(a)}function
-iK(b,a){if(a)return ET;var
+oo(b,a){return a?EW:bK(b)}function
+iJ(a,b){return b?aR(0,be(a)):cY(a)}function
+iK(b,a){if(a)return EX;var
 c=aR(0,bg(b));return q(function(a){return[0,a]},c)}function
-e_(a){return dc(eD(a))}function
+e$(a){return de(eG(a))}function
 op(a){var
-b=d8(a);return iG(db(eD(a)),b)}function
+b=d$(a);return iG(dd(eG(a)),b)}function
 oq(a){var
-b=d8(a);return iG(f2(a[1]),b)}function
+b=d$(a);return iG(f2(a[1]),b)}function
 or(a,t,s,e,p,b,o){var
-f=db(iI(a,b)),j=dc(iI(a,b)),k=a[4],l=oo(a,b),m=q(function(a){return bT(l,k,a)},j),n=iJ(a,b),d=q(function(a){var
+f=dd(iI(a,b)),j=de(iI(a,b)),k=a[4],l=oo(a,b),m=q(function(a){return bT(l,k,a)},j),n=iJ(a,b),d=q(function(a){var
 b=F(o,a),c=as(a,m,0);return[0,a,as(a,t,0),c,b]},n);if(d){var
 g=d[2],c=d[1],h=G(function(k){var
 e=c[3],b=k[3];b:for(;;){if(e){if(b){var
@@ -5810,40 +5813,40 @@ j=b;var
 g=j}else
 var
 g=b?0:1;return g?b1(c[4],k[4]):g}},g),i=h?G(function(b){var
-d=c[4],g=c[3],h=c[3];return oS(e,r(f,oq(a)),b,h,g,d)},s):h;if(i)return i;var
-u=eW(0,[0,c,g]);return G(function(b){var
-d=b[2][4],g=b[2][3],h=b[1][3],i=d8(a),j=e9(eX(b[1][2],b[2][2]),i),c=oS(e,r(f,op(a)),j,h,g,d);return c?c:aC(p,b[1][1],b[2][1])},u)}return 1}function
+d=c[4],g=c[3],h=c[3];return oV(e,r(f,oq(a)),b,h,g,d)},s):h;if(i)return i;var
+u=eX(0,[0,c,g]);return G(function(b){var
+d=b[2][4],g=b[2][3],h=b[1][3],i=d$(a),j=e_(eY(b[1][2],b[2][2]),i),c=oV(e,r(f,op(a)),j,h,g,d);return c?c:aD(p,b[1][1],b[2][1])},u)}return 1}function
 iL(a){var
-b=d3(a[1]);return q(function(b){return e9(b,d8(a))},b)}function
-d9(e,d,a){function
+b=d6(a[1]);return q(function(b){return e_(b,d$(a))},b)}function
+ea(e,d,a){function
 f(b){var
-c=iJ(e,a[1]);return $(function(a){return ba(b,a)},c)}var
+c=iJ(e,a[1]);return $(function(a){return bb(b,a)},c)}var
 g=a[1];if(g){var
 h=I(d);if(h)var
-k=bg(e),b=fq(g[1],k);else
+k=bg(e),b=fr(g[1],k);else
 var
 b=h}else
 var
 b=d;if(b){var
 i=f(a[2]);if(i){var
-j=f(a[3]);if(j)return I(ba(a[2],a[3]));var
+j=f(a[3]);if(j)return I(bb(a[2],a[3]));var
 c=j}else
 var
 c=i}else
 var
 c=b;return c}function
 os(b,a,f){var
-c=a[1],g=dc(iI(b,c)),h=b[4],i=oo(b,c),d=q(function(a){return bT(i,h,a)},g),e=e_(b),j=as(a[3],d,0),k=as(a[2],d,0),l=d8(b),m=as(a[3],e,0);return oR(f,e9(eX(as(a[2],e,0),m),l),k,j)}function
+c=a[1],g=de(iI(b,c)),h=b[4],i=oo(b,c),d=q(function(a){return bT(i,h,a)},g),e=e$(b),j=as(a[3],d,0),k=as(a[2],d,0),l=d$(b),m=as(a[3],e,0);return oU(f,e_(eY(as(a[2],e,0),m),l),k,j)}function
 ot(a,c,b){var
-d=e_(a),e=iL(a),f=iK(a,c);return G(function(c){function
+d=e$(a),e=iL(a),f=iK(a,c);return G(function(c){function
 f(a){return Q}function
-g(b,a){return 0}return or(a,d,e,function(e,d,a,c,f){return K(e8(function(c,a){return gF(gE,b[1],b[2],c,a,d)},a,c),s)},g,c,f)},f)}function
+g(b,a){return 0}return or(a,d,e,function(e,d,a,c,f){return K(e9(function(c,a){return gF(gE,b[1],b[2],c,a,d)},a,c),s)},g,c,f)},f)}function
 ou(a,b){return[0,a[1],a[2],a[3],a[4],b,a[6],a[7],a[8]]}function
 ov(a,b){var
-d=c$(a),c=f0(bK(a),d,b);if(c){var
-e=a[4],f=function(a){return eC(e,a)};return G(function(a){return G(f,a)},b)}return c}function
+d=db(a),c=f0(bK(a),d,b);if(c){var
+e=a[4],f=function(a){return eF(e,a)};return G(function(a){return G(f,a)},b)}return c}function
 gH(d,c,b,a){if(b)return as(a,as(b[1],c,0),Q);var
-e=q(function(b){return as(a,b,Q)},c);return dq(cw(d,a),e)}function
+e=q(function(b){return as(a,b,Q)},c);return ds(cw(d,a),e)}function
 ow(f,e,d,a){var
 b=gH(f,e,a[1],a[2]),c=gH(f,e,a[1],a[3]);if(d){var
 g=M(d[1],c),h=ac(c);if(h){var
@@ -5851,29 +5854,29 @@ i=A(b,g);if(i)return A(g,b);var
 j=i}else
 var
 j=h;return j}var
-k=eY(c);return k?ac(b):k}function
+k=eZ(c);return k?ac(b):k}function
 iM(f,e,d,a){var
 g=f[8][7],b=bZ(function(a){var
-b=ag(d);return z(a[1],b)},g);if(b){var
+b=ah(d);return z(a[1],b)},g);if(b){var
 c=F(e,b[1]);return c?c[1]:a}return a}function
 ox(a){return a?a[1]:Q}function
-d_(a,b){var
-c=iM(a,function(a){return a[4]},b,Q);return dd(ox(a[8][3]),c)}function
+eb(a,b){var
+c=iM(a,function(a){return a[4]},b,Q);return df(ox(a[8][3]),c)}function
 gI(a){return ox(a[8][5])}function
 oy(a,b){if(b){var
-c=d_(a,b[1]);return function(a){return c}}var
-d=aR(0,bg(a)),e=q(function(b){return d_(a,b)},d);return function(b){var
-c=dq(cw(a,b),e);return dd(gI(a),c)}}function
+c=eb(a,b[1]);return function(a){return c}}var
+d=aR(0,bg(a)),e=q(function(b){return eb(a,b)},d);return function(b){var
+c=ds(cw(a,b),e);return df(gI(a),c)}}function
 iN(a,b){return a?F(b,a[1]):1}function
 iO(c,e,b,a){if(b){var
-d=b[1],f=as(d,eE(c),0);return Y(function(b){var
-e=de(c,d,a);return q(function(a){return M(b,a)},e)},f)}return as(a,e,0)}function
+d=b[1],f=as(d,eH(c),0);return Y(function(b){var
+e=dg(c,d,a);return q(function(a){return M(b,a)},e)},f)}return as(a,e,0)}function
 oz(a,c,b){if(c){var
-d=c[1];if(fq(d,bg(a))&&fq(b,bd(a)))return d_(a,d);return Q}var
-e=cY(a);return $(function(a){return ba(b,a)},e)?gI(a):Q}function
+d=c[1];if(fr(d,bg(a))&&fr(b,be(a)))return eb(a,d);return Q}var
+e=cY(a);return $(function(a){return bb(b,a)},e)?gI(a):Q}function
 oA(a,h,g,b){var
-c=b[1],d=c?a?ba(c[1],a[1]):a:a?0:1;if(d){var
-e=ba(b[2],h);if(e)return ba(b[3],g);var
+c=b[1],d=c?a?bb(c[1],a[1]):a:a?0:1;if(d){var
+e=bb(b[2],h);if(e)return bb(b[3],g);var
 f=e}else
 var
 f=d;return f}function
@@ -5885,32 +5888,32 @@ c=b[1],d=b1(a[1][1],c[1][1])?A(a[1][2],c[1][2]):A(a[1][1],c[1][1]);return d?[0,a
 oE(a){return ap(oD,0,a)}function
 iQ(c,e,b){if(b){var
 f=b[2],a=b[1];if(f){var
-d=f3(c,a[2][2]),h=ab(e,d),i=iQ(a1(c,d),h,f),j=a1(a[2][2],d);return[0,[0,a[2][1],j],i]}var
-k=f3(c,a[2][2]),l=ab(e,c),m=ab(a1(a[2][2],k),l),g=[0,[0,a[2][1],m],0]}else
+d=f3(c,a[2][2]),h=ab(e,d),i=iQ(a2(c,d),h,f),j=a2(a[2][2],d);return[0,[0,a[2][1],j],i]}var
+k=f3(c,a[2][2]),l=ab(e,c),m=ab(a2(a[2][2],k),l),g=[0,[0,a[2][1],m],0]}else
 var
 g=b;return g}function
 oF(c,b){var
-a=bZ(function(a){return ba(a[1],b)},c);return a?a[1][2]:Q}function
+a=bZ(function(a){return bb(a[1],b)},c);return a?a[1][2]:Q}function
 oG(a,f,e,b){var
 j=b[1]?0:gG(a);function
 g(c){var
 d=iO(a,j,b[1],c),e=a[4];return bT(bK(a),e,d)}function
-h(b){return as(b,eD(a),0)}var
+h(b){return as(b,eG(a),0)}var
 k=a[5],l=g(b[3]),m=W(W(g(b[2]),l),k),c=q(function(c){var
 d=c[2],g=h(b[3]),i=W(W(h(b[2]),g),d);return q(function(d){var
 j=d[2],p=c[1][2],r=d[1][2],s=q(function(a){return M(r,a)},p),t=c[1][1],u=d[1][1],v=q(function(a){return M(u,a)},t),k=cn(j),b=W(W(v,s),k),g=aR(0,a[4]);if(e){var
 l=e[1],m=iQ(f,Q,oE(q(function(a){var
-b=a[2],c=a[1][2],d=M(l,a[1][2]);return[0,[0,a1(a[1][1],d),c],b]},b)));return q(function(a){return oF(m,a)},g)}var
-n=al(function(a){return eY(a[1][2])},b),h=ax(q(function(a){return eY(a[1][2])?Q:a[2][2]},b)),i=a1(f,h);if(au(i)){var
+b=a[2],c=a[1][2],d=M(l,a[1][2]);return[0,[0,a2(a[1][1],d),c],b]},b)));return q(function(a){return oF(m,a)},g)}var
+n=al(function(a){return eZ(a[1][2])},b),h=ax(q(function(a){return eZ(a[1][2])?Q:a[2][2]},b)),i=a2(f,h);if(au(i)){var
 o=iQ(i,h,oE(q(function(a){return[0,[0,a[1][1],Q],a[2]]},n)));return q(function(a){return oF(o,a)},g)}return j},i)},m),i=ov(a,c);if(i)var
 n=W(c,a[5]),d=G(function(a){var
 b=W(a[1],a[2]);return G(function(a){var
 b=W(a[1],a[2]);return A(ax(q(function(a){var
-b=a1(a[1],a[2]);return au(b)?b:Q},b)),f)},b)},n);else
+b=a2(a[1],a[2]);return au(b)?b:Q},b)),f)},b)},n);else
 var
-d=i;return d?ow(a,e1(ou(a,c)),e,b):d}function
+d=i;return d?ow(a,e2(ou(a,c)),e,b):d}function
 oH(f,c,b,e,d,a){var
-g=M(a1(a,L),c),h=nV(e,a,d);return a1(ab(b,M(a1(a1(f,b),c),h)),g)}function
+g=M(a2(a,L),c),h=nV(e,a,d);return a2(ab(b,M(a2(a2(f,b),c),h)),g)}function
 oI(b,i,a,h,g,d,f,e){if(i){var
 j=ac(d);if(j){var
 k=au(a);if(k){var
@@ -5918,7 +5921,7 @@ l=A(a,M(b,d));if(!l){var
 m=i[1];return $(function(c){var
 i=au(c);if(i){var
 j=A(c,b);if(j){var
-l=M(a1(b,c),d);return A(oH(a,h,g,f,e,c),l)}var
+l=M(a2(b,c),d);return A(oH(a,h,g,f,e,c),l)}var
 k=j}else
 var
 k=i;return k},m)}var
@@ -5930,21 +5933,21 @@ c=j;return c}return A(oH(a,h,g,f,e,b),Q)}function
 oJ(a,h,f,g){var
 i=a[8][1];if(i){var
 d=i[1],j=a[8][2];if(j){var
-e=j[1];if(!I(iH(a,d3(a[1])))){if(h)var
-y=b7(a)?ag(c$(a)):c(2,c(2,c(2,x(c(2,x(c(2,x(c(2,c(2,x(c(2,x(c(2,x(c(2,c(2,o))))))))))))))))),z=r(ag(bg(a)),y),B=ag(bd(a)),k=r(r(ag(bd(a)),B),z);else
+e=j[1];if(!I(iH(a,d6(a[1])))){if(h)var
+x=b7(a)?ah(db(a)):c(2,c(2,c(2,y(c(2,y(c(2,y(c(2,c(2,y(c(2,y(c(2,y(c(2,c(2,p))))))))))))))))),z=r(ah(bg(a)),x),B=ah(be(a)),k=r(r(ah(be(a)),B),z);else
 var
-k=s;if(!P(c(2,c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,c(2,x(c(2,c(2,c(2,x(c(2,c(2,c(2,c(2,x(c(2,x(c(2,c(2,c(2,o))))))))))))))))))))))))))))),k)){var
+k=s;if(!P(c(2,c(2,c(2,c(2,c(2,c(2,y(c(2,c(2,y(c(2,y(c(2,c(2,y(c(2,c(2,c(2,y(c(2,c(2,c(2,c(2,y(c(2,y(c(2,c(2,c(2,p))))))))))))))))))))))))))))),k)){var
 l=function(b){return iM(a,function(a){return a[2]},b,d)},m=function(b){return iM(a,function(a){return a[3]},b,e)},n=function(c,b){var
-d=a1(c,b);return f3(cX(a),d)},p=aR(0,bg(a)),q=nX(a);if(q){var
+d=a2(c,b);return f3(cX(a),d)},o=aR(0,bg(a)),q=nX(a);if(q){var
 t=A(L,f);if(t){var
 u=A(e,d);if(u){var
 v=G(function(a){var
-b=l(a);return A(m(a),b)},p);if(v)if(h)var
-w=e_(a),C=oy(a,0),D=eW(0,cY(a)),b=G(function(b){var
-h=b[2],i=b[1],m=[0,cw(a,h),0],c=dc([0,cw(a,i),m]),o=d8(a),p=as(h,w,0),q=e9(eX(as(i,w,0),p),o),s=as(EV,c,0),t=gx(eX(as(0,c,0),s),q),u=b[2],v=b[1],j=op(a),k=[0,cw(a,u),0],l=r(db([0,cw(a,v),k]),j),x=F(C,b[2]);return oI(f,g,d,e,n(d,e),x,l,t)},D);else
+b=l(a);return A(m(a),b)},o);if(v)if(h)var
+w=e$(a),C=oy(a,0),D=eX(0,cY(a)),b=G(function(b){var
+h=b[2],i=b[1],m=[0,cw(a,h),0],c=de([0,cw(a,i),m]),o=d$(a),p=as(h,w,0),q=e_(eY(as(i,w,0),p),o),s=as(EZ,c,0),t=gx(eY(as(0,c,0),s),q),u=b[2],v=b[1],j=op(a),k=[0,cw(a,u),0],l=r(dd([0,cw(a,v),k]),j),x=F(C,b[2]);return oI(f,g,d,e,n(d,e),x,l,t)},D);else
 var
 E=iL(a),b=G(function(b){var
-c=l(b),d=m(b),e=oq(a),h=d_(a,b),i=n(c,d);return G(function(a){return oI(f,g,c,d,i,h,e,a)},E)},p);else
+c=l(b),d=m(b),e=oq(a),h=eb(a,b),i=n(c,d);return G(function(a){return oI(f,g,c,d,i,h,e,a)},E)},o);else
 var
 b=v}else
 var
@@ -5952,21 +5955,21 @@ b=u}else
 var
 b=t}else
 var
-b=q;return[0,b]}}return 0}return EW}return EX}function
-EY(a,e,b){var
+b=q;return[0,b]}}return 0}return E0}return E1}function
+E2(a,e,b){var
 aa=e[4];if(1===aa){var
 ab=e[2];if(ab){var
-ac=e[3],j=e[1];if(I(iH(a,d3(a[1]))))return 0;if(ac){var
+ac=e[3],j=e[1];if(I(iH(a,d6(a[1]))))return 0;if(ac){var
 d=ac[1];if(b){var
 v=b[1],w=A(L,d);if(w){var
-y=I(A(d,L));if(y){var
-B=d9(a,j,v);if(B)var
+x=I(A(d,L));if(x){var
+B=ea(a,j,v);if(B)var
 C=d[2],D=d[1],u=os(a,v,function(c,b,a){var
-d=z(e8(function(b,a){return gF(gE,D,C,b,a,c)},b,a),s);return d?P(s,e8(function(b,a){return gF(EQ,D,C,b,a,c)},b,a)):d}),h=u?ot(a,j,d):u;else
+d=z(e9(function(b,a){return gF(gE,D,C,b,a,c)},b,a),s);return d?P(s,e9(function(b,a){return gF(EU,D,C,b,a,c)},b,a)):d}),h=u?ot(a,j,d):u;else
 var
 h=B}else
 var
-h=y}else
+h=x}else
 var
 h=w;var
 l=h}else{var
@@ -5976,37 +5979,37 @@ var
 l=F}var
 m=l}else
 if(b)var
-J=b[1],M=d9(a,j,J),ae=M?os(a,J,function(e,c,a){var
-b=G(ER,a);return b?P(s,e8(function(a,f){var
-b=e7(a),c=W(a,f),d=e7(q(function(a){return z(a[2],s)?a[1]:s},c));return ap(function(a,c){var
+J=b[1],M=ea(a,j,J),ae=M?os(a,J,function(e,c,a){var
+b=G(EV,a);return b?P(s,e9(function(a,f){var
+b=e8(a),c=W(a,f),d=e8(q(function(a){return z(a[2],s)?a[1]:s},c));return ap(function(a,c){var
 e=z(a[2],s)?b:d;return E(r(a[1],e),c)},s,e)},c,a)):b}):M,m=ae;else
 var
 m=b;return[0,m]}return ab}if(4===aa){var
 ad=e[2];if(ad){var
 k=e[3],f=e[1],O=a[8][6];if(O){var
 i=O[1];if(f)var
-N=ag(bK(a));else
+N=ah(bK(a));else
 var
-ar=0===a[2][0]?ag(bK(a)):o,N=r(ag(bg(a)),ar);var
-al=ag(a[4]),am=ag(a[4]),an=ag(c$(a)),ao=ag(bd(a)),aq=r(r(r(r(r(ag(bd(a)),ao),an),am),al),N);if(P(c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,c(2,x(c(2,c(2,c(2,x(c(2,c(2,c(2,c(2,x(c(2,x(c(2,c(2,c(2,o))))))))))))))))))))))))))))))),aq))return 0;var
+ar=0===a[2][0]?ah(bK(a)):p,N=r(ah(bg(a)),ar);var
+al=ah(a[4]),am=ah(a[4]),an=ah(db(a)),ao=ah(be(a)),aq=r(r(r(r(r(ah(be(a)),ao),an),am),al),N);if(P(c(2,c(2,c(2,c(2,c(2,c(2,c(2,c(2,y(c(2,c(2,y(c(2,y(c(2,c(2,y(c(2,c(2,c(2,y(c(2,c(2,c(2,c(2,y(c(2,y(c(2,c(2,c(2,p))))))))))))))))))))))))))))))),aq))return 0;var
 Q=b7(a);if(Q){if(k){var
 n=k[1],R=A(L,n);if(R)var
-at=e_(a),au=f?gG(a):f,av=oB(a),af=a[5],ah=oB(a),ai=function(a){return hO(ah,a)},aj=function(a){return q(ai,a)},ak=q(function(a){return q(aj,a)},af),aw=iK(a,f),T=G(function(b){var
-c=aR(0,bd(a)),d=dc(q(function(c){return iO(a,au,b,c)},c)),e=a[4],f=bK(a),g=q(function(a){return bT(f,e,a)},d),h=iJ(a,b),j=eW(0,q(function(a){var
+at=e$(a),au=f?gG(a):f,av=oB(a),af=a[5],ag=oB(a),ai=function(a){return hO(ag,a)},aj=function(a){return q(ai,a)},ak=q(function(a){return q(aj,a)},af),aw=iK(a,f),T=G(function(b){var
+c=aR(0,be(a)),d=de(q(function(c){return iO(a,au,b,c)},c)),e=a[4],f=bK(a),g=q(function(a){return bT(f,e,a)},d),h=iJ(a,b),j=eX(0,q(function(a){var
 b=as(a,g,0);return[0,as(a,at,0),b]},h));return G(function(a){var
 g=a[2][1],h=a[1][1],k=i[2],l=i[1],m=n[2],o=n[1],b=W(W(a[1][2],a[2][2]),ak);return K(iP(q(function(a){var
 b=a[1],d=b[2],e=b[1];if(oC(e)&&oC(d))return s;var
 c=a[2],f=W(W(h,g),c);return iP(q(function(b){var
-h=b[2],i=W(e,d),f=W(q(function(a){return S(r(r(b[1][1],a[1]),m),r(r(b[1][2],a[2]),o))},i),h),c=q(aY,f),j=r(l,av),g=e7(c),a=q(function(b){return E(r(j,S(g,b)),r(k,iP(q(function(a){var
+h=b[2],i=W(e,d),f=W(q(function(a){return S(r(r(b[1][1],a[1]),m),r(r(b[1][2],a[2]),o))},i),h),c=q(aZ,f),j=r(l,av),g=e8(c),a=q(function(b){return E(r(j,S(g,b)),r(k,iP(q(function(a){var
 c=cf(a[1],b);return r(a[2],c)},f))))},c);return a?ap(ol,a[1],a[2]):s},f))},b)),s)},j)},aw);else
 var
 T=R;var
-p=T}else
+o=T}else
 var
-p=1;if(p)if(k){var
+o=1;if(o)if(k){var
 t=k[1];if(b){var
 U=b[1],V=I(A(t,L));if(V)var
-X=d9(a,f,U),Y=X?oG(a,i,[0,t],U):X;else
+X=ea(a,f,U),Y=X?oG(a,i,[0,t],U):X;else
 var
 Y=V;var
 Z=Y}else
@@ -6014,26 +6017,26 @@ var
 Z=A(t,L);var
 g=Z}else
 if(b)var
-_=b[1],$=d9(a,f,_),ax=$?oG(a,i,0,_):$,g=ax;else
+_=b[1],$=ea(a,f,_),ax=$?oG(a,i,0,_):$,g=ax;else
 var
 g=b;else
 var
-g=p}else
+g=o}else
 var
-g=Q;return[0,g]}return EU}return ad}return 0}function
-E1(a,b,e){if(typeof
+g=Q;return[0,g]}return EY}return ad}return 0}function
+E5(a,b,e){if(typeof
 e!=="number")switch(e[0]){case
-5:return EY(a,b,e[1]);case
+5:return E2(a,b,e[1]);case
 6:var
 k=e[3],g=e[2],aA=e[1];if(3===b[4]){var
-d=b[3],u=b[2],v=b[1];if(!I(iH(a,d3(a[1])))){var
-aq=ag(a[4]),ar=ag(c$(a)),at=ag(bK(a)),au=r(r(r(ap(function(b,a){var
-d=c(2,o);return E(E(ag(aj(b[2])),d),a)},s,g),at),ar),aq);if(!P(c(2,c(2,c(2,c(2,c(2,c(2,x(c(2,c(2,x(c(2,x(c(2,c(2,x(c(2,c(2,c(2,x(c(2,c(2,c(2,c(2,x(c(2,x(c(2,c(2,c(2,o))))))))))))))))))))))))))))),au)){var
-av=d?A(d[1],L):d,ad=aR(0,bg(a)),ae=q(function(b){return d_(a,b)},ad),w=$(ac,[0,gI(a),ae]);if(w){var
+d=b[3],u=b[2],v=b[1];if(!I(iH(a,d6(a[1])))){var
+aq=ah(a[4]),ar=ah(db(a)),at=ah(bK(a)),au=r(r(r(ap(function(b,a){var
+d=c(2,p);return E(E(ah(aj(b[2])),d),a)},s,g),at),ar),aq);if(!P(c(2,c(2,c(2,c(2,c(2,c(2,y(c(2,c(2,y(c(2,y(c(2,c(2,y(c(2,c(2,c(2,y(c(2,c(2,c(2,c(2,y(c(2,y(c(2,c(2,c(2,p))))))))))))))))))))))))))))),au)){var
+av=d?A(d[1],L):d,ad=aR(0,bg(a)),ae=q(function(b){return eb(a,b)},ad),w=$(ac,[0,gI(a),ae]);if(w){var
 J=d?A(L,d[1]):u;if(J){var
 aw=u?I(av):u,ay=k?1:k,K=bn(ay,aw);if(K){var
 h=g;for(;;){if(h){var
-z=h[2],B=h[1],C=B[1],D=d9(a,v,C);if(D){var
+z=h[2],B=h[1],C=B[1],D=ea(a,v,C);if(D){var
 ao=B[2],F=G(function(b){var
 c=ac(oz(a,b[1][1],b[1][2]));return c?ac(b[2]):c},ao);if(F){var
 H=I($(function(a){return function(b){return oA(a[1],a[2],a[3],b[1])}}(C),z));if(H){var
@@ -6046,7 +6049,7 @@ l=D;var
 m=l}else
 var
 m=1;if(m){if(d)var
-i=d[1],ai=e_(a),ak=iL(a),al=g?gG(a):g,am=g?eD(a):g,an=iK(a,v),n=G(function(b){var
+i=d[1],ai=e$(a),ak=iL(a),al=g?gG(a):g,am=g?eG(a):g,an=iK(a,v),n=G(function(b){var
 c=oy(a,b);function
 d(h,j){var
 c=bZ(function(a){return oA(b,h,j,a[1])},g);if(c){var
@@ -6055,27 +6058,27 @@ e=c[1][2],m=ax(q(function(b){var
 c=oz(a,b[1][1],b[1][2]);return M(b[2],c)},e)),n=[0,[0,[0,b,h],L],[0,[0,[0,b,j],aG(i)],e]],k=q(function(b){var
 c=iO(a,al,b[1][1],b[1][2]),d=a[4],e=bT(bK(a),d,c),f=as(b[1][2],am,0);return[0,[0,b[2],f],e]},n),l=aR(0,bK(a));return A(ax(Y(function(b){var
 c=q(function(a){var
-c=as(b,a[2],0);return[0,[0,a[1][1],a[1][2]],c]},k),d=aR(0,c$(a));return q(function(b){var
+c=as(b,a[2],0);return[0,[0,a[1][1],a[1][2]],c]},k),d=aR(0,db(a));return q(function(b){var
 d=q(function(a){var
-c=a[2],d=as(b,a[1][2],Q);return[0,M(a[1][1],d),c]},c);return dP(on(a[4],d))},d)},l)),m)}var
+c=a[2],d=as(b,a[1][2],Q);return[0,M(a[1][1],d),c]},c);return dS(on(a[4],d))},d)},l)),m)}var
 f=d}else
 var
 f=c;return f}var
 e=[0,i,aA];return or(a,ai,ak,function(f,g,h,j,k){return $(function(a){var
 b=A(a,i);if(b){var
-c=[0,r(f,a[2]),o],d=M(M(a1(i,a),k),c);return A([0,e8(function(c,b){return gF(gE,a[1],a[2],c,b,g)},h,j),o],d)}return b},e)},d,b,c)},an);else
+c=[0,r(f,a[2]),p],d=M(M(a2(i,a),k),c);return A([0,e9(function(c,b){return gF(gE,a[1],a[2],c,b,g)},h,j),p],d)}return b},e)},d,b,c)},an);else
 var
 n=1;if(n)if(k){var
 N=k[1],O=N[2],R=N[1],S=b7(a);if(S){var
-T=d9(a,v,R);if(T){var
+T=ea(a,v,R);if(T){var
 U=ov(a,O);if(U){var
-p=e1(ou(a,O)),af=aR(0,bg(a)),y=G(function(b){var
-c=as(b,p,0),d=d_(a,b);return G(function(a){return A(d,a)},c)},af);if(y)var
-ah=cY(a),t=G(function(b){var
-c=gH(a,p,0,b);return A(gI(a),c)},ah);else
+o=e2(ou(a,O)),af=aR(0,bg(a)),x=G(function(b){var
+c=as(b,o,0),d=eb(a,b);return G(function(a){return A(d,a)},c)},af);if(x)var
+ag=cY(a),t=G(function(b){var
+c=gH(a,o,0,b);return A(gI(a),c)},ag);else
 var
-t=y;var
-az=t?ow(a,p,d,R):t,j=az}else
+t=x;var
+az=t?ow(a,o,d,R):t,j=az}else
 var
 j=U}else
 var
@@ -6097,174 +6100,191 @@ var
 f=w;return[0,f]}}return 0}return 0;case
 7:var
 ab=e[1],V=b[4];if(5===V){if(b[2])return 0;var
-W=b[3];return W?ab?0:oJ(a,b[1],W[1],0):EZ}if(6===V){if(b[2])return 0;var
-X=b[3];return X?oJ(a,b[1],X[1],[0,ab]):E0}return 0}var
+W=b[3];return W?ab?0:oJ(a,b[1],W[1],0):E3}if(6===V){if(b[2])return 0;var
+X=b[3];return X?oJ(a,b[1],X[1],[0,ab]):E4}return 0}var
 Z=nX(a);if(Z)var
-_=I(b[2]),aa=_?C8(a,b,e):_;else
+_=I(b[2]),aa=_?Da(a,b,e):_;else
 var
 aa=Z;return[0,aa]}function
 oK(b){var
-a=sQ(sR,0,b);return a?[0,a[1]]:R(E3)}function
-oL(j,c,h){if(!Z(dU,c)&&!Z(bt,c)){if(h){var
-e=h[1],n=function(a){return[0,[0,[0,[0,a,0],F(j,e)]]]},d=0,b=0,a=e,k=function(a){function
-b(a){return O(J(er(a),e),E4,[0,a])}return i(bb(oK,a),b)};for(;;){if(a){var
+a=sT(sU,0,b);return a?[0,a[1]]:R(E7)}function
+oL(j,c,i){if(!Z(dX,c)&&!Z(bt,c)){if(i){var
+e=i[1],n=function(a){return[0,[0,[0,[0,a,0],F(j,e)]]]},d=0,b=0,a=e,k=function(a){function
+b(a){return O(J(dM(a),e),E8,[0,a])}return h(a9(oK,a),b)};for(;;){if(a){var
 f=a[2],g=a[1];if(10===g){var
 d=[0,T(b,0),d],b=0,a=f;continue}var
 b=[0,g,b],a=f;continue}var
-l=b?R(E2):[0,T(d,0)];return i(i(l,k),n)}}return E5}function
+l=b?R(E6):[0,T(d,0)];return h(h(l,k),n)}}return E9}function
 m(a){function
-b(b){return[0,[0,[0,[0,[0,a,b],1],F(j,er([0,a,b]))]]]}return i(t(bp,bt,c),b)}return i(t(function(a){return[0,a]},dU,c),m)}function
+b(b){return[0,[0,[0,[0,[0,a,b],1],F(j,dM([0,a,b]))]]]}return h(t(bp,bt,c),b)}return h(t(function(a){return[0,a]},dX,c),m)}function
 oM(a){function
 b(a){function
-b(h){function
+b(i){function
 b(j){function
 b(l){function
 b(m){function
-b(i){function
-b(b,a){return[0,y(k(E6),b),[0,[0,a],0]]}var
-n=[0,b(ia,[7,i]),0],o=[0,b(bS,[6,m]),n],p=[0,b(bA,[5,l]),o],q=[0,b(bz,[4,j]),p],r=[0,[0,b(bs,[3,h]),q]],d=ah(mT,a);if(d){var
+b(h){function
+b(b,a){return[0,w(k(E_),b),[0,[0,a],0]]}var
+n=[0,b(ia,[7,h]),0],o=[0,b(bS,[6,m]),n],p=[0,b(bA,[5,l]),o],q=[0,b(bz,[4,j]),p],r=[0,[0,b(bs,[3,i]),q]],d=ad(mT,a);if(d){var
 c=d[1],g=0;if(typeof
 c!=="number"&&0===c[0]){var
 e=c[1];g=1}if(!g)var
 e=0;var
 f=e}else
 var
-f=1;return O(f,E7,r)}return i(t(es,ia,a),b)}return i(t(av,bS,a),b)}return i(t(function(a){return aO(av,a)},bA,a),b)}return i(t(av,bz,a),b)}return i(t(av,bs,a),b)}return i(U([0,bs,[0,bz,[0,bA,[0,bS,[0,ia,0]]]]],[0,mT,0],a),b)}function
-gJ(a){return y(k(E8),a)}function
+f=1;return O(f,E$,r)}return h(t(eu,ia,a),b)}return h(t(av,bS,a),b)}return h(t(function(a){return aO(av,a)},bA,a),b)}return h(t(av,bz,a),b)}return h(t(av,bs,a),b)}return h(U([0,bs,[0,bz,[0,bA,[0,bS,[0,ia,0]]]]],[0,mT,0],a),b)}function
+gJ(a){return w(k(Fa),a)}function
 gK(c,b,a){var
-d=al(function(a){return Z(a,b)},c);return q(function(b){return[0,y(k(a),b),E9]},d)}function
-E_(a){function
+d=al(function(a){return Z(a,b)},c);return q(function(b){return[0,w(k(a),b),Fb]},d)}function
+Fc(a){function
 b(a){function
 b(c){function
-b(a){return E$}return i(bb(function(a){return X(a[2])},a),b)}return i(bb(function(a){return X([2,a[1]])},a),b)}return i(bf(a),b)}var
-Fa=[0,fV,[0,gd,[0,dR,[0,dS,[0,ge,[0,gf,[0,bV,[0,mQ,0]]]]]]]];function
-e$(b,a){var
-c=ci(s,a);return bb(function(a){return aC(b,a[1],a[2])},c)}var
-oN=[0,eL,[0,gi,[0,gj,[0,mS,[0,cP,[0,eM,0]]]]]];function
+b(a){return Fd}return h(a9(function(a){return X(a[2])},a),b)}return h(a9(function(a){return X([2,a[1]])},a),b)}return h(bc(a),b)}var
+Fe=[0,fV,[0,gd,[0,dU,[0,dV,[0,ge,[0,gf,[0,bV,[0,mQ,0]]]]]]]];function
+fa(b,a){var
+c=ci(s,a);return a9(function(a){return aD(b,a[1],a[2])},c)}var
+oN=[0,gi,[0,gj,[0,mS,[0,cP,0]]]];function
+oO(e,d){var
+a=ad(d,e);if(a){var
+b=a[1];if(typeof
+b!=="number"&&2===b[0])return[0,b[1]];var
+c=0}else
+var
+c=a;return c}function
+oP(g,b,f,a){var
+c=ad(a,f);if(c){var
+d=oO(b,a);if(!d)return aT(a,R(Fn));var
+h=F(g,dM([0,c[1],0])),e=[0,[12,J(d[1],h)],Fl]}else{if(!oO(b,a))return Fp;var
+e=Fo}return[0,[0,[0,w(k(Fm),a),e],0]]}function
+oQ(b,c,a){function
+d(c){function
+d(d){function
+e(a){return[0,w(d,a)]}return h(oP(b,c,a,da),e)}return h(oP(b,c,a,c$),d)}return h(bc(c),d)}function
 bW(a){return a?a[1]?0:1:2}function
-oO(c,b){var
+oR(c,b){var
 a=h9(c,b);if(a){var
-d=a[1][1];return wn(h8(c),b,d)}return a}function
-F3(B,a1,g){function
-a2(b){function
+d=a[1][1];return wt(h8(c),b,d)}return a}function
+Ga(n,a2,g){function
+a4(b){function
 a(d){function
 a(b){function
 a(b){function
 a(f){var
-b=ah(dM,f);if(b){var
+b=ad(dP,f);if(b){var
 e=b[1],l=0;if(typeof
 e!=="number"&&2===e[0]){var
-C=k(FZ),h=J(e[1],C);l=1}if(!l)var
-h=0;var
-a=h}else
+C=k(F8),i=J(e[1],C);l=1}if(!l)var
+i=0;var
+a=i}else
 var
 a=b;var
-j=lx(f),m=j?[0,h_,0]:j,n=a?[0,mR,[0,h$,0]]:a,p=y([0,dM,[0,fU,[0,hD,[0,eK,[0,bI,0]]]]],y(n,m)),u=a?0:[0,gh,[0,mS,[0,cP,[0,eM,0]]]],v=y([0,eL,[0,gi,[0,gj,0]]],u);function
-w(b){if(a){var
-h=function(a){return[0,[1,a]]},e=function(a){function
+j=lx(f),m=j?[0,h_,0]:j,o=a?[0,mR,[0,h$,0]]:a,u=w([0,dP,[0,fU,[0,hD,[0,eN,[0,bI,0]]]]],w(o,m)),v=a?0:[0,gh,[0,mS,[0,cP,[0,da,0]]]],x=w([0,c$,[0,gi,[0,gj,0]]],v);function
+B(b){if(a){var
+i=function(a){return[0,[1,a]]},e=function(a){function
 b(a){var
-b=[0,[0,gf,Fc],[0,[0,bV,Fb],0]];return[0,y([0,[0,gd,Fg],[0,[0,dR,Ff],[0,[0,dS,Fe],0]]],y(q(function(a){return[0,a[2],Fd]},a),b))]}var
-c=0,d=0;return i(e$(function(a,b){return ii(d,c,a,b)},a),b)},p=i(i(t(bp,ge,d),e),h),j=function(l){function
+b=[0,[0,gf,Fg],[0,[0,bV,Ff],0]];return[0,w([0,[0,gd,Fk],[0,[0,dU,Fj],[0,[0,dV,Fi],0]]],w(q(function(a){return[0,a[2],Fh]},a),b))]}var
+c=0,d=0;return h(fa(function(a,b){return ii(d,c,a,b)},a),b)},j=h(h(t(bp,ge,d),e),i),l=function(l){function
 a(a){function
 e(_){function
 e(ab){function
 e(e){if(e){var
-f=e[1],h=f[1],C=h[2],a=h[1],D=f[2];if(a){var
-H=a[2],M=a[1],j=function(f){var
-a=ah(dM,f),m=0;if(a){var
-e=a[1],n=0;if(typeof
+f=e[1],i=f[1],D=i[2],a=i[1],H=f[2];if(a){var
+M=a[2],v=a[1],m=function(f){var
+a=ad(dP,f),o=0;if(a){var
+e=a[1],u=0;if(typeof
 e!=="number"&&2===e[0]){var
-j=J(e[1],CH);m=1;n=1}if(!n)var
-h=0}else
+m=J(e[1],CL);o=1;u=1}if(!u)var
+i=0}else
 var
-h=a;if(!m)var
-j=h;if(I(j))return p;function
-u(a){function
-h(c){if(CS(a,c))return p;var
-w=a[5],x=dp(cU(a,c)),B=dp(cT(c)),e=[0,a[1],a[2],B,x,w,0,0],f=H,h=0;for(;;){if(f){var
-j=f[1],v=0;if(typeof
+i=a;if(!o)var
+m=i;if(I(m))return j;function
+x(a){function
+i(c){if(CW(a,c))return j;function
+e(af){var
+x=a[5],y=dr(cU(a,c)),B=dr(cT(c)),e=[0,a[1],a[2],B,y,x,0,0],f=M,i=0;for(;;){if(f){var
+j=f[1],u=0;if(typeof
 j!=="number"&&4===j[0]){var
-n=Z(iu,j[1]);v=1}if(!v)var
+n=Z(iu,j[1]);u=1}if(!u)var
 n=0;if(!n){var
-f=f[2],h=[0,j,h];continue}var
-m=[0,T(h,0),f]}else
+f=f[2],i=[0,j,i];continue}var
+m=[0,T(i,0),f]}else
 var
-m=[0,T(h,0),0];var
-u=m[2],N=function(h){function
-v(x){var
-f=R(FG);function
+m=[0,T(i,0),0];var
+o=m[2],C=function(i){function
+x(B){var
+f=R(FP);function
 n(T){function
 f(f){var
-m=aZ(a_(cU(a,c))),n=aZ(a_(cT(c))),p=a[5],B=p?[0,p[1]]:[1,bT(m,n,q(a$,x))],v=eV(a),E=v?[0,bT(m,n,q(aY,x))]:v,K=aj(a[2]),w=c[2],L=c[3],N=w?[0,nR(w[1])]:[1,aj(a[4])],j=[0,nR(c[1]),N,L,K,T,E,B,f],Q=dp(cT(c)),S=nQ(a,h,dp(cU(a,c)),Q),u=af(function(b){var
+m=a0(a$(cU(a,c))),n=a0(a$(cT(c))),o=a[5],C=o?[0,o[1]]:[1,bT(m,n,q(ba,B))],x=eW(a),E=x?[0,bT(m,n,q(aZ,B))]:x,K=aj(a[2]),y=c[2],L=c[3],N=y?[0,nR(y[1])]:[1,aj(a[4])],j=[0,nR(c[1]),N,L,K,T,E,C,f],Q=dr(cT(c)),S=nQ(a,i,dr(cU(a,c)),Q),u=ag(function(b){var
 d=cn(b),e=Y(function(b){var
 d=cn(b[2]),c=b[1];return q(function(b){var
 g=hQ(j,c,b[1]),d=gw(a),f=0;if(d)var
-h=de(j,c,b[1]),e=q(function(a){return[0,a]},h);else
+h=dg(j,c,b[1]),e=q(function(a){return[0,a]},h);else
 var
 e=d;var
-i=b[2],k=ag(b[1]);return[0,ag(c),k,i,e,g,f]},d)},d),g=a[5],f=0,h=eV(a)?1:2,i=aa(a[2]),k=a_(cT(c));return[0,a_(cU(a,c)),k,i,h,g,f,e]},S);function
-W(ae){function
-m(p){var
-n=$(function(a){return Z(a[1],p)},eP),v=n?eP:n,m=y(m9,v);function
-w(p){function
-v(E){function
-v(K){function
-p(b){var
+i=b[2],k=ah(b[1]);return[0,ah(c),k,i,e,g,f]},d)},d),g=a[5],f=0,h=eW(a)?1:2,i=aa(a[2]),k=a$(cT(c));return[0,a$(cU(a,c)),k,i,h,g,f,e]},S);function
+W(ad){function
+m(o){var
+n=$(function(a){return Z(a[1],o)},eQ),x=n?eQ:n,m=w(m9,x);function
+y(o){function
+x(E){function
+x(K){function
+o(b){var
 c=b?bq:br,a=bL(E,c),d=a?a[1][2]:a;return d}function
 m($){function
 m(m){function
-v(v){function
+x(x){function
 n(n){var
-p=Z(gj,b),ac=p||Z(eJ,d);function
-w(ad){function
-n(af){function
+o=Z(gj,b),ac=o||Z(eM,d);function
+y(ae){function
 n(ag){function
+n(ah){function
 f(f){function
 n(ap){var
 F=ly(l,a[1]),L=F[1],N=F[2];function
-Q(a){return ac?FH:a}function
-R(a){return N?a:[0,FI,a]}var
-ah=[0,[0,bV,Q(ad)],0],ai=iq(ip(v),0,v),aj=y(q(function(a){var
-b=Q(a[2]);return[0,a[1],b]},ai),ah),ak=m?1:m,W=0;if(ak){var
+Q(a){return ac?FQ:a}function
+R(a){return N?a:[0,FR,a]}var
+ai=[0,[0,bV,Q(ae)],0],aj=iq(ip(x),0,x),ak=w(q(function(a){var
+b=Q(a[2]);return[0,a[1],b]},aj),ai),al=m?1:m,W=0;if(al){var
 S=c[3];if(G(function(i){var
 b=i[1],H=0;if(b){var
 g=b[2],K=0;if(g){var
 c=g[2],L=0;if(c){var
 d=c[2],M=0;if(d)if(d[2]){var
 e=0;H=1;K=1;L=1;M=1}else{var
-a=d[1],h=c[1],t=b[1];if(J(h,e6)){var
-aj=J(t,dk),u=aj||J(t,k(EP)),T=k(EG),U=y(hh(S),T),ac=bh(P(o,S),y(k(EH),U)),l=J(a,n_);if(l)var
-ad=d7(f,cP),R=y(ad,k(EE)),m=[0,y(k(EF),R),0];else
+a=d[1],h=c[1],t=b[1];if(J(h,e7)){var
+aj=J(t,dm),u=aj||J(t,k(ET)),T=k(EK),U=w(hh(S),T),ac=bh(P(p,S),w(k(EL),U)),l=J(a,n_);if(l)var
+ad=d_(f,cP),R=w(ad,k(EI)),m=[0,w(k(EJ),R),0];else
 var
 m=l;var
-ae=y(m,ac),af=J(a,n$),n=af||J(a,iD);if(n)var
-p=I(u),j=function(b,a){var
-c=Z(a,b)?b:f;return d7(c,a)},X=p?oj(f,function(a){var
+ae=w(m,ac),af=J(a,n$),n=af||J(a,iD);if(n)var
+o=I(u),j=function(b,a){var
+c=Z(a,b)?b:f;return d_(c,a)},X=o?oj(f,function(a){var
 g=Z(bs,a),b=g||Z(bz,a);if(b)var
-h=j(a,bs),i=j(a,bz),l=ok(a),d=y(h,k(EA)),e=y(i,y(k(EB),d)),f=y(l,y(k(EC),e)),c=[0,y(k(ED),f),0];else
+h=j(a,bs),i=j(a,bz),l=ok(a),d=w(h,k(EE)),e=w(i,w(k(EF),d)),f=w(l,w(k(EG),e)),c=[0,w(k(EH),f),0];else
 var
-c=b;return c}):p,Y=Z(bS,f)?f:ap,_=d7(Y,bS),$=d7(f,bs),ab=d7(f,bz),N=y(_,k(Eq)),O=y($,y(k(Er),N)),Q=y(ab,y(k(Es),O)),q=[0,y(k(Et),Q),X];else
+c=b;return c}):o,Y=Z(bS,f)?f:ap,_=d_(Y,bS),$=d_(f,bs),ab=d_(f,bz),N=w(_,k(Eu)),O=w($,w(k(Ev),N)),Q=w(ab,w(k(Ew),O)),q=[0,w(k(Ex),Q),X];else
 var
 q=n;var
-ag=y(q,ae),ah=J(a,e4),r=ah||J(a,iD);if(r)var
-V=iF(f,iv,Ex),W=y(oj(f,function(a){var
+ag=w(q,ae),ah=J(a,e5),r=ah||J(a,iD);if(r)var
+V=iF(f,iv,EB),W=w(oj(f,function(a){var
 c=ok(a);return iF(a,bA,function(d){var
-a=y(d,k(Eu)),b=y(c,y(k(Ev),a));return y(k(Ew),b)})}),V),s=y(iF(f,bA,oi),W);else
+a=w(d,k(Ey)),b=w(c,w(k(Ez),a));return w(k(EA),b)})}),V),s=w(iF(f,bA,oi),W);else
 var
 s=r;var
-ai=y(s,ag),v=y(bh(u,oh),ai)}else{var
-ak=oi(d7(f,bA)),al=bh(J(a,e4),ak),B=J(a,d5);if(B)var
-am=J(h,eR),C=am||J(h,iE);else
+ai=w(s,ag),v=w(bh(u,oh),ai)}else{var
+ak=oi(d_(f,bA)),al=bh(J(a,e5),ak),B=J(a,d8);if(B)var
+am=J(h,eS),C=am||J(h,iE);else
 var
 C=B;var
-v=y(bh(C,oh),al)}var
-w=[0,[0,Em,v]]}else
+v=w(bh(C,oh),al)}var
+x=[0,[0,Eq,v]]}else
 var
-w=d;if(!M)var
-x=w}else
+x=d;if(!M)var
+y=x}else
 var
-x=c;if(!L)var
-z=x}else
+y=c;if(!L)var
+z=y}else
 var
 z=g;if(!K)var
 A=z}else
@@ -6277,51 +6297,51 @@ F=E}else
 var
 F=e;return F},m)){var
 T=0;W=1}}if(!W)var
-T=[0,[0,k(FW),FV],0];var
-al=y(T,aj),am=y(ij(0,m),al),U=dX($,0),an=0,ao=0,aq=U?[0,[8,U[1]]]:FU,ar=y([0,[0,dS,[0,aq,ao]],an],am),as=R(K[2]),at=y([0,[0,K[1],as],0],ar),au=y(q(function(a){var
-b=R(a[2][1]);return[0,gJ(a[1]),b]},E),at),av=y(gK([0,cr,[0,eJ,0]],d,0),au),X=0;if(!Z(gi,b)){var
+T=[0,[0,k(F5),F4],0];var
+am=w(T,ak),an=w(ij(0,m),am),U=d0($,0),ao=0,aq=0,ar=U?[0,[8,U[1]]]:F3,as=w([0,[0,dV,[0,ar,aq]],ao],an),at=R(K[2]),au=w([0,[0,K[1],at],0],as),av=w(q(function(a){var
+b=R(a[2][1]);return[0,gJ(a[1]),b]},E),au),aw=w(gK([0,cr,[0,eM,0]],d,0),av),X=0;if(!Z(gi,b)){var
 Y=0;if(hJ(a)&&hJ(e))Y=1;if(!Y){var
-V=[0,[0,k(FT),FS],0];X=1}}if(!X)var
+V=[0,[0,k(F2),F1],0];X=1}}if(!X)var
 V=0;var
-aw=y(V,av),ax=y(af,y(ae,y(ag,y(gK(oN,b,FJ),aw))));if(g)if(C)var
-ay=er([0,M,H]),az=[0,[12,J(g[1],ay)],0],w=[0,[0,k(FK),az],0];else
+ax=w(V,aw),ay=w(ag,w(af,w(ad,w(ah,w(gK(oN,b,FS),ax)))));if(g)if(D)var
+az=dM([0,v,M]),aA=[0,[12,J(g[1],az)],0],y=[0,[0,k(FT),aA],0];else
 var
-w=C;else
+y=D;else
 var
-w=g;var
-aA=y(w,ax),aB=[0,[0,k(FL),[0,[12,N],0]],0],aC=[0,[12,L[2]],0],aD=[0,[0,k(FM),aC],aB],aE=[0,[12,L[1]],0],aF=[0,[0,k(FN),aE],aD],aG=aa(a[2]),aH=[0,[12,z(ab,r(aa(h),aG))],0],aI=[0,[0,k(FO),aH],aF],aJ=[0,[12,J(_,D)],0],aK=[0,[0,[0,[1,j,u],0,0,y([0,[0,k(FP),aJ],aI],aA),0]]],aL=G(function(a){return a[4]},h),aM=aL||G(function(a){return I(a[4])},h),i=h,aN=O(aM,FQ,aK);for(;;){if(i){var
-n=i[2];if(n){var
-p=n[1],s=i[1],A=P(s[1],p[1]);if(A)var
-t=A;else
+y=g;var
+aB=w(y,ay),aC=[0,[0,k(FU),[0,[12,N],0]],0],aD=[0,[12,L[2]],0],aE=[0,[0,k(FV),aD],aC],aF=[0,[12,L[1]],0],aG=[0,[0,k(FW),aF],aE],aH=aa(a[2]),aI=[0,[12,z(ab,r(aa(i),aH))],0],aJ=[0,[0,k(FX),aI],aG],aK=[0,[12,J(_,H)],0],aL=[0,[0,[0,[1,j,u],0,0,w([0,[0,k(FY),aK],aJ],aB),0]]],aM=G(function(a){return a[4]},i),aN=aM||G(function(a){return I(a[4])},i),h=i,aO=O(aN,FZ,aL);for(;;){if(h){var
+n=h[2];if(n){var
+o=n[1],s=h[1],B=P(s[1],o[1]);if(B)var
+t=B;else
 var
-B=z(s[1],p[1]),t=B?P(s[2],p[2]):B;if(t){var
-i=n;continue}var
-x=t}else
+C=z(s[1],o[1]),t=C?P(s[2],o[2]):C;if(t){var
+h=n;continue}var
+A=t}else
 var
-x=1}else
+A=1}else
 var
-x=1;return O(x,FR,aN)}}return i(t(bf,bI,b),n)}return i(t(bf,h$,b),f)}return i(t(function(b){function
+A=1;return O(A,F0,aO)}}return h(t(bc,bI,b),n)}return h(t(bc,h$,b),f)}return h(t(function(b){function
 a(a){function
 b(c){function
 b(d){function
 b(b){function
 e(e){var
-h=n9(s,aJ(o),f[7]),a=f[5];if(a)var
-i=[0,[6,[1,a[1]]],0],g=[0,[0,k(Dr),i],0];else
+h=n9(s,aJ(p),f[7]),a=f[5];if(a)var
+i=[0,[6,[1,a[1]]],0],g=[0,[0,k(Dv),i],0];else
 var
 g=a;var
-j=y(g,h);function
+j=w(g,h);function
 l(a){return A(e,a)}var
-m=y(gD(bS,f[4],[6,e],l),j);function
+m=w(gD(bS,f[4],[6,e],l),j);function
 n(a){return b?A(a,b[1]):b}var
-p=y(gD(bA,f[3],[5,b],n),m);function
+o=w(gD(bA,f[3],[5,b],n),m);function
 q(a){return A(a,d)}var
-r=y(gD(bz,f[2],[4,d],q),p);function
-t(a){return A(c,a)}return[0,y(gD(bs,f[1],[3,c],t),r)]}return i(t(av,bS,a),e)}return i(t(function(a){return aO(av,a)},bA,a),b)}return i(t(av,bz,a),b)}return i(t(av,bs,a),b)}return i(bf(b),a)},bI,b),n)}return i(t(oM,bI,b),n)}return i(nF(v,n),w)}return i(t(X,bV,d),n)}return i(t(function(a){function
+r=w(gD(bz,f[2],[4,d],q),o);function
+t(a){return A(c,a)}return[0,w(gD(bs,f[1],[3,c],t),r)]}return h(t(av,bS,a),e)}return h(t(function(a){return aO(av,a)},bA,a),b)}return h(t(av,bz,a),b)}return h(t(av,bs,a),b)}return h(bc(b),a)},bI,b),n)}return h(t(oM,bI,b),n)}return h(nF(x,n),y)}return h(t(X,bV,d),n)}return h(t(function(a){function
 b(a){var
 b=0;function
-c(a){return 2}return e$(function(a,d){return nD(p,c,b,n,a,d)},a)}return i(bp(a),b)},gf,d),v)}return i(t(function(a){function
-b(a){return e$(function(b,h){function
+c(a){return 2}return fa(function(a,d){return nD(o,c,b,n,a,d)},a)}return h(bp(a),b)},gf,d),x)}return h(t(function(a){function
+b(a){return fa(function(b,i){function
 a(a){if(og(a[3])){var
 c=a[1];if(c){var
 d=c[2];if(d){var
@@ -6330,51 +6350,51 @@ g=f[2];if(g){if(g[2])return[0,a];var
 x=g[1],b=f[1],l=d[1],m=c[1],j=function(c){function
 d(f){function
 d(b){var
-c=a[5],d=I(og(b));return[0,[0,a[1],a[2],b,d,c]]}return i(t(function(g){if(J(m,dk))var
-h=Ei;else
+c=a[5],d=I(og(b));return[0,[0,a[1],a[2],b,d,c]]}return h(t(function(g){if(J(m,dm))var
+i=Em;else
 var
-w=J(m,dj),h=w?Ek:w;if(h){var
-c=h[1],n=bL(DA,x);if(n){var
-o=n[1];if(J(l,b4)){var
-z=0,A=4,B=function(a){return d6(A,a)},C=[0,[0,k(DE),B],z],D=function(a){return[1,a]},E=function(a){return e5(D,a)},G=[0,[0,k(DF),E],C],H=function(a){return[0,a]},K=function(a){return e5(H,a)},L=[0,[0,k(DG),K],G],M=0,N=function(a){return d6(M,a)},P=[0,[0,k(DH),N],L];switch(o){case
+w=J(m,dl),i=w?Eo:w;if(i){var
+c=i[1],n=bL(DE,x);if(n){var
+p=n[1];if(J(l,b4)){var
+z=0,A=4,B=function(a){return d9(A,a)},C=[0,[0,k(DI),B],z],D=function(a){return[1,a]},E=function(a){return e6(D,a)},G=[0,[0,k(DJ),E],C],H=function(a){return[0,a]},K=function(a){return e6(H,a)},L=[0,[0,k(DK),K],G],M=0,N=function(a){return d9(M,a)},P=[0,[0,k(DL),N],L];switch(p){case
 1:if(c)var
-Q=0,S=function(a){return[3,a]},T=[0,[0,iE,function(a){return oa(Dd,S,a)}],Q],W=2,a=[0,[0,eR,function(a){return d6(W,a)}],T];else
+Q=0,S=function(a){return[3,a]},T=[0,[0,iE,function(a){return oa(Dh,S,a)}],Q],W=2,a=[0,[0,eS,function(a){return d9(W,a)}],T];else
 var
-X=0,Y=function(a){return[2,a]},Z=function(a){return e5(Y,a)},_=[0,[0,k(DI),Z],X],$=1,ab=function(a){return d6($,a)},a=[0,[0,k(DJ),ab],_];break;case
+X=0,Y=function(a){return[2,a]},Z=function(a){return e6(Y,a)},_=[0,[0,k(DM),Z],X],$=1,ab=function(a){return d9($,a)},a=[0,[0,k(DN),ab],_];break;case
 5:var
-ae=0,a=[0,[0,e6,function(a){return d6(DK,a)}],ae];break;case
+ad=0,a=[0,[0,e7,function(a){return d9(DO,a)}],ad];break;case
 6:var
-ag=0,ah=function(a){return[7,a]},a=[0,[0,e6,function(a){return e5(ah,a)}],ag];break;case
+af=0,ah=function(a){return[7,a]},a=[0,[0,e7,function(a){return e6(ah,a)}],af];break;case
 7:if(c)var
 a=0;else
 var
-ai=0,aj=function(a){return[4,a]},ak=function(a){return oa(Db,aj,a)},al=[0,[0,k(DL),ak],ai],an=function(a){return[1,a]},ao=function(a){return e5(an,a)},a=[0,[0,k(DM),ao],al];break;case
+ai=0,aj=function(a){return[4,a]},ak=function(a){return oa(Df,aj,a)},al=[0,[0,k(DP),ak],ai],an=function(a){return[1,a]},ao=function(a){return e6(an,a)},a=[0,[0,k(DQ),ao],al];break;case
 8:if(c)var
 a=0;else
 var
-ap=0,aq=3,ar=function(a){return d6(aq,a)},a=[0,[0,k(DN),ar],ap];break;case
+ap=0,aq=3,ar=function(a){return d9(aq,a)},a=[0,[0,k(DR),ar],ap];break;case
 0:case
 2:var
 a=c?0:P;break;default:var
 a=0}var
 q=bL(a,b);if(q){var
-at=function(a){return[0,ob(p,I(c),f,[5,[0,c,0,f,o],a])]};return i(F(q[1],g),at)}return[0,cx(b)]}return[0,cx(b)]}return[0,cx(b)]}var
-d=J(l,eQ),r=bL(DT,m);if(r){var
-s=r[1];if(J(b,e6)){var
+at=function(a){return[0,ob(o,I(c),f,[5,[0,c,0,f,p],a])]};return h(F(q[1],g),at)}return[0,cx(b)]}return[0,cx(b)]}return[0,cx(b)]}var
+d=J(l,eR),r=bL(DX,m);if(r){var
+s=r[1];if(J(b,e7)){var
 y=0;if(!d&&!J(l,b4))y=1;if(!y){var
-u=bL(DP,x);if(u){var
+u=bL(DT,x);if(u){var
 v=u[1],j=function(a){if(a){var
-b=[5,[0,s,d,f,v],a[1]];return ob(p,I(s),f,b)}return Ej};switch(v){case
+b=[5,[0,s,d,f,v],a[1]];return ob(o,I(s),f,b)}return En};switch(v){case
 1:if(d){var
-au=function(a){return[0,j(af(function(a){return[5,a]},a))]};return i(oe(e,g),au)}return[0,cx(b)];case
+au=function(a){return[0,j(ag(function(a){return[5,a]},a))]};return h(oe(e,g),au)}return[0,cx(b)];case
 3:var
 av=function(a){return[0,j(a)]},as=function(a){function
 b(c){function
-b(h){function
+b(i){function
 b(d){var
-a=dX(h,0);if(a){var
+a=d0(i,0);if(a){var
 e=a[1];if(d)var
-b=d[1],i=b?[0,[6,c,e,[0,b[1]]]]:b,f=i;else
+b=d[1],h=b?[0,[6,c,e,[0,b[1]]]]:b,f=h;else
 var
 f=[0,[6,c,e,0]];var
 g=f}else
@@ -6383,26 +6403,26 @@ g=a;return[0,g]}function
 d(b){function
 a(a){function
 b(b){function
-c(a){return[0,af(function(b){return[0,b,a]},b)]}function
+c(a){return[0,ag(function(b){return[0,b,a]},b)]}function
 d(a){return V(am,a)}function
-e(a){return V(d,a)}return i(t(function(a){return V(e,a)},bt,a),c)}return i(t(function(a){return od(e,a)},e3,a),b)}return i(U([0,e3,[0,bt,0]],0,b),a)}return i(t(function(a){return aO(d,a)},n5,a),b)}function
+e(a){return V(d,a)}return h(t(function(a){return V(e,a)},bt,a),c)}return h(t(function(a){return od(e,a)},e4,a),b)}return h(U([0,e4,[0,bt,0]],0,b),a)}return h(t(function(a){return aO(d,a)},n5,a),b)}function
 d(b){function
 a(a){function
 b(b){function
-c(a){return[0,af(function(b){return[0,b,a]},b)]}function
+c(a){return[0,ag(function(b){return[0,b,a]},b)]}function
 d(b){function
 a(a){if(a){var
 b=a[2];if(b){var
 c=b[2],d=b[1];if(c){var
-f=c[1];if(c[2])return R(DY);var
+f=c[1];if(c[2])return R(D2);var
 g=function(b){function
 a(c){function
-a(a){return O(ac(a),DZ,[0,[0,[0,b,c],a]])}return i(am(f),a)}return i(of(aa(e[3]),d),a)},h=a[1],j=aa(e[4]);return i(aO(function(a){return of(j,a)},h),g)}return R(D0)}return R(D1)}return R(D2)}return i(bp(b),a)}return i(t(function(a){return V(d,a)},n6,a),c)}return i(oc(e,a),b)}return i(U([0,ad,[0,bc,[0,a0,[0,n6,0]]]],0,b),a)}return i(t(function(a){return V(d,a)},dO,a),b)}return i(t(function(a){return V(am,a)},gC,a),b)};return i(i(U([0,gC,[0,dO,[0,n5,0]]],0,g),as),av);case
+a(a){return O(ac(a),D3,[0,[0,[0,b,c],a]])}return h(am(f),a)}return h(of(aa(e[3]),d),a)},i=a[1],j=aa(e[4]);return h(aO(function(a){return of(j,a)},i),g)}return R(D4)}return R(D5)}return R(D6)}return h(bp(b),a)}return h(t(function(a){return V(d,a)},n6,a),c)}return h(oc(e,a),b)}return h(U([0,ae,[0,bd,[0,a1,[0,n6,0]]]],0,b),a)}return h(t(function(a){return V(d,a)},dR,a),b)}return h(t(function(a){return V(am,a)},gC,a),b)};return h(h(U([0,gC,[0,dR,[0,n5,0]]],0,g),as),av);case
 4:if(d){var
-aw=function(a){return[0,j(af(function(a){return[5,a]},a))]};return i(oe(e,g),aw)}return[0,cx(b)];default:return[0,cx(b)]}}return[0,cx(b)]}}return[0,cx(b)]}return[0,cx(b)]},dV,c),d)}return i(t(by,ct,c),d)};return i(bf(h),j)}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return i(ii(D,0,b,h),a)},a)}return i(bp(a),b)},ge,d),m)}var
-v=0;function
-w(a){return m8(l,e,v,a)}return i(t(function(a){return V(w,a)},dS,d),m)}var
-m=u?1:u;return i(t(function(b){function
+aw=function(a){return[0,j(ag(function(a){return[5,a]},a))]};return h(oe(e,g),aw)}return[0,cx(b)];default:return[0,cx(b)]}}return[0,cx(b)]}}return[0,cx(b)]}return[0,cx(b)]},dY,c),d)}return h(t(by,ct,c),d)};return h(bc(i),j)}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return[0,a]}return h(ii(H,0,b,i),a)},a)}return h(bp(a),b)},ge,d),m)}var
+x=0;function
+y(a){return m8(l,e,x,a)}return h(t(function(a){return V(y,a)},dV,d),m)}var
+m=u?1:u;return h(t(function(b){function
 c(a){return[0,[0,gJ(iC),a]]}if(typeof
 b==="number")var
 a=[0,[0,[12,I(m)],0]];else
@@ -6410,31 +6430,31 @@ var
 d=function(a){function
 b(b){function
 c(c){if(m)var
-d=y(b[1],c[1]),a=q(function(a){if(typeof
+d=w(b[1],c[1]),a=q(function(a){if(typeof
 a!=="number"&&0===a[0])return[7,a[1]];return a},d);else
 var
-a=FF;return[0,a]}var
-d=1;return i(t(function(a){return eN(l,e,d,a)},br,a),c)}var
-c=0;return i(t(function(a){return eN(l,e,c,a)},bq,a),b)},a=i(U([0,bq,[0,br,0]],0,b),d);return i(a,c)},iC,p),v)}return i(bb(function(a){function
+a=FO;return[0,a]}var
+d=1;return h(t(function(a){return eO(l,e,d,a)},br,a),c)}var
+c=0;return h(t(function(a){return eO(l,e,c,a)},bq,a),b)},a=h(U([0,bq,[0,br,0]],0,b),d);return h(a,c)},iC,o),x)}return h(a9(function(a){function
 b(b){return[0,[0,a[1],b]]}var
-c=a[1],d=a[2];return i(t(function(a){return eN(l,e,d,a)},c,p),b)},m),v)}var
-x=0,B=[0,iC,q(aY,m)];return i(t(function(a){return U(B,x,a)},dR,d),w)}return i(t(bf,dR,d),m)}return i(t(function(b){function
+c=a[1],d=a[2];return h(t(function(a){return eO(l,e,d,a)},c,o),b)},m),x)}var
+B=0,C=[0,iC,q(aZ,m)];return h(t(function(a){return U(C,B,a)},dU,d),y)}return h(t(bc,dU,d),m)}return h(t(function(b){function
 a(a){function
 b(b){function
 c(c){var
-a=j[2],d=0===a[0]?[0,a[1]]:0,e=n8(ad,c,d);return[0,y(n8(bG,[0,b],[0,j[1]]),e)]}return i(t(function(a){return aO(n7,a)},ad,a),c)}return i(t(n7,bG,a),b)}return i(U([0,bG,[0,ad,0]],0,b),a)},mR,b),W)}return i(t(function(b){function
+a=j[2],d=0===a[0]?[0,a[1]]:0,e=n8(ae,c,d);return[0,w(n8(bG,[0,b],[0,j[1]]),e)]}return h(t(function(a){return aO(n7,a)},ae,a),c)}return h(t(n7,bG,a),b)}return h(U([0,bG,[0,ae,0]],0,b),a)},mR,b),W)}return h(t(function(b){function
 a(a){function
 b(f){function
 b(g){function
-b(h){function
+b(i){function
 b(j){function
 b(k){function
 b(b){function
 l(a){var
-c=[0,[0,f,g,h,j,k,b,a]],d=b?A(b[1],L):1;return O(d,C2,c)}var
-c=ah(gu,a);if(c)var
+c=[0,[0,f,g,i,j,k,b,a]],d=b?A(b[1],L):1;return O(d,C6,c)}var
+c=ad(gu,a);if(c)var
 m=function(a){var
-b=[0,q(a$,a)],c=O(ck(q(function(a){return kt(a[1])},a)),C3,b),d=a?1:a;return O(d,C4,c)},n=c[1],d=i(a8(gu,V(function(b){function
+b=[0,q(ba,a)],c=O(ck(q(function(a){return kt(a[1])},a)),C7,b),d=a?1:a;return O(d,C8,c)},n=c[1],d=h(aT(gu,V(function(b){function
 a(a){function
 b(b){function
 c(f){function
@@ -6443,148 +6463,149 @@ c(h){var
 i=[0,[0,b,[0,aB(e[4],b),f,g,h]]];if(a)var
 c=a[2],d=c?1:c;else
 var
-d=1;return O(d,C1,i)}return i(cv(bA,a),c)}return i(cv(bz,a),c)}return i(cv(bs,a),c)}return i(t(function(a){return V(X,a)},ad,a),b)}return i(U([0,ad,0],[0,bs,[0,bz,[0,bA,0]]],b),a)},n)),m);else
+d=1;return O(d,C5,i)}return h(cv(bA,a),c)}return h(cv(bz,a),c)}return h(cv(bs,a),c)}return h(t(function(a){return V(X,a)},ae,a),b)}return h(U([0,ae,0],[0,bs,[0,bz,[0,bA,0]]],b),a)},n)),m);else
 var
-d=C5;return i(d,l)}return i(cv(cP,a),b)}return i(cv(iv,a),b)}return i(cv(bS,a),b)}return i(cv(bA,a),b)}return i(cv(bz,a),b)}return i(cv(bs,a),b)}return i(U(0,[0,bs,[0,bz,[0,bA,[0,bS,[0,iv,[0,cP,[0,gu,0]]]]]]],b),a)},h$,b),f)}var
-p=aa(h),u=a_(gv(c));if(K(r(a_(ix(a,c)),u),p))var
-v=dp(gv(c)),j=nQ(a,h,dp(ix(a,c)),v),w=j?[0,j[1]]:f,m=w;else
+d=C9;return h(d,l)}return h(cv(cP,a),b)}return h(cv(iv,a),b)}return h(cv(bS,a),b)}return h(cv(bA,a),b)}return h(cv(bz,a),b)}return h(cv(bs,a),b)}return h(U(0,[0,bs,[0,bz,[0,bA,[0,bS,[0,iv,[0,cP,[0,gu,0]]]]]]],b),a)},h$,b),f)}var
+o=aa(i),u=a$(gv(c));if(K(r(a$(ix(a,c)),u),o))var
+x=dr(gv(c)),j=nQ(a,i,dr(ix(a,c)),x),y=j?[0,j[1]]:f,m=y;else
 var
-m=f;return i(m,n)}var
-j=0;if(!eV(a)&&!gw(a)){var
+m=f;return h(m,n)}var
+j=0;if(!eW(a)&&!gw(a)){var
 f=s;j=1}if(!j)var
-m=a_(cT(c)),f=r(a_(cU(a,c)),m);var
-n=ci(s,u),p=bb(function(b){var
-g=b[2],k=b[1],d=a_(cT(c));function
+m=a$(cT(c)),f=r(a$(cU(a,c)),m);var
+n=ci(s,o),u=a9(function(b){var
+g=b[2],k=b[1],d=a$(cT(c));function
 e(b){function
 c(e){function
 c(c){function
 f(f){function
 g(g){var
-a=z(E(r(e,d),c),k),h=[0,[0,f,g]],b=a?K(s,c):a,i=b?P(c,d):b;return O(i,CY,h)}var
-h=aa(a[2]),j=t(function(a){return ay(h,av,a)},bI,b);return i(b3(gw(a),0,j),g)}var
-g=t(am,fY,b);return i(b3(eV(a),L,g),f)}return i(t(aL,iu,b),c)}return i(t(aL,nN,b),c)}var
-f=bh(gw(a),bI);return i(U(y([0,nN,[0,iu,0]],y(bh(eV(a),fY),f)),0,g),e)},n);return i(a8(bt,O(bP(f,u),CZ,p)),v)},Q=m[1];return i(a8(bt,bb(function(c){var
+a=z(E(r(e,d),c),k),h=[0,[0,f,g]],b=a?K(s,c):a,i=b?P(c,d):b;return O(i,C2,h)}var
+i=aa(a[2]),j=t(function(a){return ay(i,av,a)},bI,b);return h(b3(gw(a),0,j),g)}var
+g=t(am,fY,b);return h(b3(eW(a),L,g),f)}return h(t(aL,iu,b),c)}return h(t(aL,nN,b),c)}var
+f=bh(gw(a),bI);return h(U(w([0,nN,[0,iu,0]],w(bh(eW(a),fY),f)),0,g),e)},n);return h(aT(bt,O(bP(f,o),C3,u)),x)},N=m[1];return h(aT(bt,a9(function(c){var
 g=aj(a[2]);function
 b(b){function
 c(c){function
 d(d){function
 e(a){function
-h(e){var
-b=K(s,c),f=O(eC(g,a),CT,[0,[0,c,d,a,e]]),h=b?K(s,d):b;return O(h,CU,f)}var
-e=ah(it,b);if(e)var
+i(e){var
+b=K(s,c),f=O(eF(g,a),CX,[0,[0,c,d,a,e]]),h=b?K(s,d):b;return O(h,CY,f)}var
+e=ad(it,b);if(e)var
 j=function(b){var
-c=P(s,b),d=c?z(jL(b,f1(q(dG,a))),s):c;return O(d,CW,CV)},f=i(a8(it,aL(e[1])),j);else
+c=P(s,b),d=c?z(jL(b,f1(q(dI,a))),s):c;return O(d,C0,CZ)},f=h(aT(it,aL(e[1])),j);else
 var
-f=CX;return i(f,h)}var
-f=aa(a[2]);return i(t(function(a){return ay(f,am,a)},fX,b),e)}var
-e=aa(a[3]);return i(t(function(a){return fD(e,a)},bG,b),d)}var
-d=aa(a[4]);return i(t(function(a){return fD(d,a)},ad,b),c)}return i(U([0,ad,[0,bG,[0,fX,0]]],[0,it,0],c),b)},Q)),N)}}var
-e=a[1];return i(t(function(b){function
+f=C1;return h(f,i)}var
+f=aa(a[2]);return h(t(function(a){return ay(f,am,a)},fX,b),e)}var
+e=aa(a[3]);return h(t(function(a){return fE(e,a)},bG,b),d)}var
+d=aa(a[4]);return h(t(function(a){return fE(d,a)},ae,b),c)}return h(U([0,ae,[0,bG,[0,fX,0]]],[0,it,0],c),b)},N)),C)}}return h(oQ(n,v,b),e)}var
+e=a[1];return h(t(function(b){function
 a(a){function
 f(d){function
 b(b){function
 f(a){var
-e=[0,[0,b,a,d]],f=a_(q(function(a){return a[2]},b));return O(K(c(2,o),f),CQ,e)}var
+e=[0,[0,b,a,d]],f=a$(q(function(a){return a[2]},b));return O(K(c(2,p),f),CU,e)}var
 g=aa(e[3][3]);function
-h(a){return nP(g,a)}return i(t(function(a){return aO(h,a)},ad,a),f)}var
-f=aa(e[3][2]);return i(t(function(a){return nP(f,a)},bG,a),b)}var
-b=ah(is,a);if(b)var
+i(a){return nP(g,a)}return h(t(function(a){return aO(i,a)},ae,a),f)}var
+f=aa(e[3][2]);return h(t(function(a){return nP(f,a)},bG,a),b)}var
+b=ad(is,a);if(b)var
 g=function(a){var
-d=[0,g7(a)],b=K(c(2,o),a),e=b?K(a,c(2,c(2,c(2,c(2,x(c(2,c(2,c(2,c(2,x(c(2,x(c(2,x(c(2,c(2,c(2,o)))))))))))))))))):b;return O(e,CR,d)},d=i(a8(is,aL(b[1])),g);else
+d=[0,g7(a)],b=K(c(2,p),a),e=b?K(a,c(2,c(2,c(2,c(2,y(c(2,c(2,c(2,c(2,y(c(2,y(c(2,y(c(2,c(2,c(2,p)))))))))))))))))):b;return O(e,CV,d)},d=h(aT(is,aL(b[1])),g);else
 var
-d=[0,o];return i(d,f)}return i(U([0,bG,[0,ad,0]],[0,is,0],b),a)},nL,f),h)}return i(a8(dU,lz([4,nO(al(function(a){return I(J(a[1],nL))},f))])),u)};return i(bf(M),j)}return R(FX)}return FY}return i(oL(B,a,g),e)}return i(t(aL,dT,a),e)}return i(t(fG,gg,a),e)}var
-e=[0,dU,[0,bt,0]],f=[0,gg,[0,dT,0]];return i(t(function(a){return U(f,e,a)},eK,b),a)};return i(hH(nO(b)),j)}function
-l(a){var
+d=[0,p];return h(d,f)}return h(U([0,bG,[0,ae,0]],[0,is,0],b),a)},nL,f),i)}return h(aT(dX,lz([4,nO(al(function(a){return I(J(a[1],nL))},f))])),x)};return h(bc(v),m)}return R(F6)}return F7}return h(oL(n,a,g),e)}return h(t(aL,dW,a),e)}return h(t(ew,gg,a),e)}var
+e=[0,dX,[0,bt,0]],f=[0,gg,[0,dW,0]];return h(t(function(a){return U(f,e,a)},eN,b),a)};return h(hH(nO(b)),l)}function
+m(a){var
 b=a?[0,a[1]]:a;return[0,b]}function
 f(e){function
 a(a){function
 f(ac){function
-f(ae){function
-f(f){if(f){var
-j=f[1],l=j[1],p=l[2],a=l[1],H=j[2];if(a){var
-M=a[2],h=a[1],m=function(a){function
-m(ag){var
-f=M,j=0;function
-ai(j){var
-n=a[5],r=a[1][2],u=aa(a[2]),v=aa(a[3]),f=[0,aa(a[4]),v,u,r,n,ag,j];function
-x(c){function
-T(z){if(c){var
-o=c[1],u=lQ(a,j,o[2]);switch(a[1][2]){case
+f(af){function
+f(i){if(i){var
+j=i[1],l=j[1],r=l[2],a=l[1],H=j[2];if(a){var
+M=a[2],f=a[1],m=function(a){function
+m(ah){var
+i=M,j=0;function
+ai(j){function
+i(ab){var
+o=a[5],u=a[1][2],v=aa(a[2]),x=aa(a[3]),i=[0,aa(a[4]),x,v,u,o,ah,j];function
+B(c){function
+T(B){if(c){var
+p=c[1],v=lQ(a,j,p[2]);switch(a[1][2]){case
 0:var
 m=0;break;case
 1:var
 m=1;break;default:var
 m=2}var
-v=dF(aa(a[3])),w=[0,dF(aa(a[4])),v,m,u],K=[0,[0,o[1],w]]}else
+x=dH(aa(a[3])),y=[0,dH(aa(a[4])),x,m,v],K=[0,[0,p[1],y]]}else
 var
 K=c;var
-r=e[3][3],n=r?1:r,s=e[3][4],l=s?1:s;function
-x(r){var
-j=$(function(a){return Z(a[1],r)},eP),s=l?m_(n):l,u=j?eP:j,m=y(m9,y(u,s)),o=l?al(function(a){return n?n:I(a[2][2])},m7):l;function
-v(n){function
-r(N){function
-m(ab){function
-ad(b){var
+s=e[3][3],o=s?1:s,u=e[3][4],l=u?1:u;function
+z(s){var
+j=$(function(a){return Z(a[1],s)},eQ),u=l?m_(o):l,v=j?eQ:j,m=w(m9,w(v,u)),p=l?al(function(a){return o?o:I(a[2][2])},m7):l;function
+x(o){function
+s(N){function
+m(ae){function
+ah(b){var
 c=b?bq:br,a=bL(N,c),d=a?a[1][2]:a;return d}function
-m(ag){var
+m(ai){var
 P=a[7];if(P)var
-r=P;else
+p=P;else
 var
-ap=Z(gj,b),r=ap||Z(eJ,d);var
-n=ah(cr,d);if(n){var
-s=n[1],Y=0;if(typeof
-s!=="number"&&4===s[0]){var
-Q=s[1];Y=1}if(!Y)var
+aq=Z(gj,b),p=aq||Z(eM,d);var
+s=ad(cr,d);if(s){var
+u=s[1],Y=0;if(typeof
+u!=="number"&&4===u[0]){var
+Q=u[1];Y=1}if(!Y)var
 Q=0;var
 o=Q}else
 var
-o=n;var
-ai=r||Z(eL,b),aj=ai||Z(eM,b),l=I(aj);function
-R(n){var
+o=s;var
+aj=p||Z(c$,b),ak=aj||Z(da,b),l=I(ak);function
+R(o){var
 k=0;if(typeof
-h==="number"||!(4===h[0]))k=1;else{var
-b=ah(c_,h[1]),f=0;if(b){var
-c=b[1],g=0;if(typeof
+f==="number"||!(4===f[0]))k=1;else{var
+b=ad(c_,f[1]),g=0;if(b){var
+c=b[1],h=0;if(typeof
 c!=="number"&&4===c[0]){var
-d=ah(bq,c[1]),l=0;if(d){var
+d=ad(bq,c[1]),l=0;if(d){var
 e=d[1],m=0;if(typeof
 e!=="number"&&2===e[0]){var
-a=[0,e[1]];f=1;g=1;l=1;m=1}if(!m)var
+a=[0,e[1]];g=1;h=1;l=1;m=1}if(!m)var
 j=0}else
 var
 j=d;if(!l){var
-a=j;f=1;g=1}}if(!g)var
+a=j;g=1;h=1}}if(!h)var
 i=0}else
 var
-i=b;if(!f)var
+i=b;if(!g)var
 a=i}if(k)var
 a=0;if(a){var
-o=F(B,er([0,n,0]));return J(a[1],o)}return a}var
-ak=l?ny(R,e,a,f,1,o):l,an=l?ny(R,e,a,f,0,o):l;function
-m(a){return a?ak:an}var
-u=ah(bI,b);if(u){var
-v=u[1],_=0;if(typeof
-v!=="number"&&4===v[0]){var
-w=ah(bs,v[1]);if(w){var
-x=w[1],C=0;if(typeof
-x==="number")C=1;else
-switch(x[0]){case
+p=F(n,dM([0,o,0]));return J(a[1],p)}return a}var
+an=l?ny(R,e,a,i,1,o):l,ao=l?ny(R,e,a,i,0,o):l;function
+m(a){return a?an:ao}var
+v=ad(bI,b);if(v){var
+x=v[1],_=0;if(typeof
+x!=="number"&&4===x[0]){var
+y=ad(bs,x[1]);if(y){var
+z=y[1],C=0;if(typeof
+z==="number")C=1;else
+switch(z[0]){case
 2:var
-z=x[1];break;case
+B=z[1];break;case
 0:case
 1:C=1;break;default:var
-z=0}if(C)var
-z=0;var
-W=z}else
+B=0}if(C)var
+B=0;var
+W=B}else
 var
-W=w;var
+W=y;var
 S=W;_=1}if(!_)var
 S=0;var
 T=S}else
 var
-T=u;function
-ao(n){var
-s=Z(eL,b),P=s||Z(eM,b);function
+T=v;function
+ap(n){var
+s=Z(c$,b),P=s||Z(da,b);function
 u(n){function
 s(b){if(I(l))return 2;if(a[1][1])return 0;var
 i=b?bq:br;if(I(Z(i,o)))return 1;var
@@ -6598,82 +6619,82 @@ u(o){function
 l(l){function
 s(S){function
 l(T){var
-v=ly(e,a[1]),w=v[1],x=v[2];function
-z(a){return r?Fh:a}function
-A(a){return x?a:[0,Fi,a]}var
-U=[0,[0,bV,z(S)],0],V=iq(ip(o),0,o),W=y(q(function(a){var
-b=z(a[2]);return[0,a[1],b]},V),U),X=y(ij(0,n),W),B=dX(ag,0),Y=0,_=0,aa=B?[0,[8,B[1]]]:Fx,ad=y([0,[0,dS,[0,aa,_]],Y],X),af=y(q(function(a){var
-b=A(a[2]);return[0,a[1],b]},ab),ad),ai=y(q(function(a){var
-b=A(a[2][1]);return[0,gJ(a[1]),b]},N),af),aj=c?[0,[0,k(Fk),Fj],0]:c,ak=y(aj,ai),am=y(gK([0,eJ,0],d,0),ak),s=ah(cr,d);if(s){var
+v=ly(e,a[1]),x=v[1],y=v[2];function
+z(a){return p?Fq:a}function
+A(a){return y?a:[0,Fr,a]}var
+U=[0,[0,bV,z(S)],0],V=iq(ip(o),0,o),W=w(q(function(a){var
+b=z(a[2]);return[0,a[1],b]},V),U),X=w(ij(0,n),W),B=d0(ai,0),Y=0,_=0,aa=B?[0,[8,B[1]]]:FG,ag=w([0,[0,dV,[0,aa,_]],Y],X),ah=w(q(function(a){var
+b=A(a[2]);return[0,a[1],b]},ae),ag),aj=w(q(function(a){var
+b=A(a[2][1]);return[0,gJ(a[1]),b]},N),ah),ak=c?[0,[0,k(Ft),Fs],0]:c,am=w(ak,aj),an=w(gK([0,eM,0],d,0),am),s=ad(cr,d);if(s){var
 l=s[1],L=0;if(typeof
 l!=="number"&&4===l[0]){var
-i=l[1];L=1}if(!L)var
-i=0;var
+h=l[1];L=1}if(!L)var
+h=0;var
 u=function(c,a){var
-d=Z(c,i);if(d){var
+d=Z(c,h);if(d){var
 g=0;if($(function(b){return nu(a,b)},n))var
-b=m(a),h=b?b[1][3]:b,e=[0,[8,a,0],h];else
+b=m(a),i=b?b[1][3]:b,e=[0,[8,a,0],i];else
 var
-e=Ac;var
-f=[0,[0,y(cr,y(k(Ab),c)),e],g]}else
+e=Ag;var
+f=[0,[0,w(cr,w(k(Af),c)),e],g]}else
 var
-f=d;return f},Q=i?G(function(a){return bO([0,bq,[0,br,0]],a[1])},i)?0:[0,[0,cr,Ad],0]:[0,[0,cr,Ae],0],R=y(u(br,0),Q),C=y(u(bq,1),R)}else
+f=d;return f},Q=h?G(function(a){return bO([0,bq,[0,br,0]],a[1])},h)?0:[0,[0,cr,Ah],0]:[0,[0,cr,Ai],0],R=w(u(br,0),Q),C=w(u(bq,1),R)}else
 var
 C=s;var
-an=y(C,am),P=0;if(!Z(gi,b)&&!hJ(a)){var
-D=[0,[0,k(Fw),Fv],0];P=1}if(!P)var
+ao=w(C,an),P=0;if(!Z(gi,b)&&!hJ(a)){var
+D=[0,[0,k(FF),FE],0];P=1}if(!P)var
 D=0;var
-ao=y(D,an),ap=y(T,y(gK(al(function(a){return I(J(a,cP))},oN),b,Fl),ao));if(g)if(p)var
-aq=er([0,h,M]),ar=[0,[12,J(g[1],aq)],0],t=[0,[0,k(Fm),ar],0];else
+ap=w(D,ao),aq=w(T,w(ab,w(gK(al(function(a){return I(J(a,cP))},oN),b,Fu),ap)));if(g)if(r)var
+ar=dM([0,f,M]),as=[0,[12,J(g[1],ar)],0],t=[0,[0,k(Fv),as],0];else
 var
-t=p;else
+t=r;else
 var
 t=g;var
-as=y(t,ap),at=[0,[0,k(Fn),[0,[12,x],0]],0],au=[0,[12,w[2]],0],av=[0,[0,k(Fo),au],at],aw=[0,[12,w[1]],0],ax=[0,[0,k(Fp),aw],av],ay=[0,[0,k(Fq),[0,[0,[0,ae]],0]],ax],az=[0,[12,J(ac,H)],0],aA=y([0,[0,k(Fr),az],ay],as),E=$(function(a){var
+at=w(t,aq),au=[0,[0,k(Fw),[0,[12,y],0]],0],av=[0,[12,x[2]],0],aw=[0,[0,k(Fx),av],au],ax=[0,[12,x[1]],0],ay=[0,[0,k(Fy),ax],aw],az=[0,[0,k(Fz),[0,[0,[0,af]],0]],ay],aA=[0,[12,J(ac,H)],0],aB=w([0,[0,k(FA),aA],az],at),E=$(function(a){var
 b=a[4];if(b)var
 c=a[5],e=c?1:c,d=e;else
 var
 d=b;return d},n);if(E)var
-aB=Z(eL,b),aC=aB||Z(eM,b),F=I(aC);else
+aC=Z(c$,b),aD=aC||Z(da,b),F=I(aD);else
 var
 F=E;var
-aD=m(0),aE=[0,[0,[0,[0,f,K],m(1),aD,aA,F]]],aF=I(fI(f)),aG=aF||(j?c?0:1:j),aH=O(aG,Fs,aE),aI=e[1]?I(Z(cr,d)):1,aJ=O(aI,Ft,aH),aK=c?I(Z(cr,d)):1;return O(aK,Fu,aJ)}return i(t(oM,bI,b),l)}return i(nF(o,l),s)}return i(t(X,bV,d),l)}return i(t(function(a){function
-b(a){return e$(function(a,g){function
+aE=m(0),aF=[0,[0,[0,[0,i,K],m(1),aE,aB,F]]],aG=I(fI(i)),aH=aG||(j?c?0:1:j),aI=O(aH,FB,aF),aJ=e[1]?I(Z(cr,d)):1,aK=O(aJ,FC,aI),aL=c?I(Z(cr,d)):1;return O(aL,FD,aK)}return h(t(oM,bI,b),l)}return h(nF(o,l),s)}return h(t(X,bV,d),l)}return h(t(function(a){function
+b(a){return fa(function(a,f){function
 b(a){var
 o=0;if(typeof
-g!=="number"&&4===g[0]){var
-c=g[1];o=1}if(!o)var
+f!=="number"&&4===f[0]){var
+c=f[1];o=1}if(!o)var
 c=0;var
-f=a[4];if(f&&typeof
-f[1]==="number"&&!f[2]){var
-i=ah(id,c);if(i){var
+g=a[4];if(g&&typeof
+g[1]==="number"&&!g[2]){var
+i=ad(id,c);if(i){var
 h=i[1],p=0;if(typeof
 h==="number"||!(2===h[0]))p=1;else{var
-j=t(am,dW,c);if(0===j[0]){var
-k=j[1],q=0;if(J(h[1],Cm)){var
-r=Z(di,c),s=r||Z(ie,c);if(I(s)){var
+j=t(am,dZ,c);if(0===j[0]){var
+k=j[1],q=0;if(J(h[1],Cq)){var
+r=Z(dk,c),s=r||Z(ie,c);if(I(s)){var
 e=function(o,i){var
 p=a[2],q=a[1],j=bZ(function(a){var
-b=[0,nG,[0,nH,0]],c=o?b4:dY,d=[0,c,b],e=q?dj:dk;return cK(a[1],[0,e,d])},n),f=af(function(a){return a[3]},j);if(f){var
+b=[0,nG,[0,nH,0]],c=o?b4:d1,d=[0,c,b],e=q?dl:dm;return cK(a[1],[0,e,d])},n),f=ag(function(a){return a[3]},j);if(f){var
 d=f[1];if(d){var
 g=d[2],e=d[1];if(typeof
-e==="number")return g?Cn:Co;else{if(0===e[0]){var
-b=e[1];if(14===b[0]){if(g)return Cq;var
+e==="number")return g?Cr:Cs;else{if(0===e[0]){var
+b=e[1];if(14===b[0]){if(g)return Cu;var
 c=b[4],l=0;if(p)var
 m=c?A(c[1],k):c,h=[12,bn(i,m)];else
 var
-h=[3,c,k,i];return[0,[0,[14,b[1],b[2],b[3],c,b[5],b[6]]],[0,h,l]]}return Cp}return Cr}}return Cs}return Ct};if(2<=a[2])var
-l=Cu;else{var
+h=[3,c,k,i];return[0,[0,[14,b[1],b[2],b[3],c,b[5],b[6]]],[0,h,l]]}return Ct}return Cv}}return Cw}return Cx};if(2<=a[2])var
+l=Cy;else{var
 m=a[5];if(m)switch(m[1]){case
 0:var
 d=e(1,1);break;case
 1:var
 d=e(0,0);break;case
 2:var
-d=Cv;break;default:var
-u=e(0,1),d=y(e(1,0),u)}else
+d=Cz;break;default:var
+u=e(0,1),d=w(e(1,0),u)}else
 var
-d=Cw;var
+d=CA;var
 l=d}var
 b=[0,a[1],a[2],a[3],l,a[5],a[6],a[7]];q=1}}if(!q)var
 b=a}else
@@ -6683,26 +6704,26 @@ b=a}else
 var
 b=a}else
 var
-b=a;return[0,b]}return i(nD(ad,s,fI(f),j,a,g),b)},a)}return i(bp(a),b)},gf,d),u)}return i(t(function(b){function
-d(b){return e$(function(b,l){function
+b=a;return[0,b]}return h(nD(ah,s,fI(i),j,a,f),b)},a)}return h(bp(a),b)},gf,d),u)}return h(t(function(b){function
+d(b){return fa(function(b,l){function
 d(b){function
 Q(b){var
 f=b[3];if(f){if(typeof
 f[1]==="number"){if(f[2])return[0,b];var
 g=b[1];if(g){var
-h=g[2];if(h){var
-j=h[2];if(j){var
+i=g[2];if(i){var
+j=i[2];if(j){var
 m=j[2];if(m){if(m[2])return[0,b];var
-o=m[1],c=h[1],d=g[1];if(J(j[1],nG)){var
+o=m[1],c=i[1],d=g[1];if(J(j[1],nG)){var
 p=function(f){function
-g(h){function
+g(i){function
 g(h){if(h){if(bL(nI,d))var
 a=0;else
 if(n)var
-q=n[1][2],o=y(q,k(Ci)),a=[0,y(k(Cj),o),0];else
+q=n[1][2],o=w(q,k(Cm)),a=[0,w(k(Cn),o),0];else
 var
 a=n;var
-i=[0,Cf,y(bh(dl(k(Ck),d),Ch),a)],c=b[5],e=G(function(a){return bO(c,a)},i),m=0;if(e){var
+i=[0,Cj,w(bh(dn(k(Co),d),Cl),a)],c=b[5],e=G(function(a){return bO(c,a)},i),m=0;if(e){var
 f=P||G(function(a){return bO(i,a)},c);if(f){var
 j=ck(c);m=1}else
 var
@@ -6713,26 +6734,26 @@ j=g;var
 p=j?[0,b[1],b[2],h[1],0,b[5]]:b,l=p}else
 var
 l=b;return[0,l]}var
-j=af(aY,n);return i(t(function(k){var
+j=ag(aZ,n);return h(t(function(k){var
 b=bL(nI,d);if(b){var
 f=b[1],g=f[2],p=g[2],q=g[1],r=f[1];if(J(o,go)){var
-l=0;if(!J(c,eQ)&&!J(c,dY))l=1;if(!l){var
+l=0;if(!J(c,eR)&&!J(c,d1))l=1;if(!l){var
 s=function(b){function
 d(e){function
 d(d){function
 f(f){function
 g(b){var
-a=[0,p,r,f,h,J(c,eQ),b,e];return q?[0,[0,[0,[4,a,d],0]]]:O(A(L,d),Ca,[0,[0,[0,[0,[13,a,d]],0]]])}return i(t(function(b){return nJ(a,b)},gs,b),g)}return i(t(function(a){return aP(B9,a)},bV,b),f)}return i(t(am,dW,b),d)}return i(t(function(b){return nK(e,a,b)},gt,b),d)};return i(U([0,gs,[0,gt,[0,dW,[0,bV,0]]]],0,k),s)}}return Cb}var
-m=0;if(J(d,dj)||J(d,dk))m=1;if(m&&J(o,nH)){var
-n=0;if(J(c,b4)||J(c,dY))n=1;if(n){var
+a=[0,p,r,f,i,J(c,eR),b,e];return q?[0,[0,[0,[4,a,d],0]]]:O(A(L,d),Ce,[0,[0,[0,[0,[13,a,d]],0]]])}return h(t(function(b){return nJ(a,b)},gs,b),g)}return h(t(function(a){return aP(Cb,a)},bV,b),f)}return h(t(am,dZ,b),d)}return h(t(function(b){return nK(e,a,b)},gt,b),d)};return h(U([0,gs,[0,gt,[0,dZ,[0,bV,0]]]],0,k),s)}}return Cf}var
+m=0;if(J(d,dl)||J(d,dm))m=1;if(m&&J(o,nH)){var
+n=0;if(J(c,b4)||J(c,d1))n=1;if(n){var
 u=function(b){function
 f(e){function
 f(b){if(j)var
-f=j[1],g=J(c,b4),a=[0,[0,[14,J(d,dj),g,f,h,b,e]],0];else
+f=j[1],g=J(c,b4),a=[0,[0,[14,J(d,dl),g,f,i,b,e]],0];else
 var
-a=Cc;return[0,[0,a]]}return i(t(function(b){return nJ(a,b)},gs,b),f)}return i(t(function(b){return nK(e,a,b)},gt,b),f)};return i(U([0,gs,[0,gt,0]],0,k),u)}}return Cd},dV,f),g)}return i(t(by,ct,f),g)};return i(bf(l),p)}return[0,b]}return[0,b]}return[0,b]}return[0,b]}return[0,b]}return[0,b]}return[0,b]}var
-w=b[3];if(w&&typeof
-w[1]==="number"&&!w[2]){var
+a=Cg;return[0,[0,a]]}return h(t(function(b){return nJ(a,b)},gs,b),f)}return h(t(function(b){return nK(e,a,b)},gt,b),f)};return h(U([0,gs,[0,gt,0]],0,k),u)}}return Ch},dY,f),g)}return h(t(by,ct,f),g)};return h(bc(l),p)}return[0,b]}return[0,b]}return[0,b]}return[0,b]}return[0,b]}return[0,b]}return[0,b]}var
+x=b[3];if(x&&typeof
+x[1]==="number"&&!x[2]){var
 B=m(nt(b));if(B){var
 f=B[1],N=function(d){if(d){var
 e=d[1],t=0;if(typeof
@@ -6740,9 +6761,9 @@ e==="number"||!(8===e[0]))t=1;else{var
 g=b[5],r=e[1],h=f[4];if(h)var
 i=h[1];else
 var
-x=a[5]?y(k(z0),T):z2,i=x;var
-j=y([0,z4,[0,i,0]],bh(I(r),zZ)),c=f[1],l=2===c[0]?[0,z_,y(j,bh(c[1][6],Aa))]:[0,zX,y(j,bh(mM(c),z6))],v=2===f[1][0]?0:bh(r,z8),w=y(l,v),m=G(function(a){return bO(g,a)},l),u=0;if(m){var
-n=G(function(a){return bO(w,a)},g);if(n){var
+y=a[5]?w(k(z4),T):z6,i=y;var
+j=w([0,z8,[0,i,0]],bh(I(r),z3)),c=f[1],l=2===c[0]?[0,Ac,w(j,bh(c[1][6],Ae))]:[0,z1,w(j,bh(mM(c),z_))],v=2===f[1][0]?0:bh(r,Aa),x=w(l,v),m=G(function(a){return bO(g,a)},l),u=0;if(m){var
+n=G(function(a){return bO(x,a)},g);if(n){var
 s=ck(g);u=1}else
 var
 o=n}else
@@ -6757,34 +6778,34 @@ q=b;return[0,q]},p=b[1];if(p){var
 q=p[2];if(q){var
 r=q[2];if(r){var
 s=r[2];if(s&&!s[2]){var
-c=s[1],z=r[1],j=q[1],u=p[1],v=J(u,dj);switch(f[1][0]){case
+c=s[1],z=r[1],j=q[1],u=p[1],v=J(u,dl);switch(f[1][0]){case
 0:var
-o=zQ;break;case
+o=zU;break;case
 1:var
-o=zR;break;default:var
-o=zS}var
+o=zV;break;default:var
+o=zW}var
 g=0;if(J(z,k(o))){var
-C=0;if(!v&&!J(u,dk)){g=1;C=1}if(!C){var
-D=0;if(!J(j,b4)&&!J(j,dY)){g=1;D=1}if(!D){var
-E=0;if(dl(dn,c)||dl(eU,c))E=1;else
+C=0;if(!v&&!J(u,dm)){g=1;C=1}if(!C){var
+D=0;if(!J(j,b4)&&!J(j,d1)){g=1;D=1}if(!D){var
+E=0;if(dn(dq,c)||dn(eV,c))E=1;else
 g=1;if(E)var
 H=function(a){function
 b(b){function
 d(a){var
-d=f[3],e=v?bq:br,g=[0,[12,J(a,e)],d],h=J(j,b4)?[0,c,b]:[1,c,b];return[0,[0,[8,v,h],g]]}return i(t(function(a){function
-b(a){return t(X,no,a)}return i(U([0,no,0],0,a),b)},dV,a),d)}return i(t(by,ct,a),b)},d=i(bf(l),H)}}}else
+d=f[3],e=v?bq:br,g=[0,[12,J(a,e)],d],h=J(j,b4)?[0,c,b]:[1,c,b];return[0,[0,[8,v,h],g]]}return h(t(function(a){function
+b(a){return t(X,no,a)}return h(U([0,no,0],0,a),b)},dY,a),d)}return h(t(by,ct,a),b)},d=h(bc(l),H)}}}else
 g=1;if(g){var
-h=0;if(J(z,nd)){var
-K=[0,k(zU),0];if(bO([0,k(zV),K],u)&&J(j,dY)){var
-F=0;if(!dl(dn,c)&&!dl(eU,c)){h=1;F=1}if(!F)if(I($(function(a){return ni(a,c)},nj)))var
+i=0;if(J(z,nd)){var
+K=[0,k(zY),0];if(bO([0,k(zZ),K],u)&&J(j,d1)){var
+F=0;if(!dn(dq,c)&&!dn(eV,c)){i=1;F=1}if(!F)if(I($(function(a){return ni(a,c)},nj)))var
 M=function(a){function
 d(d){function
 e(a){var
-e=f[3];return[0,[0,[8,nt(b),[2,c,d,a]],e]]}return i(t(function(a){function
-b(a){return t(ng,gn,a)}return i(U([0,gn,0],0,a),b)},dV,a),e)}return i(t(by,ct,a),d)},d=i(bf(l),M);else
-h=1}else
-h=1}else
-h=1;if(h)var
+e=f[3];return[0,[0,[8,nt(b),[2,c,d,a]],e]]}return h(t(function(a){function
+b(a){return t(ng,gn,a)}return h(U([0,gn,0],0,a),b)},dY,a),e)}return h(t(by,ct,a),d)},d=h(bc(l),M);else
+i=1}else
+i=1}else
+i=1;if(i)var
 d=[0,b[3]]}}else
 var
 d=[0,b[3]]}else
@@ -6794,74 +6815,74 @@ var
 d=[0,b[3]]}else
 var
 d=[0,b[3]];var
-x=i(d,N)}else
+y=h(d,N)}else
 var
-x=[0,b]}else
+y=[0,b]}else
 var
-x=[0,b];return i(x,Q)}return i(ii(H,af(function(a){return a[1]},c),b,l),d)},b)}return i(bp(b),d)},ge,d),u)}var
-D=ah(cP,b);if(D)var
+y=[0,b];return h(y,Q)}return h(ii(H,ag(function(a){return a[1]},c),b,l),d)},b)}return h(bp(b),d)},ge,d),u)}var
+D=ad(cP,b);if(D)var
 E=D[1],aa=function(a){function
-b(b){return O(A(a,L),BH,[0,[0,[0,a,b]]])}return i(X(E),b)},V=a8(cP,i(am(E),aa));else
+b(b){return O(A(a,L),BL,[0,[0,[0,a,b]]])}return h(X(E),b)},V=aT(cP,h(am(E),aa));else
 var
-V=BI;return i(V,ao)}function
-n(b){return m8(e,a,l,b)}return i(t(function(a){return V(n,a)},dS,d),m)}return i(bb(function(b){function
+V=BM;return h(V,ap)}function
+o(b){return m8(e,a,l,b)}return h(t(function(a){return V(o,a)},dV,d),m)}return h(a9(function(b){function
 j(a){return[0,[0,gJ(b[1]),a]]}var
-c=ah(b[1],n);if(c){var
+c=ad(b[1],o);if(c){var
 d=c[1];if(typeof
 d==="number")var
-f=[0,[0,[12,I(p)],0]];else
+f=[0,[0,[12,I(r)],0]];else
 var
 k=function(a){var
-c=p?[0,[0,[2,b[2][1],b[2][2],a]],0]:Fy;return[0,c]},h=b[2][2],l=V(function(c){function
+c=r?[0,[0,[2,b[2][1],b[2][2],a]],0]:FH;return[0,c]},i=b[2][2],l=V(function(c){function
 b(b){function
 c(c){function
 d(a){function
-d(b){return[0,[0,[0,c,a],b]]}return i(t(av,gm,b),d)}return i(t(function(b){return ih(e,a,b)},bG,b),d)}var
-d=t(function(b){return m4(e,a,b)},ad,b);return i(b3(I(h),ao,d),c)}return i(U(y(bh(I(h),ad),[0,bG,[0,gm,0]]),0,c),b)},d),f=i(a8(b[1],l),k);var
+d(b){return[0,[0,[0,c,a],b]]}return h(t(av,gm,b),d)}return h(t(function(b){return ih(e,a,b)},bG,b),d)}var
+d=t(function(b){return m4(e,a,b)},ae,b);return h(b3(I(i),ao,d),c)}return h(U(w(bh(I(i),ae),[0,bG,[0,gm,0]]),0,c),b)},d),f=h(aT(b[1],l),k);var
 g=f}else
 var
-g=Fz;return i(g,j)},o),m)}return i(bb(function(b){function
+g=FI;return h(g,j)},p),m)}return h(a9(function(b){function
 c(a){return[0,[0,b[1],a]]}var
-d=b[1],f=b[2];return i(t(function(b){return eN(e,a,f,b)},d,n),c)},m),r)}var
-x=q(aY,o),w=0,z=y(q(aY,m),x);return i(t(function(a){return U(z,w,a)},dR,d),v)}return i(t(bf,dR,d),x)}if(c){var
-l=c[1],u=l[1];if(u[11]){if(u[6]){var
-n=j,m=l[2];for(;;){if(n){var
-r=n[2];if(r&&m){var
-s=m[2];if(s){var
-v=z(n[1][1],r[1][1])?lO(m[1],s[1]):1;if(v){var
-n=r,m=s;continue}var
-o=v}else
+d=b[1],f=b[2];return h(t(function(b){return eO(e,a,f,b)},d,o),c)},m),s)}var
+z=q(aZ,p),y=0,B=w(q(aZ,m),z);return h(t(function(a){return U(B,y,a)},dU,d),x)}return h(t(bc,dU,d),z)}if(c){var
+l=c[1],v=l[1];if(v[11]){if(v[6]){var
+o=j,m=l[2];for(;;){if(o){var
+s=o[2];if(s&&m){var
+u=m[2];if(u){var
+x=z(o[1][1],s[1][1])?lO(m[1],u[1]):1;if(x){var
+o=s,m=u;continue}var
+p=x}else
 var
-o=1}else
+p=1}else
 var
-o=1}else
+p=1}else
 var
-o=1;var
-w=o;break}}else
+p=1;var
+y=p;break}}else
 var
-w=1;var
-K=O(w,v0,vZ),N=l[2],x=bP(aa(j),N);if(x)var
+y=1;var
+K=O(y,v6,v5),N=l[2],B=bP(aa(j),N);if(B)var
 Q=l[2],R=aa(a[2]),C=G(function(a){return bP(R,a)},Q);else
 var
-C=x;var
-D=O(C,v1,K)}else
+C=B;var
+D=O(C,v7,K)}else
 var
-D=v3;var
-S=u[10],E=a8(gh,O(G(function(b){var
+D=v9;var
+S=v[10],E=aT(gh,O(G(function(b){var
 c=b[1],f=l[1];return G(function(b){var
 d=aa(a[2]),c=P(b[3],d);return c?$(function(a){var
 c=z(a[1],b[1]);if(c){var
 d=f[6];if(!d)return z(a[2],b[2]);var
 e=d}else
 var
-e=c;return e},j):c},c)},S),v2,D))}else
+e=c;return e},j):c},c)},S),v8,D))}else
 var
-E=FA;return i(E,T)}var
-l=ah(gh,b);if(l)var
-C=function(a){return[0,[0,a]]},D=l[1],w=function(b){function
+E=FJ;return h(E,T)}var
+l=ad(gh,b);if(l)var
+C=function(a){return[0,[0,a]]},D=l[1],y=function(b){function
 d(e){function
 d(d){function
-f(h){function
+f(i){function
 f(f){function
 g(j){function
 g(l){function
@@ -6870,92 +6891,92 @@ g(g){function
 m(m){function
 c(n){function
 c(b){var
-o=b?b[1][2]:b,p=[0,[0,[0,l,d,h,f,k,e,j,g,m,n,af(aY,b)],o]];if(g)var
+o=b?b[1][2]:b,p=[0,[0,[0,l,d,i,f,k,e,j,g,m,n,ag(aZ,b)],o]];if(g)var
 q=g[1],c=bP(aa(a[3]),q);else
 var
 c=1;var
-r=O(c,vT,p),s=e?j?0:1:1,t=O(s,vU,r),u=f?A(f[1],d):1,v=O(u,vV,t),i=I(hK(d)),w=i?A(h,d):i;return O(w,vW,v)}return i(t(function(a){return aO(vN,a)},lF,b),c)}function
+r=O(c,vZ,p),s=e?j?0:1:1,t=O(s,v0,r),u=f?A(f[1],d):1,v=O(u,v1,t),h=I(hK(d)),w=h?A(i,d):h;return O(w,v2,v)}return h(t(function(a){return aO(vT,a)},lF,b),c)}function
 n(b){function
 a(a){function
 b(b){function
-c(a){return[0,[0,b,a]]}return i(t(av,fZ,a),c)}function
+c(a){return[0,[0,b,a]]}return h(t(av,fZ,a),c)}function
 c(b){function
 a(a){if(a){var
 b=a[2];if(b){var
 c=b[2],f=b[1];if(c){var
 d=c[2],g=c[1];if(d){var
-h=d[1];if(d[2])return R(vH);var
+i=d[1];if(d[2])return R(vN);var
 j=function(a){function
 b(b){function
 c(c){function
-d(d){return[0,[0,a,b,c,d]]}return i(av(h),d)}return i(aL(g),c)}var
+d(d){return[0,[0,a,b,c,d]]}return h(av(i),d)}return h(aL(g),c)}var
 c=e?typeof
-f==="number"?[0,aJ(o)]:R(vI):aL(f);return i(c,b)};return i(aL(a[1]),j)}return R(vJ)}return R(vK)}return R(vL)}return R(vM)}return i(bp(b),a)}return i(t(function(a){return V(c,a)},lG,a),b)}return i(U([0,lG,[0,fZ,0]],0,b),a)}return i(t(function(a){return V(n,a)},bt,b),c)}var
+f==="number"?[0,aJ(p)]:R(vO):aL(f);return h(c,b)};return h(aL(a[1]),j)}return R(vP)}return R(vQ)}return R(vR)}return R(vS)}return h(bp(b),a)}return h(t(function(a){return V(c,a)},lG,a),b)}return h(U([0,lG,[0,fZ,0]],0,b),a)}return h(t(function(a){return V(n,a)},bt,b),c)}var
 n=a[2];function
-p(b){function
+o(b){function
 a(f){var
-a=q(function(a){return F(eu(function(b){return J(a,b)}),n)},f);if(a){var
+a=q(function(a){return F(ex(function(b){return J(a,b)}),n)},f);if(a){var
 b=a[2],c=a[1];if(b){var
-d=b[1];if(b[2])return R(vP);var
-e=K(s,c),g=[0,[0,c,d]],h=e?K(s,d):e;return O(h,vQ,g)}return R(vR)}return R(vS)}return i(ay(c(2,o),X,b),a)}return i(t(function(a){return V(p,a)},lE,b),m)}return i(t(function(a){return aO(vF,a)},lD,b),g)}var
-m=[0,[0,k(vX),0],0],n=[0,[0,k(vY),1],m];return i(t(function(a){return aP(n,a)},lB,b),g)}var
-l=[0,[0,bq,1],[0,[0,br,0],0]];return i(t(function(a){return aP(l,a)},bJ,b),g)}return i(t(function(a){return aO(am,a)},bS,b),g)}return i(t(function(a){return aO(am,a)},bA,b),f)}return i(t(am,bz,b),f)}return i(t(am,bs,b),d)}return i(t(es,lC,b),d)},m=i(a8(gh,i(U([0,bJ,[0,bs,[0,bz,[0,bA,[0,lB,[0,lC,[0,bS,[0,lD,[0,lE,[0,bt,[0,lF,0]]]]]]]]]]],0,D),w)),C);else
+d=b[1];if(b[2])return R(vV);var
+e=K(s,c),g=[0,[0,c,d]],h=e?K(s,d):e;return O(h,vW,g)}return R(vX)}return R(vY)}return h(ay(c(2,p),X,b),a)}return h(t(function(a){return V(o,a)},lE,b),m)}return h(t(function(a){return aO(vL,a)},lD,b),g)}var
+m=[0,[0,k(v3),0],0],n=[0,[0,k(v4),1],m];return h(t(function(a){return aP(n,a)},lB,b),g)}var
+l=[0,[0,bq,1],[0,[0,br,0],0]];return h(t(function(a){return aP(l,a)},bJ,b),g)}return h(t(function(a){return aO(am,a)},bS,b),g)}return h(t(function(a){return aO(am,a)},bA,b),f)}return h(t(am,bz,b),f)}return h(t(am,bs,b),d)}return h(t(eu,lC,b),d)},m=h(aT(gh,h(U([0,bJ,[0,bs,[0,bz,[0,bA,[0,lB,[0,lC,[0,bS,[0,lD,[0,lE,[0,bt,[0,lF,0]]]]]]]]]]],0,D),y)),C);else
 var
-m=FB;return i(m,x)}for(;;){if(f){var
-u=f[1],v=0;if(a[7]&&lA(u)){var
-m=[0,T(j,0),f];v=1}if(!v){var
-f=f[2],j=[0,u,j];continue}}else
+m=FK;return h(m,B)}return h(oQ(n,f,b),i)}for(;;){if(i){var
+v=i[1],x=0;if(a[7]&&lA(v)){var
+m=[0,T(j,0),i];x=1}if(!x){var
+i=i[2],j=[0,v,j];continue}}else
 var
 m=[0,T(j,0),0];var
-n=m[2],r=a[6],w=r?[0,c9,0]:r,x=a[5]?0:[0,bI,0],C=y(x,w),D=1===a[1][2]?[0,fY,0]:0,E=y([0,ad,[0,bG,[0,fX,0]]],y(D,C)),W=m[1],l=aa(a[2]),N=aa(a[4]),S=aa(a[3]),Y=bb(function(c){function
+o=m[2],u=a[6],y=u?[0,c9,0]:u,B=a[5]?0:[0,bI,0],C=w(B,y),D=1===a[1][2]?[0,fY,0]:0,E=w([0,ae,[0,bG,[0,fX,0]]],w(D,C)),W=m[1],l=aa(a[2]),N=aa(a[4]),S=aa(a[3]),Y=a9(function(c){function
 b(b){function
 c(e){function
 c(f){function
 c(g){function
-d(h){function
+d(i){function
 c(j){function
-k(a){return[0,[0,e,f,g,h,j,a]]}var
+k(a){return[0,[0,e,f,g,i,j,a]]}var
 c=a[6];if(c)var
 m=function(a){return ay(l,am,a)},n=aa(c[1]),d=t(function(a){return ay(n,m,a)},c9,b);else
 var
-d=va;return i(d,k)}var
-d=1===a[1][2]?t(am,fY,b):[0,Q];return i(d,c)}if(a[5])var
-c=vb;else
+d=vg;return h(d,k)}var
+d=1===a[1][2]?t(am,fY,b):[0,Q];return h(d,c)}if(a[5])var
+c=vh;else
 var
-h=function(a){return aO(av,a)},c=t(function(a){return ay(l,h,a)},bI,b);return i(c,d)}return i(t(function(a){return ay(l,am,a)},fX,b),c)}return i(t(function(a){return fD(S,a)},bG,b),c)}return i(t(function(a){return fD(N,a)},ad,b),c)}return i(U(E,0,c),b)},W),_=a[7]?n?1:n:1,ab=O(_,vc,Y);return i(a8(bt,O(G(lA,n),vd,ab)),ai)}}var
-f=ah(h_,b);if(f)var
-n=f[1],l=function(b){function
+i=function(a){return aO(av,a)},c=t(function(a){return ay(l,i,a)},bI,b);return h(c,d)}return h(t(function(a){return ay(l,am,a)},fX,b),c)}return h(t(function(a){return fE(S,a)},bG,b),c)}return h(t(function(a){return fE(N,a)},ae,b),c)}return h(U(E,0,c),b)},W),_=a[7]?o?1:o:1,ab=O(_,vi,Y);return h(aT(bt,O(G(lA,o),vj,ab)),ai)}}var
+i=ad(h_,b);if(i)var
+o=i[1],l=function(b){function
 c(f){function
 c(g){var
 c=a[6];if(c){var
 d=c[1],b=q(function(b){var
-c=a[2];return F(eu(function(a){return J(b,a)}),c)},f),e=a[1][3][3],h=e?1:e,i=aa(d),j=[0,[0,[0,b,F(eu(function(a){return J(g,a)}),d),i,h]]],k=W(b,ch(b));return O(G(function(a){return P(a[1],a[2])},k),ve,j)}return vf}return i(t(X,c9,b),c)}return i(t(fE,dN,b),c)},j=a8(h_,i(U([0,dN,[0,c9,0]],0,n),l));else
+c=a[2];return F(ex(function(a){return J(b,a)}),c)},f),e=a[1][3][3],h=e?1:e,i=aa(d),j=[0,[0,[0,b,F(ex(function(a){return J(g,a)}),d),i,h]]],k=W(b,ch(b));return O(G(function(a){return P(a[1],a[2])},k),vk,j)}return vl}return h(t(X,c9,b),c)}return h(t(fF,dQ,b),c)},j=aT(h_,h(U([0,dQ,[0,c9,0]],0,o),l));else
 var
-j=FC;return i(j,m)};return i(a8(dU,lz(h)),m)}return R(FD)}return FE}return i(oL(B,a,g),f)}return i(t(aL,dT,a),f)}return i(t(fG,gg,a),f)}var
-f=[0,dU,[0,bt,0]],h=[0,gg,[0,dT,0]];return i(t(function(a){return U(h,f,a)},eK,b),a)}return i(i(hH(b),f),l)}return i(t(function(a){return U(p,v,a)},gd,d),w)}return i(t(bf,gd,d),a)}return i(t(E_,mQ,d),a)}var
-b=[0,[0,k(F0),0],0];return i(t(function(a){return aP(b,a)},fV,d),a)}return i(U(Fa,[0,cr,[0,eJ,0]],b),a)}var
-v=i(oK(a1),a2);if(0===v[0]){var
-h=v[1];if(typeof
-h==="number")return 0;else{if(0===h[0]){var
-d=h[1],aV=h8(d),p=d[1];if(0===p[0])var
-u=1;else{var
-aD=p[2],a=p[1],ai=lV(a[1]),w=0;if(ai){var
-l=a[2],ak=0===l[0]?lV(l[1]):I(ba(l[1],0));if(ak){var
-an=g5(we,bd(a));if(an){var
-aq=I(ba(a[4],0));if(aq){var
-aI=a[5],aK=c$(a),ar=f0(bK(a),aK,aI);if(ar){var
-aM=a[5],aQ=a[4],aR=function(a){return eC(aQ,a)},aw=G(function(a){return G(aR,a)},aM);if(aw){var
+j=FL;return h(j,m)};return h(aT(dX,lz(f)),m)}return R(FM)}return FN}return h(oL(n,a,g),f)}return h(t(aL,dW,a),f)}return h(t(ew,gg,a),f)}var
+f=[0,dX,[0,bt,0]],i=[0,gg,[0,dW,0]];return h(t(function(a){return U(i,f,a)},eN,b),a)}return h(h(hH(b),f),m)}return h(t(function(a){return U(u,x,a)},gd,d),B)}return h(t(bc,gd,d),a)}return h(t(Fc,mQ,d),a)}var
+b=[0,[0,k(F9),0],0];return h(t(function(a){return aP(b,a)},fV,d),a)}return h(U(Fe,[0,cr,[0,eM,0]],b),a)}var
+x=h(oK(a2),a4);if(0===x[0]){var
+i=x[1];if(typeof
+i==="number")return 0;else{if(0===i[0]){var
+d=i[1],aW=h8(d),u=d[1];if(0===u[0])var
+v=1;else{var
+aD=u[2],a=u[1],ai=lV(a[1]),B=0;if(ai){var
+l=a[2],ak=0===l[0]?lV(l[1]):I(bb(l[1],0));if(ak){var
+an=g5(wk,be(a));if(an){var
+aq=I(bb(a[4],0));if(aq){var
+aI=a[5],aK=db(a),ar=f0(bK(a),aK,aI);if(ar){var
+aM=a[5],aQ=a[4],aR=function(a){return eF(aQ,a)},aw=G(function(a){return G(aR,a)},aM);if(aw){var
 j=a[7];if(0===j[0])var
-D=j[1],H=da(a[4],D),e=H?G(au,D):H;else{var
-N=j[1],aG=bd(a),S=f0(bg(a),aG,N);if(S)var
+D=j[1],H=dc(a[4],D),e=H?G(au,D):H;else{var
+N=j[1],aG=be(a),S=f0(bg(a),aG,N);if(S)var
 aH=function(b){var
-c=da(a[4],b);return c?G(au,b):c},e=G(function(a){return G(aH,a)},N);else
+c=dc(a[4],b);return c?G(au,b):c},e=G(function(a){return G(aH,a)},N);else
 var
 e=S}if(e){var
 ax=a[6];if(ax){var
-n=ax[1],aS=bd(a),az=f0(bg(a),aS,n);if(az){var
-aT=bo(n),f=eC(aj(bo(n)),aT);w=1}else{var
-f=az;w=1}}else
+o=ax[1],aS=be(a),az=f0(bg(a),aS,o);if(az){var
+aU=bo(o),f=eF(aj(bo(o)),aU);B=1}else{var
+f=az;B=1}}else
 var
 b=1}else
 var
@@ -6971,14 +6992,14 @@ b=an}else
 var
 b=ak}else
 var
-b=ai;if(!w)var
+b=ai;if(!B)var
 f=b;var
 C=0;if(f)if(aD)var
-u=hl(aD[1]);else{var
+v=hl(aD[1]);else{var
 aE=1;C=1}else{var
 aE=f;C=1}if(C)var
-u=aE}if(u&&hl(aV)){var
-_=oO(d,0),ae=oO(d,1),aC=d[1],aU=0===aC[0]?0:aC[2],a3=af(hz,aU),m=hz(h8(d)),aW=d[4],aF=q(function(c){var
+v=aE}if(v&&hl(aW)){var
+_=oR(d,0),af=oR(d,1),aC=d[1],aV=0===aC[0]?0:aC[2],a3=ag(hz,aV),m=hz(h8(d)),aX=d[4],aF=q(function(c){var
 a=c[2];if(a)var
 e=0,f=[0,a[1],a[2]],b=aN(function(b9,b){if(typeof
 b==="number")var
@@ -6996,7 +7017,7 @@ c=a;return c},bA);if(az)if(a7){var
 t=a7[1],bz=kk(a,e),ay=G(function(a){return G(function(b){return G(function(a){return A(b,M(t,a))},a)},a)},bz);if(ay){var
 bs=j_(a),am=bs||I(a[1]),an=am?j9(a,e,0):am;if(a[1])var
 bt=e[1],C=q(function(b){var
-g=e[4],f=al(function(a){return z(a[1],b)},g),h=j_(a)?an:j9(a,e,[0,b]),c=q(sx,f),d=a[6],i=d?G(function(i){return G(function(j){var
+g=e[4],f=al(function(a){return z(a[1],b)},g),h=j_(a)?an:j9(a,e,[0,b]),c=q(sA,f),d=a[6],i=d?G(function(i){return G(function(j){var
 b=i,a=j;for(;;){if(b){if(a){var
 c=a[1],d=b[1],e=z(d[1],c[1]);if(e){var
 f=b1(d[2],c[2]);if(f){var
@@ -7009,10 +7030,10 @@ var
 h=a;return h}return a?0:1}},c)},c):d;return[0,b,q(function(b){var
 c=j4(a,b);return[0,b[2],c]},f),i,h]},bt);else
 var
-bu=0,bv=0,bw=ki(e),C=[0,[0,aJ(o),q(function(b){var
+bu=0,bv=0,bw=ki(e),C=[0,[0,aJ(p),q(function(b){var
 c=ha(e,b),d=j2(q(function(b){var
 c=j4(a,b);return c5(g$(e,b),c)},c));return[0,b,c5(at(hb(e,b)),d)]},bw),bv,an],bu];var
-p=hc(a),ao=G(sy,e[4]),bk=0;if(ao){var
+o=hc(a),ao=G(sB,e[4]),bk=0;if(ao){var
 aq=au(a[3]);if(aq){var
 ar=A(a[3],a[2]);if(ar){var
 av=P(s,hc(a));if(av){var
@@ -7037,14 +7058,14 @@ V=a[5]?[0,h,[0,g,0]]:b[2],W=f[1],I=q(function(b){var
 a=cj(W);return cJ(b[2],a)},V);else
 var
 I=f;var
-Z=y(I,Y),i=kf(s,H[1][4],Z);if(i){var
-j=i[1],_=c5(t,g[2]),k=cJ(h[2],_),u=dH(k),v=ap(function(a,b){var
-c=dH(a[2]);return g8(r(a[1][2],c),b)},u,j),w=kc(k);if(w){var
-x=G(function(a){return kc(a[2])},j);if(x){var
+Z=w(I,Y),i=kf(s,H[1][4],Z);if(i){var
+j=i[1],_=c5(t,g[2]),k=cJ(h[2],_),u=dJ(k),v=ap(function(a,b){var
+c=dJ(a[2]);return g8(r(a[1][2],c),b)},u,j),x=kc(k);if(x){var
+y=G(function(a){return kc(a[2])},j);if(y){var
 B=q(function(a){var
-b=kd(a[2]),c=dH(a[2]),d=aA(v,r(a[1][2],c));return[0,r(a[1][1],d),b]},j),S=kd(k),C=aA(v,u),T=function(c){var
-b=a[11],d=b?fw(Q,b[1][2],c[1][1]):a[2];return fz(p,d)},l=P(s,p),U=function(c){var
-b=a[11],d=b?fw(Q,b[1][1],c[1][1]):a[3];return fz(p,d)};if(l){var
+b=kd(a[2]),c=dJ(a[2]),d=aA(v,r(a[1][2],c));return[0,r(a[1][1],d),b]},j),S=kd(k),C=aA(v,u),T=function(c){var
+b=a[11],d=b?fx(Q,b[1][2],c[1][1]):a[2];return fA(o,d)},l=P(s,o),U=function(c){var
+b=a[11],d=b?fx(Q,b[1][1],c[1][1]):a[3];return fA(o,d)};if(l){var
 m=P(s,C);if(m){var
 c=B;for(;;){if(c){var
 n=K(s,c[1][1]);if(n){var
@@ -7052,7 +7073,7 @@ c=c[2];continue}var
 d=n}else
 var
 d=1;if(d){var
-o=[0,[0,C,S],B],N=j0(o),O=jZ(o),R=r(p,N);return K(E(j1(U,T,jY(su,ek(function(n,o){var
+p=[0,[0,C,S],B],N=j0(p),O=jZ(p),R=r(o,N);return K(E(j1(U,T,jY(sx,en(function(n,o){var
 b=o[1],c=n[1],d=b[1],e=d[2],f=d[1],g=c[1],h=g[2],i=g[1],j=P(i,f);if(j)var
 a=j;else{var
 k=z(i,f);if(k){var
@@ -7067,13 +7088,13 @@ var
 e=m}else
 var
 e=l;return e}var
-D=x}else
+D=y}else
 var
-D=w;return D}return i}var
+D=x;return D}return i}var
 J=b[3];if(J)return J;var
 F=ac(kg(a));if(F){var
 X=M(t,kg(a));return A(a[2],X)}return F},d)},C);if(ax){var
-x=G(function(a){return $(function(b){var
+y=G(function(a){return $(function(b){var
 d=z(b[1],a[1]),e=d?I(z(a[2],a[3])):d;if(e)var
 f=b[2],c=$(function(b){return z(b[1],a[2])},f);else
 var
@@ -7085,14 +7106,14 @@ var
 F=aw}else
 var
 F=D;if(!bl)var
-x=F}else
+y=F}else
 var
-x=ay}else{var
+y=ay}else{var
 H=1;B=1}else{var
 H=az;B=1}}else{var
 H=aB;B=1}if(B)var
-x=H;var
-c=bW([0,x])}else
+y=H;var
+c=bW([0,y])}else
 var
 c=1;break;case
 2:var
@@ -7100,58 +7121,58 @@ W=b[3],X=b[2],a8=b[1];if(a8){var
 k=a8[1];if(z(k[1],k[2]))var
 aG=fO(X,k1),bB=aG?fO(W,k1):aG,f=[0,bB];else{var
 aH=k0(X);if(aH){var
-u=aH[1],aI=k0(W);if(aI)if(z(aI[1],E(u,o))){var
-aC=ey(k,[0,u,hs]);if(aC)if(1===aC[1])var
-f=tV;else{var
-N=ey(k,[0,E(u,o),hs]),ai=0;if(N)if(1===N[1]){var
-aD=tW;ai=1}else
+u=aH[1],aI=k0(W);if(aI)if(z(aI[1],E(u,p))){var
+aC=eB(k,[0,u,hs]);if(aC)if(1===aC[1])var
+f=tY;else{var
+N=eB(k,[0,E(u,p),hs]),ai=0;if(N)if(1===N[1]){var
+aD=tZ;ai=1}else
 var
-f=tX;else{var
+f=t0;else{var
 aD=N;ai=1}if(ai)var
 f=aD}else{var
-O=ey(k,[0,E(u,o),hs]);if(O)var
-aE=1!==O[1]?1:0,aF=aE?tY:aE;else
+O=eB(k,[0,E(u,p),hs]);if(O)var
+aE=1!==O[1]?1:0,aF=aE?t1:aE;else
 var
 aF=O;var
 f=aF}}else
 var
-f=t3;else
+f=t6;else
 var
-f=t4}else
+f=t7}else
 var
-f=t5}}else
+f=t8}}else
 var
 aK=fO(X,k2),bC=aK?fO(W,k2):aK,f=[0,bC];var
 c=bW(f);break;case
 3:var
-bV=hr(b[1],b[2]),bX=b[3],c=bW(af(function(a){return bn(bX,a)},bV));break;case
+bV=hr(b[1],b[2]),bX=b[3],c=bW(ag(function(a){return bn(bX,a)},bV));break;case
 4:var
 Z=b[2],a9=b[1],bE=a9[2]?0:1,bG=bF(m,bE),bH=m[3],bI=m[2],bJ=m[1];if(au(Z))var
-aL=hy(Z),bD=aL?[0,L]:aL,a_=ll(bJ,bI,bH,function(a){return c7(a,[0,L])?uj:hr(a,Z)},bD,bG,a9);else
+aL=hy(Z),bD=aL?[0,L]:aL,a_=ll(bJ,bI,bH,function(a){return c7(a,[0,L])?um:hr(a,Z)},bD,bG,a9);else
 var
-a_=uk;var
+a_=un;var
 c=bW(a_);break;case
 5:var
-a$=mP(d),c=a$?bW(E1(a$[1],b[1],b[2])):1;break;case
+a$=mP(d),c=a$?bW(E5(a$[1],b[1],b[2])):1;break;case
 6:var
 ba=mP(d);if(ba){var
 aa=b[1],i=ba[1];if(0===aa[0]){var
-l=aa[1],V=aZ(l[1]),aX=bo(om(i,V)),aY=K(s,l[1]),bm=0;if(aY){var
-a0=fq(V,bg(i));if(a0){var
-bO=dP(aX),bP=function(a){return A(bO,a)},a1=iN(l[2],bP);if(a1){var
+l=aa[1],V=a0(l[1]),aX=bo(om(i,V)),aY=K(s,l[1]),bm=0;if(aY){var
+aZ=fr(V,bg(i));if(aZ){var
+bO=dS(aX),bP=function(a){return A(bO,a)},a1=iN(l[2],bP);if(a1){var
 bQ=function(a){return A(a,cN(aX))},a2=iN(l[3],bQ);if(a2){var
-bR=function(a){return A(a,cN(as(V,e1(i),0)))},ad=iN(l[4],bR);bm=1}else
+bR=function(a){return A(a,cN(as(V,e2(i),0)))},ad=iN(l[4],bR);bm=1}else
 var
-w=a2}else
+x=a2}else
 var
-w=a1}else
+x=a1}else
 var
-w=a0}else
+x=aZ}else
 var
-w=aY;if(!bm)var
-ad=w}else
+x=aY;if(!bm)var
+ad=x}else
 var
-bS=aa[1],bT=e1(i),bU=cY(i),ad=G(function(a){return A(bS,gH(i,bT,0,a))},bU);var
+bS=aa[1],bT=e2(i),bU=cY(i),ad=G(function(a){return A(bS,gH(i,bT,0,a))},bU);var
 c=bW([0,ad])}else
 var
 c=1;break;case
@@ -7179,41 +7200,41 @@ aW=J(g[1],j[2]);if(aW)var
 bM=g[3],bN=g[2],h=kV(h5(j[1]),bN,bM);else
 var
 h=aW}if(h)var
-bY=bb?ae:_,c=bW(bY);else
+bY=bb?af:_,c=bW(bY);else
 var
 c=1}else
 var
 c=2;break;case
 9:var
 bd=b[1],be=h9(d,bd);if(be){var
-b0=bd?ae:_,bf=bW(b0);if(bf)var
+b0=bd?af:_,bf=bW(b0);if(bf)var
 c=bf;else{var
-ag=b[2],bh=be[1][1],b2=b[3],aP=mL(bh),R=h6(ag,h5(bh)),ak=0;if(R)if(R[1]){var
-S=h6(ag,aP),bp=0;if(S)if(S[1]){var
-v=wp;bp=1}else
+ae=b[2],bh=be[1][1],b2=b[3],aP=mL(bh),R=h6(ae,h5(bh)),ak=0;if(R)if(R[1]){var
+S=h6(ae,aP),bp=0;if(S)if(S[1]){var
+v=wv;bp=1}else
 var
-aM=wq;else
+aM=ww;else
 var
 aM=S;if(!bp)var
 v=aM}else{var
-T=h6(ag,aP),bq=0;if(T)if(T[1]){var
-v=wr;bq=1}else
+T=h6(ae,aP),bq=0;if(T)if(T[1]){var
+v=wx;bq=1}else
 var
-aN=ws;else
+aN=wy;else
 var
 aN=T;if(!bq){var
 aO=aN;ak=1}}else{var
 aO=R;ak=1}if(ak)var
 v=aO;var
-c=bW(af(function(a){switch(b2){case
+c=bW(ag(function(a){switch(b2){case
 0:return a?0:1;case
 1:return 1===a?1:0;case
 2:return 2===a?1:0;default:return 0}},v))}}else
 var
 c=2;break;case
 10:var
-ah=b[1],bi=function(b,a){return a?1:h7(b,ah)?0:1},br=0;if(bi(1,ae)&&bi(0,_))var
-b3=b[2],b4=d[3],b5=af(function(a){return a[1]},b4),b6=d[2],b7=af(function(a){return a[1]},b6),bK=mO(b5,h7(0,ah)),c=bW([0,A(ab(ab(mO(b7,h7(1,ah)),bK),b3),L)]);else
+ah=b[1],bi=function(b,a){return a?1:h7(b,ah)?0:1},br=0;if(bi(1,af)&&bi(0,_))var
+b3=b[2],b4=d[3],b5=ag(function(a){return a[1]},b4),b6=d[2],b7=ag(function(a){return a[1]},b6),bK=mO(b5,h7(0,ah)),c=bW([0,A(ab(ab(mO(b7,h7(1,ah)),bK),b3),L)]);else
 br=1;if(br)var
 c=2;break;case
 11:var
@@ -7225,15 +7246,15 @@ c=bW([0,b[1]])}switch(b9){case
 0:return c;case
 1:return 1;default:return c?c:2}},f,e);else
 var
-b=2;return[0,c[1],b]},aW);if(d[5]&&I($(function(a){return 1===a[2]?1:0},aF)))return[1,k(F1)];return[0,aF]}return[1,k(F2)]}var
-aX=h[1];return[0,q(function(a){return[0,a[1],2]},aX)]}}return[1,v[1]]}function
-oP(c){var
+b=2;return[0,c[1],b]},aX);if(d[5]&&I($(function(a){return 1===a[2]?1:0},aF)))return[1,k(F_)];return[0,aF]}return[1,k(F$)]}var
+aY=i[1];return[0,q(function(a){return[0,a[1],2]},aY)]}}return[1,x[1]]}function
+oS(c){var
 a=aE(c)-1|0,b=0;for(;;){if(0<=a){var
 d=[0,bC(c,a),b],a=a-1|0,b=d;continue}return b}}function
-oQ(a){return g0(F5,gZ(jt(function(a){if(32<=a&&!(pz<a))return jw(1,a);return F(jC(F4),a)},a)))}function
-F9(g,f){try{var
-h=qg(oP,f),a=F3(sl,oP(g),h)}catch(a){a=p7(a);if(a!==jq&&a!==jp)throw a;return F_}if(typeof
-a==="number")return F$;else{if(0===a[0]){var
+oT(a){return g0(Gc,gZ(jt(function(a){if(32<=a&&!(pC<a))return jw(1,a);return F(jC(Gb),a)},a)))}function
+Gg(g,f){try{var
+h=qj(oS,f),a=Ga(so,oS(g),h)}catch(a){a=p_(a);if(a!==jq&&a!==jp)throw a;return Gh}if(typeof
+a==="number")return Gi;else{if(0===a[0]){var
 b=a[1],c=function(e){var
 a=b;for(;;){if(a){var
 c=a[1][2]===e?1:0,d=a[2];if(c)return c;var
@@ -7241,10 +7262,10 @@ a=d;continue}return 0}};if(c(1))var
 d=1;else
 var
 e=c(2),d=e?3:e;return[0,gZ(jt(function(b){var
-c=eg(Ga,oQ(b[1]));switch(b[2]){case
+c=ej(Gj,oT(b[1]));switch(b[2]){case
 0:var
-a=F6;break;case
+a=Gd;break;case
 1:var
-a=F7;break;default:var
-a=F8}return eg(a,c)},b)),d]}return[0,[0,eg(Gb,oQ(a[1])),0],2]}}Hj(function(b){var
-a=F9(b,0);return g0(Gc,[0,w(ai+a[2]),a[1]])});js(0);return}(globalThis));
+a=Ge;break;default:var
+a=Gf}return ej(a,c)},b)),d]}return[0,[0,ej(Gk,oT(a[1])),0],2]}}Hs(function(b){var
+a=Gg(b,0);return g0(Gl,[0,x(ai+a[2]),a[1]])});js(0);return}(globalThis));

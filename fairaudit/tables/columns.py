@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,14 +18,26 @@ from fairaudit.errors import InputError, shown
 from fairaudit.tables.cells import Cells
 from fairaudit.tables.csv import CsvTable
 from fairaudit.tables.label_text import label_text
-from fairaudit.tables.preparation import Entry, Unit, in_order, left_out, level, scored, unknown_groups, words
+from fairaudit.tables.preparation import ByGroup, Entry, Unit, in_order, left_out, level, scored, unknown_groups, words
 from fairaudit.tables.tally import Tally, counted
-from fairaudit.tables.values import Label, Locate, column, combine, encode, exact_floats, in_order_of_appearance, locator, names, numbers
+from fairaudit.tables.values import (
+    Label,
+    Locate,
+    column,
+    combine,
+    distinct,
+    encode,
+    exact_floats,
+    in_order_of_appearance,
+    locator,
+    names,
+    numbers,
+)
 
 __all__ = ["CodedTable", "LabelledRows", "label_codes", "label_is_there", "read_columns", "read_labels", "sort_labels"]
 
 
-Missing = Literal["error", "drop", "group", "unknown"]
+Missing = Literal["error", "drop", "group", "unknown", "undecided"]
 
 MISSING_LABEL = "(missing)"
 
@@ -118,8 +130,8 @@ def read_columns(
         Label columns.
     others : sequence of str
         Columns to fetch as they are.
-    missing : {"error", "drop", "group", "unknown"}
-        What an empty label means; "unknown" is for group columns, and an error elsewhere.
+    missing : {"error", "drop", "group", "unknown", "undecided"}
+        What an empty label means; "unknown" is for group columns, "undecided" for the decision, and both are an error elsewhere.
     unit : sequence of str
         Columns of the sampling unit, which may be among the label columns.
     ordered : bool
@@ -144,8 +156,8 @@ def read_columns(
         If a column is absent or used twice, columns differ in length, or a label is not usable.
     """
     labelled = (decision, *group, *context, *names(truth))
-    of_groups: dict[str, Sequence[str]] = {"group": group, "unknown": unknown}
-    read = read_labels(table, labelled, others, missing, unit, count=count, measured_in=measured_in, **of_groups)
+    roles: dict[str, Any] = {"group": group, "unknown": unknown, "decision": decision}
+    read = read_labels(table, labelled, others, missing, unit, count=count, measured_in=measured_in, **roles)
     coded, rows, known = read.labels, len(read.counts), read.known
     u, decisions = coded[decision]
     x, contexts = combine([coded[name] for name in context], rows)
@@ -172,6 +184,7 @@ def read_labels(
     measured_in: Unit = "decisions",
     group: Sequence[str] = (),
     unknown: Sequence[str] = (),
+    decision: str | None = None,
 ) -> LabelledRows:
     """Read label columns as codes, each by itself, and fetch others; `read_columns` says what is accepted.
 
@@ -185,6 +198,8 @@ def read_labels(
     counts = counted(table, len(lists[labelled[0]]))
     where = locator(table)
     _check_missing(missing)
+    if missing == "undecided" and (decision is None or measured_in == "rows"):
+        raise InputError("missing='undecided' (--missing undecided) goes with counts and logs of decisions, and here are none")
     coded = {name: _encoded(table, lists[name], name, where) for name in labelled}
     values = {name: lists[name] for name in others}
     absent = {name: codes < 0 for name, (codes, _) in coded.items()}
@@ -198,8 +213,10 @@ def read_labels(
     dropped = labelled if missing == "drop" else [name for name in labelled if name in scored(prepared)]
     keep = ~np.any([absent[name] for name in dropped], axis=0) if dropped else np.ones(len(counts), dtype=bool)
     for name in labelled:
-        coded[name] = _missing_labels(*coded[name], name, "drop" if name in dropped else missing, where, counts)
-        if missing == "group" and name not in dropped and (amount := weighed(absent[name] & keep)):
+        levels = missing == "group" or (missing == "undecided" and name == decision)
+        own: Missing = "drop" if name in dropped else "group" if levels else "error" if missing == "undecided" else missing
+        coded[name] = _missing_labels(*coded[name], name, own, where, counts)
+        if own == "group" and (amount := weighed(absent[name] & keep)):
             done.append(level(name, MISSING_LABEL, measured_in, amount))
     rows = len(lists[labelled[0]])
     units = label_codes(table, unit, where)
@@ -215,7 +232,9 @@ def read_labels(
         if not kept:
             raise InputError("every row has a missing label; nothing is left to audit")
         if amount := weighed(~keep):
-            done.append(left_out(measured_in, amount, weighed(keep) + amount, {name: weighed(absent[name]) for name in dropped}))
+            by_group = _by_group([coded[name] for name in group], list(named.values()), keep, weighed) if group else None
+            by_column = {name: weighed(absent[name]) for name in dropped}
+            done.append(left_out(measured_in, amount, weighed(keep) + amount, by_column, by_group))
         counts = counts[keep]
         coded = {name: _recode(codes[keep], texts) for name, (codes, texts) in coded.items()}
         values = {name: cells[kept] if isinstance(cells, np.ndarray) else [cells[i] for i in kept] for name, cells in values.items()}
@@ -237,6 +256,21 @@ def read_labels(
     return LabelledRows(coded, counts, values, where, notes, tuple(units), preparation, known)
 
 
+def _by_group(
+    coded: Sequence[tuple[NDArray[np.int64], list[str]]], unknown: Sequence[NDArray[np.bool_]], keep: NDArray[np.bool_], weighed: _Weights
+) -> ByGroup:
+    """Of each group of which rows are not kept, how many decisions these stand for, and of how many."""
+    there = np.all([codes >= 0 for codes, _ in coded], axis=0) & ~np.any(list(unknown), axis=0)
+    lost = there & ~keep
+    if not lost.any():
+        return {}
+    codes, labels = combine([(own[there], texts) for own, texts in coded], int(there.sum()))
+    found = np.full(len(keep), -1, dtype=np.int64)
+    found[there] = codes
+    left, of = weighed.each(found, lost), weighed.each(found, np.isin(found, found[lost]) & there)
+    return {labels[a]: (amount, of[a]) for a, amount in left.items() if amount}
+
+
 def _among(known: NDArray[np.bool_], codes: NDArray[np.int64], texts: list[str]) -> tuple[NDArray[np.int64], list[str]]:
     """Codes of a column, and the labels that rows of known group have."""
     own, kept = _recode(codes[known], texts)
@@ -246,8 +280,8 @@ def _among(known: NDArray[np.bool_], codes: NDArray[np.int64], texts: list[str])
 
 
 def _check_missing(missing: str) -> None:
-    if missing not in ("error", "drop", "group", "unknown"):
-        raise InputError(f"missing={shown(missing)} is not accepted; use 'error', 'drop', 'group' or 'unknown'")
+    if missing not in get_args(Missing):
+        raise InputError(f"missing={shown(missing)} is not accepted; use 'error', 'drop', 'group', 'unknown' or 'undecided'")
 
 
 def _occurring(unknown: Sequence[str], held: Sequence[Sequence[str]]) -> tuple[list[str], tuple[str, ...]]:
@@ -299,13 +333,33 @@ class _Weights:
             return Fraction(int(self.counts[rows].sum()))
         if isinstance(values, np.ndarray):
             return Fraction(int((values[rows] * self.counts[rows]).sum()))
+        _, listed, scale = self._listed(values, rows)
+        return Fraction(sum(listed), scale)
+
+    def each(self, codes: NDArray[np.int64], rows: NDArray[np.bool_]) -> dict[int, Fraction]:
+        """How many those of the rows with each code stand for."""
+        values = self.values
+        if isinstance(values, list):
+            at, listed, scale = self._listed(values, rows)
+            sums = dict.fromkeys(codes[rows].tolist(), 0)
+            for a, amount in zip(codes[at].tolist(), listed, strict=True):
+                sums[a] += amount
+            return {a: Fraction(amount, scale) for a, amount in sums.items()}
+        amounts = self.counts if values is None else values * self.counts
+        found, places = distinct(codes[rows])
+        sums_of = np.zeros(len(found), dtype=np.int64)
+        np.add.at(sums_of, places, amounts[rows])
+        return dict(zip(found.tolist(), map(Fraction, sums_of.tolist()), strict=True))
+
+    def _listed(self, values: list[Any], rows: NDArray[np.bool_]) -> tuple[list[int], list[int], int]:
+        """Which of the rows stand for decisions, and how many, over one denominator."""
         places = [i for i in np.flatnonzero(rows).tolist() if not self.unlabelled[i] or label_text(values[i]) is not None]
         if not places:
-            return Fraction(0)
+            return [], [], 1
         listed, scale = numbers([values[i] for i in places], self.column, lambda position: self.locate(places[position]))
         if listed.dtype.kind == "f":
             listed, scale = exact_floats(listed)
-        return Fraction(sum(n * times for n, times in zip(listed.tolist(), self.counts[places].tolist(), strict=True)), scale)
+        return places, [n * times for n, times in zip(listed.tolist(), self.counts[places].tolist(), strict=True)], scale
 
 
 def _lists(table: Any, labelled: Sequence[str], others: Sequence[str]) -> dict[str, Any]:

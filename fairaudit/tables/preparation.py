@@ -10,6 +10,7 @@ from fairaudit.errors import shown
 from fairaudit.exact.rationals import decimal_text, rational_text
 
 __all__ = [
+    "ByGroup",
     "Entry",
     "Unit",
     "above",
@@ -25,6 +26,9 @@ __all__ = [
     "said",
     "scored",
     "uncounted",
+    "undisclosed",
+    "unequal_shares",
+    "unequally_left_out",
     "unknown_groups",
     "unread",
     "words",
@@ -34,6 +38,13 @@ __all__ = [
 Entry = Mapping[str, Any]
 
 Unit = Literal["decisions", "rows"]
+
+ByGroup = Mapping[tuple[str, ...], tuple[Fraction, Fraction]]
+"""By the labels of a group, how many of its decisions were left out, and of how many."""
+
+SHOW_GROUPS = 6  # of which decisions were left out, in a sentence
+
+UNEQUAL = Fraction(1, 10)  # shares that were left out of two groups differ by more than this: said first
 
 STEPS = ("above", "above median", "intervals", "mapped", "folded", "left out", "level", "unknown")
 
@@ -56,17 +67,94 @@ def merged_labels(step: Literal["mapped", "folded"], column: str, label: str, sp
     return {"step": step, "column": column, "label": label, "from": sorted(spellings)}
 
 
-def left_out(unit: Unit, amount: Fraction, of: Fraction, columns: Mapping[str, Fraction]) -> Entry:
-    """Decisions (of a table of probabilities: rows) had no label in some column and were left out, so many in each column.
+def left_out(unit: Unit, amount: Fraction, of: Fraction, columns: Mapping[str, Fraction], groups: ByGroup | None = None) -> Entry:
+    """Decisions (of a table of probabilities: rows) had no label in some column and were left out.
+
+    Parameters
+    ----------
+    unit : {"decisions", "rows"}
+        What is counted.
+    amount, of : Fraction
+        How many were left out, and of how many.
+    columns : mapping of str to Fraction
+        How many have no label in each column.
+    groups : mapping, optional
+        By the labels of a group, how many of its decisions were left out, and of how many; none where that is not known.
 
     Examples
     --------
-    >>> entry = left_out("decisions", Fraction(3), Fraction(10), {"sex": Fraction(3)})
+    >>> entry = left_out("decisions", Fraction(3), Fraction(10), {"hired": Fraction(3)}, {("f",): (Fraction(3), Fraction(4))})
     >>> words(entry)
-    "3 of 10 decisions have a missing label and were left out ('sex': 3)"
+    "3 of 10 decisions have a missing label and were left out ('hired': 3; by group: 'f' 3 of 4)"
     """
     without = {column: _text(missing) for column, missing in columns.items() if missing}
-    return {"step": "left out", "reason": MISSING, unit: _text(amount), "of": _text(of), "columns": without}
+    listed = None if groups is None else [_of_group(unit, label, *groups[label]) for label in sorted(groups) if groups[label][0]]
+    return {"step": "left out", "reason": MISSING, unit: _text(amount), "of": _text(of), "columns": without, "groups": listed}
+
+
+def _of_group(unit: Unit, label: Sequence[str], amount: Fraction, of: Fraction) -> dict[str, Any]:
+    return {"group": list(label), unit: _text(amount), "of": _text(of)}
+
+
+def undisclosed(entry: Entry) -> dict[str, Any]:
+    """An entry as a certificate has it whose table is not disclosed: without what it says of single groups.
+
+    Examples
+    --------
+    >>> entry = left_out("decisions", Fraction(3), Fraction(10), {"hired": Fraction(3)}, {("f",): (Fraction(3), Fraction(4))})
+    >>> words(undisclosed(entry))
+    "3 of 10 decisions have a missing label and were left out ('hired': 3)"
+    """
+    return {**entry, "groups": None} if "groups" in entry else dict(entry)
+
+
+def unequally_left_out(entries: Iterable[Entry], groups: Iterable[Sequence[str]]) -> str:
+    """A sentence on what was left out of each group, where the shares differ by more than a tenth; else nothing.
+
+    Parameters
+    ----------
+    entries : iterable of mapping
+        What was done to the log.
+    groups : iterable of sequence of str
+        The groups of the table.
+
+    Examples
+    --------
+    >>> entry = left_out("decisions", Fraction(480), Fraction(2500), {"d": Fraction(480)}, {("black",): (Fraction(480), Fraction(500))})
+    >>> unequally_left_out([entry], [("asian",), ("black",)])
+    "Left out for a missing label: 480 of the 500 decisions on 'black' (96 %), and none on other groups. The figures are about the rest."
+    """
+    for entry in entries:
+        if entry["step"] != "left out" or not entry.get("groups"):
+            continue
+        unit = amount_of(entry)[1]
+        shares = {tuple(own["group"]): (Fraction(own[unit]), Fraction(own["of"])) for own in entry["groups"]}
+        if said := unequal_shares(shares, groups, unit):
+            return f"Left out for a missing label: {said}. The figures are about the rest."
+    return ""
+
+
+def unequal_shares(shares: ByGroup, groups: Iterable[Sequence[str]], unit: str = "decisions") -> str:
+    """Which part of each group is concerned, the greatest first, where two differ by more than a tenth; else nothing.
+
+    Examples
+    --------
+    >>> unequal_shares({("f",): (Fraction(1), Fraction(4)), ("m",): (Fraction(1), Fraction(2))}, [("f",), ("m",)])
+    "1 of the 2 decisions on 'm' (50 %), and 1 of the 4 decisions on 'f' (25 %)"
+    """
+    lost = sorted(((amount / of, label) for label, (amount, of) in shares.items() if amount), key=lambda found: (-found[0], found[1]))
+    others = {tuple(label) for label in groups} - {label for _, label in lost}
+    if not lost or lost[0][0] - (0 if others else lost[-1][0]) <= UNEQUAL:
+        return ""
+    first, *rest = [_share_text(label, *shares[label], unit) for _, label in lost[:SHOW_GROUPS]]
+    more = len(lost) - SHOW_GROUPS
+    after = [*rest, *([f"some on {more:,} more groups"] if more > 0 else []), *(["none on other groups"] if others else [])]
+    return ", ".join([first, *after[:-1]]) + (f", and {after[-1]}" if after else "")
+
+
+def _share_text(label: Sequence[str], amount: Fraction, of: Fraction, unit: str) -> str:
+    own = parted({unit: _text(amount), "of": _text(of)})
+    return f"{own[unit]} of the {own['of']} {unit} on {', '.join(map(shown, label))} ({float(100 * amount / of):.3g} %)"
 
 
 def unread(reason: str, lines: int) -> Entry:
@@ -158,7 +246,7 @@ def words(entry: Entry) -> str:
         return f"{_counted(entry).removesuffix(LEFT_OUT)} ({columns}), being labelled {' or '.join(held)}"
     if entry["step"] == "left out":
         columns = ", ".join(f"{shown(column)}: {amount}" for column, amount in entry.get("columns", {}).items())
-        return _counted(entry) + (f" ({columns})" if columns else "")
+        return _counted(entry) + (f" ({columns}{_by_group(entry)})" if columns else "")
     column = f"column {shown(entry['column'])}"
     if entry["step"] == "intervals":
         return f"{column} was cut into intervals at {', '.join(entry['edges'])}"
@@ -212,12 +300,21 @@ def parted(entry: Mapping[str, Any]) -> Entry:
         return f"{int(amount):,}" if amount.isdecimal() else amount
 
     columns = {"columns": {column: apart(amount) for column, amount in entry["columns"].items()}} if "columns" in entry else {}
-    return {key: apart(value) if key in AMOUNTS else value for key, value in entry.items()} | columns
+    groups = {"groups": [parted(own) for own in entry["groups"]]} if entry.get("groups") else {}
+    return {key: apart(value) if key in AMOUNTS else value for key, value in entry.items()} | columns | groups
 
 
 def _spelt(entry: Mapping[str, Any]) -> str:
     *others, last = map(shown, entry["labels"])
     return f"column {shown(entry['column'])}: {', '.join(others)} and {last} count as different labels, and differ in spelling alone"
+
+
+def _by_group(entry: Entry) -> str:
+    """Of which groups decisions were left out; nothing where that is not known or where they are of no group."""
+    listed, unit = entry.get("groups") or [], amount_of(entry)[1]
+    said = [f"{', '.join(map(shown, own['group']))} {own[unit]} of {own['of']}" for own in listed[:SHOW_GROUPS]]
+    more = [f"{len(listed) - SHOW_GROUPS:,} more groups"] if len(listed) > SHOW_GROUPS else []
+    return f"; by group: {', '.join([*said, *more])}" if said else ""
 
 
 def _counted(entry: Entry) -> str:

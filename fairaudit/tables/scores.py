@@ -70,7 +70,7 @@ def cut_scores(
         What a score has to be above.
     others : sequence of str
         The other columns of labels; with ``missing="drop"`` rows without one of them are no part of the sample.
-    missing : {"error", "drop", "group", "unknown"}
+    missing : {"error", "drop", "group", "unknown", "undecided"}
         As for `Law.from_log`; rows without a score are left out, but for "error".
     count : str, optional
         Column of how often the row occurred.
@@ -97,7 +97,7 @@ def cut_scores(
     codes, values = _levels(table, score, where)
     keys = np.append(_floats(values, score, lambda place: where(int(np.flatnonzero(codes == place)[0]))), nan)
     absent = np.isnan(keys)[codes]
-    if absent.any() and missing == "error":
+    if absent.any() and missing in ("error", "undecided"):
         at, amount = where(int(np.flatnonzero(absent)[0])), int(counted(table, len(codes))[absent].sum())
         raise InputError(
             f"column {shown(score)}, {at}: the score is missing ({amount} in all); missing=drop (--missing drop) leaves such rows "

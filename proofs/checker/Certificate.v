@@ -84,7 +84,25 @@ Definition policy_items (top : list (text * json)) : read (list item) :=
   Good ([Item k_subject [Uncovered]; Item k_metrics [Uncovered]; Item k_not_compared [Uncovered]]
         ++ map (fun c => Item (said c) [Uncovered]) cs ++ [Item k_targets [Uncovered]; Item k_verdict [Uncovered]]).
 
-Definition extra_keys : list text := [k_preparation; k_spellings; k_undecided; k_unknown_shares; k_max_drift; k_evaluation].
+Definition extra_keys : list text := [k_spellings; k_undecided; k_unknown_shares; k_max_drift].
+
+(* What the subject says of the log before it was counted is what the header of the table names by its digest.  No more of it is covered. *)
+Definition digest_in (header : list (text * json)) (k : text) : option text :=
+  match found k header with Some (Text d) => Some d | _ => None end.
+
+Definition named_by_table (header subject : list (text * json)) (k : text) : read (list item) :=
+  let its ps := Good [Item (of_string "subject." ++ k) ps] in
+  match found k subject, digest_in header k with
+  | Some v, Some d => its [Fact (same d (sha256 (table_text [v]))); Uncovered]
+  | Some _, None => at_place k (bad "is not named by its digest in the header of the table")
+  | None, Some _ => its [Fact false]
+  | None, None => Good []
+  end.
+
+Definition log_items (first : json) (subject : list (text * json)) : read (list item) :=
+  let* header := object_of first in
+  let* before := named_by_table header subject k_preparation in
+  let* read_as := named_by_table header subject k_evaluation in Good (before ++ read_as).
 
 Definition read_table_certificate (top subject : list (text * json)) (file : option text) : read (option certificate) :=
   let* a := read_about subject in
@@ -99,6 +117,7 @@ Definition read_table_certificate (top subject : list (text * json)) (file : opt
     let* H := at_place k_header (read_header first) in
     let* K := match found k_positive subject with Some v => at_place k_positive (read_positive H v) | None => Good None end in
     let* cs := at_place k_rows (read_cells H rows) in
+    let* of_log := log_items first subject in
     let T := table_of H K cs in
     let* cl := match found k_class subject with Some v => let* s := at_place k_class (read_class H v) in Good (Some s) | None => Good None end in
     let* _ := match cl with Some s => at_place k_class (fits H s cs) | None => Good tt end in
@@ -162,7 +181,7 @@ Definition read_table_certificate (top subject : list (text * json)) (file : opt
        Item (of_string "subject.population") [Fact same_population];
        Item (of_string "subject.columns") [Fact same_columns]]
       ++ (match file with Some s => if embedded then [Item (of_string "the table file") [Fact (same s (table_text (first :: rows)))]] else [] | None => [] end)
-      ++ constants
+      ++ constants ++ of_log
       ++ uncovered_items (filter (fun k => ~~ same k k_max_drift) extra_keys) subject "subject."
       ++ (if has k_spellings subject || no_spellings H then [] else [Item (of_string "subject.spellings") [Uncovered]])
       ++ interval_items interval_of claims (found k_intervals top) ++ uncovered_items [k_changed] top ""
@@ -210,6 +229,7 @@ Definition read_policy_certificate (top subject : list (text * json)) (file : op
     let* H := at_place k_header (read_header (Members (as_probabilities (filter (fun m => ~~ same m.1 k_filters) hs)))) in
     let* F := get (read_filters (about_of H)) k_filters hs in
     if too_large H F then uncovered else
+    let* of_log := log_items first subject in
     let HT := true_header H F in
     let (policy_rows, cell_rows) := rows_before rows [] in
     let* rs := at_place k_rows (each (read_row H) policy_rows) in
@@ -252,7 +272,7 @@ Definition read_policy_certificate (top subject : list (text * json)) (file : op
        Item (of_string "subject.population") [Fact same_population];
        Item (of_string "subject.columns") [Fact same_columns]]
       ++ (match file with Some s => if embedded then [Item (of_string "the table file") [Fact (same s (table_text (first :: rows)))]] else [] | None => [] end)
-      ++ constants ++ privacy ++ declared
+      ++ constants ++ of_log ++ privacy ++ declared
       ++ uncovered_items extra_keys subject "subject."
       ++ (if has k_spellings subject || (no_spellings H && no_spellings HT) then [] else [Item (of_string "subject.spellings") [Uncovered]])
       ++ uncovered_items [k_intervals; k_changed] top ""

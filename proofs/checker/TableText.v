@@ -29,6 +29,8 @@ Definition k_utility := of_string "utility".
 Definition k_salt := of_string "salt".
 Definition k_profiles := of_string "profiles".
 Definition k_unknown := of_string "unknown".
+Definition k_preparation := of_string "preparation".
+Definition k_evaluation := of_string "evaluation".
 Definition k_truths := of_string "truths".
 Definition k_weights := of_string "weights".
 Definition k_mass := of_string "mass".
@@ -88,7 +90,7 @@ Definition read_header (v : json) : read header :=
   let* all := object_of v in
   let truths := if has_truth all then [k_truths] else [] in
   let* ms := fields ([k_format; k_kind; k_columns; k_population; k_decisions; k_groups; k_contexts; k_utility] ++ truths)
-               [k_salt; k_profiles; k_unknown] v in
+               [k_salt; k_profiles; k_unknown; k_preparation; k_evaluation] v in
   let* _ := get (choice [(of_string "fairaudit-table/1", tt)]) k_format ms in
   let* _ := match found k_salt ms with Some v => at_place k_salt (hexadecimal_of 32 true v) | None => Good [] end in
   let* a := read_about ms in
@@ -104,6 +106,7 @@ Definition read_header (v : json) : read header :=
   let* _ := match found k_profiles ms with
     | Some v => let* ps := fields [] [k_local; k_global] v in each digest_of (map snd ps)
     | None => Good [] end in
+  let* _ := each (fun k => match found k ms with Some v => at_place k (digest_of v) | None => Good [] end) [k_preparation; k_evaluation] in
   Good (Header a ds gs xs u ts unknown).
 
 (* ---- The rows ---- *)

@@ -136,6 +136,8 @@ CASES = {
     "units": ["log.csv", *ROLES, "--unit", "who"],
     "unknown": ["log.csv", *BY_RACE, "--unknown", "?", "--missing", "unknown"],
     "left out": ["log.csv", *BY_RACE, "--missing", "drop"],
+    "salted and left out": ["log.csv", *BY_RACE, "--missing", "drop", "--no-table"],
+    "left out in parts": ["log.parquet", *BY_RACE, "--context", "dept", "--missing", "drop", "--in-parts"],
     "a level": ["log.csv", *BY_RACE, "--missing", "group"],
     "folded": ["log.csv", *PLAIN, "--fold-labels"],
     "mapped": ["log.csv", *ROLES[:-2], "--utility", "yes", "--map", "map.toml", "--confidence", "none"],

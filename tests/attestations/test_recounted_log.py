@@ -18,7 +18,7 @@ LAW = {"table": "log.csv", "decision": "hired", "group": "sex"}
 def test_the_salt_of_the_certificate_is_put_into_the_table() -> None:
     counted = count_log(LOG, *reading_of({"decision": "hired", "group": ["sex"], "utility": {"yes": "1"}}), None)
     assert counted.law.totals.sum() == 4
-    digests = {counted.table(header).sha256 for header in ({}, {"salt": "0" * 64}, {"salt": "1" * 64})}
+    digests = {counted.table(header, {}).sha256 for header in ({}, {"salt": "0" * 64}, {"salt": "1" * 64})}
     assert len(digests) == 3
 
 

@@ -121,7 +121,7 @@ def test_missing_labels_are_missing_in_every_library(frame: Any) -> None:
     with pytest.raises(InputError, match=r"the label is missing \(1 in all\)"):
         Law.from_log(frame, **names)
     dropped = Law.from_log(frame, **names, missing="drop")
-    assert dropped.notes == ("2 of 5 decisions have a missing label and were left out ('a': 1, 'x': 1)",)
+    assert dropped.notes == ("2 of 5 decisions have a missing label and were left out ('a': 1, 'x': 1; by group: 'm' 1 of 2)",)
     assert dropped.weights.tolist() == [[0, 2], [1, 0]]
     assert Law.from_log(frame, **names, missing="group").groups == (("(missing)",), ("f",), ("m",))
 

@@ -400,7 +400,8 @@ def test_a_missing_label(bench: Bench, column: str) -> None:
     assert "missing=drop" in said and "--missing group" in said
 
     document, _, err = bench.certify(content, options(missing="drop"))
-    assert f"note: 7 of 13 decisions have a missing label and were left out ('{column}': 7)" in err
+    by_group = "" if column == "g" else "; by group: 'f' 7 of 11"
+    assert f"note: 7 of 13 decisions have a missing label and were left out ('{column}': 7{by_group})" in err
     assert document["metrics"]["local"]["ratio"] == "3/2"
     assert document["claims"]
     for claim in document["claims"]:

@@ -27,6 +27,7 @@ from certificate_kinds import as_bytes
 from forged_certificates import FAMILIES, Forged
 from plain_certificates import make
 from policy_certificates import FLOORED, POLICIES
+from prepared_logs import PREPARED, alterations, prepared
 from truth_certificates import truth_certificate
 from verified_roads import FALSE, MALFORMED, OPEN, TRUE, Tally, documents, natively, of_true_labels
 
@@ -60,6 +61,17 @@ def test_no_forged_certificate_is_accepted(family: Callable[[], Iterator[Forged]
     assert tally.different[:3] == []
     assert {python for python, _ in tally.codes} <= {FALSE, MALFORMED}
     assert {verified for _, verified in tally.codes} <= {FALSE, MALFORMED, OPEN}
+
+
+def test_no_altered_preparation_is_accepted(program: Path) -> None:
+    """What was done to the log is under the digest of the table, here too: it is not even left open."""
+    tally = Tally()
+    true = [as_bytes(prepared(seed)) for seed in range(PREPARED)]
+    assert not any(found is False for judged in natively(program, true) for _, found in judged.statements)
+    tally.judge(program, [as_bytes(document) for document in alterations(1000 if tiers.FULL else 100)])
+    print(dict(tally.codes))
+    assert tally.different[:3] == []
+    assert {code for codes in tally.codes for code in codes} <= {FALSE, MALFORMED}
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ import numpy as np
 
 from fairaudit.errors import InputError, ManyRowsError, shown
 from fairaudit.tables.binning import RAW, Bins, apply_bins
-from fairaudit.tables.columns import MISSING_LABEL, label_is_there
+from fairaudit.tables.columns import MISSING_LABEL, label_is_there, read_labels
 from fairaudit.tables.csv import Layout, first_row, layout, opened, same_layout, text_lines
 from fairaudit.tables.engines.paths import Form, read_text
 from fairaudit.tables.engines.request import Request, attended, database_source
@@ -30,7 +30,7 @@ from fairaudit.tables.label_text import Reader, json_number
 from fairaudit.tables.preparation import Entry, left_out, level
 from fairaudit.tables.sql import COUNT_COLUMN, Written, count_statement, identifier, written, written_name
 from fairaudit.tables.tally import Tally
-from fairaudit.tables.values import MARK, column, distinct, refuse_tally
+from fairaudit.tables.values import MARK, Label, column, combine, distinct, refuse_tally
 
 __all__ = [
     "JSON",
@@ -209,7 +209,7 @@ def read_parts(paths: Sequence[str], request: Request, by: Sequence[str]) -> Gen
         def work() -> tuple[_Counted, list[int]]:
             counted = _counted(connection, Path(paths[0]).name, source, types, request, quick=True, total=request.count)
             if request.missing == "drop":
-                done.extend(_dropped(connection, counted, request.columns))
+                done.extend(_dropped(connection, counted, request.columns, request.group))
             elif request.missing == "group":
                 done.extend(_levels(connection, counted, request.columns))
             keys, others = (", ".join(counted.key(c) for c in request.columns if (c in by) == inside) for inside in (True, False))
@@ -281,17 +281,38 @@ def _levels(connection: Any, counted: _Counted, columns: Sequence[str]) -> list[
     return done
 
 
-def _dropped(connection: Any, counted: _Counted, columns: Sequence[str]) -> list[Entry]:
+def _dropped(connection: Any, counted: _Counted, columns: Sequence[str], group: Sequence[str]) -> list[Entry]:
     """Drop the rows that have no label in some column, and say how many decisions they stand for."""
     absent = _absent(counted, columns)
     some = " or ".join(absent.values())
     amounts = ", ".join(f"coalesce(sum({COUNT_COLUMN}) filter (where {missing}), 0)" for missing in (some, *absent.values()))
+    lost = _by_group(connection, counted, group, f"({some}) and not ({' or '.join(absent[name] for name in group)})")
     ((of, left, *each),) = connection.execute(f"select coalesce(sum({COUNT_COLUMN}), 0), {amounts} from counted").fetchall()  # noqa: S608
     connection.execute(f"delete from counted where {some}")  # noqa: S608
     if not connection.execute("select 1 from counted limit 1").fetchall():
         raise InputError("every row has a missing label; nothing is left to audit")
     by_column = {name: Fraction(int(amount)) for name, amount in zip(columns, each, strict=True)}
-    return [left_out("decisions", Fraction(int(left)), Fraction(int(of)), by_column)] if left else []
+    if not left:
+        return []
+    kept = _by_group(connection, counted, group, "true")
+    by_group = {label: (amount, amount + kept.get(label, Fraction(0))) for label, amount in lost.items()}
+    return [left_out("decisions", Fraction(int(left)), Fraction(int(of)), by_column, by_group)]
+
+
+def _by_group(connection: Any, counted: _Counted, group: Sequence[str], condition: str) -> dict[Label, Fraction]:
+    """How many decisions of each group meet a condition."""
+    keys = ", ".join(map(counted.key, group))
+    amount = f"sum({COUNT_COLUMN})"
+    source = f"(select {keys}, {amount}::bigint as {COUNT_COLUMN} from counted where {condition} group by {keys} having {amount} > 0)"  # noqa: S608
+    tally = counted.tally(connection, group, source)
+    if not len(tally.counts):
+        return {}
+    read = read_labels(tally, group, [], "error")
+    codes, labels = combine([read.labels[name] for name in group], len(read.counts))
+    found: dict[Label, Fraction] = {}
+    for a, n in zip(codes.tolist(), read.counts.tolist(), strict=True):  # labels that are written alike are one
+        found[labels[a]] = found.get(labels[a], Fraction(0)) + n
+    return found
 
 
 def _unfit(types: dict[str, str], bins: Mapping[str, Bins], by: Sequence[str]) -> str:

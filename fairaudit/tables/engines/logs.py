@@ -207,6 +207,7 @@ def read_parts(
     report: Report | None = None,
     count: str | None = None,
     missing: PartsMissing = "error",
+    group: Sequence[str] = (),
 ) -> Generator[Tally, None, None]:
     """Count the equal rows of a log that has too many different ones to hold them all: in Parquet files, or a table of a DuckDB database.
 
@@ -224,6 +225,8 @@ def read_parts(
         A column of whole numbers, which say how often each row occurred.
     missing : {"error", "drop", "group"}
         Whether rows without some label are left out, or have a level of their own; the first tally says so in its `preparation`.
+    group : sequence of str
+        The columns of groups, needed where rows are left out: how many of each group are, is said, too.
 
     Yields
     ------
@@ -236,6 +239,7 @@ def read_parts(
         If the source cannot be read in parts, or a column is not there.
     """
     request = log_request(columns, bins, table=table, memory=memory, report=report, count=count, missing=missing)
+    request = replace(request, group=tuple(group))
     _check(request, "duckdb")
     from fairaudit.tables.engines import duckdb
     from fairaudit.tables.engines.paths import expand, form

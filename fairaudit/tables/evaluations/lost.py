@@ -162,7 +162,7 @@ def _cells(
     columns = (*context, *group)
     for name, (codes, labels) in zip(columns, label_codes(lost, columns, lost.locate), strict=True):
         texts[name] = [labels[code] if code >= 0 else None for code in codes.tolist()]
-        if missing == "error" or (missing == "unknown" and name in context):
+        if missing in ("error", "undecided") or (missing == "unknown" and name in context):
             read_labels(lost, [name], [], "error")  # which says where one is missing
         if missing == "group":
             texts[name] = [text or MISSING_LABEL for text in texts[name]]
