@@ -78,7 +78,7 @@ def read_files(paths: Sequence[str], kind: Form, request: Request) -> Tally:
     listed = literals(map(literal_path, paths))
     source = f"read_parquet({listed})"
     with connected(request) as connection, told(request, paths[0]):
-        said = said_by(connection, paths, listed)
+        said = said_by(connection, paths, listed, request.same_content)
         types = _types(connection, source, request.columns, tally=said is not None)
         _refuse_rounded(connection, paths, types)
         if said is None:
@@ -199,7 +199,7 @@ def read_parts(paths: Sequence[str], request: Request, by: Sequence[str]) -> Gen
     database = paths[0] if request.table is not None else ":memory:"
     source = f"read_parquet({literals(map(literal_path, paths))})" if request.table is None else database_source(request, "duckdb")
     with connected(request, database) as connection, told(request, paths[0]):
-        said = None if request.table is not None else said_by(connection, paths, literals(map(literal_path, paths)))
+        said = None if request.table is not None else said_by(connection, paths, literals(map(literal_path, paths)), request.same_content)
         types = _types(connection, source, request.columns, tally=said is not None)
         if request.table is None:
             _refuse_rounded(connection, paths, types)

@@ -10,6 +10,7 @@ from typing import Any, Literal, TypeVar
 from fairaudit.errors import InputError
 from fairaudit.tables.binning import Bins
 from fairaudit.tables.evaluations.extraction import NOTHING_ASKED, Extraction, Wanted
+from fairaudit.tables.sources import SameContent
 from fairaudit.tables.sql import table_name
 
 __all__ = ["FOR_CERTIFY", "SAME_ROWS", "PartsMissing", "Request", "attended", "database_source"]
@@ -64,6 +65,8 @@ class Request:
         What is asked of an evaluation log beyond columns.
     evaluations : bool
         Whether evaluation logs are read; else they are refused.
+    same_content : {"refuse", "accept"}
+        What becomes of several files with the same content.
     """
 
     columns: tuple[str, ...]
@@ -83,6 +86,7 @@ class Request:
     missing: PartsMissing = "error"
     extraction: Extraction = NOTHING_ASKED
     evaluations: bool = True
+    same_content: SameContent = "refuse"
 
     @property
     def read(self) -> Literal["apart", "once"]:

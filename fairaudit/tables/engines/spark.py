@@ -16,6 +16,7 @@ from typing import Any
 from fairaudit.errors import InputError, shown
 from fairaudit.tables.binning import apply_bins
 from fairaudit.tables.csv import layout, same_layout
+from fairaudit.tables.engines.contents import refuse_twice
 from fairaudit.tables.engines.duckdb import JSON, bad_json, connected, parquet_faults, readers, told
 from fairaudit.tables.engines.paths import JSON_NAME, expand, form
 from fairaudit.tables.engines.request import SAME_ROWS, Request, attended, database_source
@@ -135,6 +136,7 @@ def _files(sources: Sequence[str], request: Request) -> tuple[list[str], str]:
         name = next(source for source in sources if "://" in source).lower()
         return list(sources), "csv" if name.endswith((".csv", ".csv.gz")) else "json" if JSON_NAME.fullmatch(name) else "parquet"
     paths = expand(sources)
+    refuse_twice(paths, request.same_content)
     found = {form(path) for path in paths}
     kind = found.pop()
     if found or kind not in ("csv", "json", "parquet"):
