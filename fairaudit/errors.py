@@ -13,6 +13,7 @@ __all__ = [
     "Infeasible",
     "InputError",
     "ManyRowsError",
+    "RowsLost",
     "TableNeeded",
     "kind_of",
     "nearest",
@@ -92,6 +93,16 @@ class FalseCertificate(InputError):  # noqa: N818
     --------
     >>> issubclass(FalseCertificate, InputError)
     True
+    """
+
+
+class RowsLost(FairauditError):  # noqa: N818
+    """A library counted other than as many rows as it read: a fault of the library or of this package, and none of the log.
+
+    Examples
+    --------
+    >>> issubclass(RowsLost, FairauditError), issubclass(RowsLost, InputError)
+    (True, False)
     """
 
 

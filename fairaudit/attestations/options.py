@@ -18,13 +18,28 @@ from fairaudit.tables.columns import Missing
 from fairaudit.tables.evaluations.extraction import NAMES, NOTHING_ASKED, Extraction, extraction_of
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.scores import ABOVE, Cut, score_cut
+from fairaudit.tables.sources import SameContent
 from fairaudit.tables.wide import Wide, wide_of, written_wide
 
 __all__ = ["options_of", "reading_of"]
 
 ASKED = tuple(name for name in NAMES if name not in ("options", "join", "where"))
 TEXTS = (
-    *("decision", "truth", "positive", "count", "probability", "weight", "wide", "total", "utility_column", "missing", "table", "query"),
+    *(
+        "decision",
+        "truth",
+        "positive",
+        "count",
+        "probability",
+        "weight",
+        "wide",
+        "total",
+        "utility_column",
+        "missing",
+        "table",
+        "query",
+        "same_content",
+    ),
     *ASKED,
 )
 ROLES = ("group", "context", "unit", "unknown")
@@ -93,6 +108,7 @@ def options_of(reading: Reading, utility: Utility | None, *, positive: str | Non
         "table": access.table,
         "query": access.query,
         "signed": reading.signed,
+        "same_content": None if access.same_content == "refuse" else access.same_content,
         **_extraction(access.extraction),
     }
     found = {name: value for name, value in said.items() if value}
@@ -134,6 +150,9 @@ def reading_of(options: Mapping[str, Any], *, spelled: Callable[[str], str] = st
     missing: Missing = options.get("missing", "error")
     if missing not in get_args(Missing):
         raise InputError(f"the options have missing {shown(missing)}; {nearest(missing, get_args(Missing))}")
+    same_content: SameContent = options.get("same_content", "refuse")
+    if same_content not in get_args(SameContent):
+        raise InputError(f"the options have same_content {shown(same_content)}; {nearest(same_content, get_args(SameContent))}")
     if "utility" in options and "utility_column" in options:
         raise InputError("the options have both utility and utility_column; a table has one of them")
     plain: dict[str, Any] = {name: options.get(name) for name in ("truth", "count", "probability", "weight", "utility_column", "label_map")}
@@ -147,7 +166,11 @@ def reading_of(options: Mapping[str, Any], *, spelled: Callable[[str], str] = st
         missing=missing,
         fold_labels="fold_labels" in options,
         access=Access(
-            table=options.get("table"), query=options.get("query"), skip=options.get("skip", 0), extraction=_extraction_in(options)
+            table=options.get("table"),
+            query=options.get("query"),
+            skip=options.get("skip", 0),
+            extraction=_extraction_in(options),
+            same_content=same_content,
         ),
         spelled=spelled,
         signed=signed,

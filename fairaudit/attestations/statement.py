@@ -68,6 +68,7 @@ OPTIONS = (
     "errors",
     "missing_samples",
     "recipe",
+    "same_content",
 )
 """What `options` may say of how the table of a certificate was made."""
 

@@ -46,7 +46,7 @@ from fairaudit.tables.evaluations.extraction import Errors, MissingSamples, extr
 from fairaudit.tables.evaluations.recipes.known import recipe_of
 from fairaudit.tables.labels import LabelMap, read_label_map
 from fairaudit.tables.scores import ABOVE, score_cut
-from fairaudit.tables.sources import Source, is_audit_file, source_name
+from fairaudit.tables.sources import SameContent, Source, is_audit_file, source_name
 from fairaudit.tables.values import Label, LabelLike, names
 from fairaudit.tables.wide import Columns, Totals, wide_of
 from fairaudit.theorems.t14 import HiddenContext
@@ -124,6 +124,7 @@ def audit(
     errors: Errors = "refuse",
     missing_samples: MissingSamples = "refuse",
     recipe: str | None = None,
+    same_content: SameContent = "refuse",
 ) -> Result:
     """Audit a table: read it, measure it exactly, judge it against targets, and prepare a certificate, as `fairaudit certify` does.
 
@@ -187,7 +188,7 @@ def audit(
         As for `certify`.
     all_bounds, burden, embed_table
         As for `certify`. A confidence that is given needs counts; without one, a table that has none is judged as it stands.
-    engine, table, query, memory, skip
+    engine, table, query, memory, skip, same_content
         As for `read_log`.
     in_parts : bool
         Whether to read some contexts at a time, in little memory; done anyway beyond 20 million different rows.
@@ -295,6 +296,7 @@ def audit(
         unknown_share=unknown_share,
     )
     beside = {**roles, "missing": missing != "error", "table": table, "query": query, "in_parts": in_parts, "skip": skip}
+    beside |= {"same_content": same_content != "refuse"}
     beside |= {"group_probability": group_probability is not None, "unknown": bool(unknown)}
     extraction = extraction_of(
         log_format=log_format,
@@ -321,7 +323,7 @@ def audit(
     refuse_two_utilities(utility, utility_column)
     roles["decision"] = named
     _refuse_shares_of_nobody(unknown_share, unknown=bool(unknown) or missing == "unknown")
-    reached = Access(engine, table, query, memory, skip, extraction)
+    reached = Access(engine, table, query, memory, skip, extraction, same_content=same_content)
     reading = Reading(**roles, missing=missing, unknown=names(unknown), signed=signed, access=reached)
     if utility_column is None:
         _needed(given)

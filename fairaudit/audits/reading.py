@@ -19,7 +19,7 @@ from fairaudit.tables.columns import LabelledRows, Missing, read_labels
 from fairaudit.tables.csv import SMALL, CsvTable, decimal_commas, read_csv
 from fairaudit.tables.evaluations.extraction import NOTHING_ASKED, Extraction
 from fairaudit.tables.labels import LabelMap, PreparedTable, merge_labels, spelt_alike
-from fairaudit.tables.sources import Source, is_database
+from fairaudit.tables.sources import SameContent, Source, is_database
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column
 from fairaudit.tables.wide import LongTable, Wide, lengthened
@@ -62,6 +62,8 @@ class Access:
         What DuckDB may use before it spills to disk.
     skip : int
         How many lines stand above the header of a text or a spreadsheet.
+    same_content : {"refuse", "accept"}
+        What becomes of several files with the same content.
     extraction : Extraction
         What is asked of an evaluation log beyond columns.
     evaluations : bool
@@ -75,6 +77,7 @@ class Access:
     skip: int = 0
     extraction: Extraction = NOTHING_ASKED
     evaluations: bool = True
+    same_content: SameContent = "refuse"
 
 
 @dataclass(frozen=True)
@@ -478,7 +481,7 @@ def read_table(
     elif not plain or not isinstance(source, (str, os.PathLike)) or access.skip or not _is_csv(os.fspath(source)):
         from fairaudit.tables.engines.logs import counted_log, log_request
 
-        where = {name: getattr(access, name) for name in ("table", "query", "memory", "skip", "extraction", "evaluations")}
+        where = {name: getattr(access, name) for name in ("table", "query", "memory", "skip", "extraction", "evaluations", "same_content")}
         request = log_request(columns, bins, **where, **roles, report=report, meanwhile=_warm, most=most, by=tuple(by))
         return _with_numbers(counted_log(source, request, access.engine), numeric)
     else:
@@ -649,6 +652,7 @@ def unfit_for_parts(reading: Reading, given: Mapping[str, object]) -> str:
         "unit": reading.unit,
         "query": reading.access.query,
         "skip": reading.access.skip,
+        "same_content": reading.access.same_content == "accept",
         **reading.access.extraction.asked,
         **given,
         "unknown": reading.unknown,

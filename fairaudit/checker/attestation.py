@@ -26,7 +26,7 @@ DEEPEST = 12  # levels of options
 OPTIONS = (
     *("decision", "group", "context", "truth", "positive", "count", "probability", "weight", "wide", "total", "unit", "utility"),
     *("utility_column", "score", "missing", "unknown", "fold_labels", "label_map", "bins", "skip", "table", "query", "signed", "audit"),
-    *("log_format", "extract", "options", "join", "where", "errors", "missing_samples", "recipe"),
+    *("log_format", "extract", "options", "join", "where", "errors", "missing_samples", "recipe", "same_content"),
 )
 RUN = ("format", "producer", "model", "task", "status")  # of an evaluation log, the first of them always
 _CONTROL = re.compile("[\x00-\x1f\x7f-\x9f]")
@@ -339,6 +339,19 @@ def _asked(sources: Sequence[Source], options: Mapping[str, object]) -> Iterator
         yield finding_of("options.query is that of a source", False, "no source has a query")
 
 
+def _same_content(stated: Statement) -> Iterator[str]:
+    """Say which sources are the same bytes; that is no fault, as whether the rows of both were counted is not stated."""
+    names: dict[str, list[str]] = {}
+    for source in stated.sources:
+        if source.digest is not None:
+            names.setdefault(source.digest, []).append(source.name)
+    same = [f"{shown(held[0])} and {shown(held[1])}" for held in names.values() if len(held) > 1]
+    if same:
+        more = f" and {len(same) - 3:,} more pairs" if len(same) > 3 else ""
+        meant = "; its options say that this was meant" if stated.options.get("same_content") == "accept" else ""
+        yield f"Sources with the same content: {', '.join(same[:3])}{more}: if both are logs, each of their rows counts twice{meant}."
+
+
 def _said(stated: Statement, digest: str, counted: Counted) -> tuple[str, ...]:
     """Say in sentences what is only stated, and what is not checked."""
     others = len({of for _, of in stated.subjects} - {digest})
@@ -356,6 +369,7 @@ def _said(stated: Statement, digest: str, counted: Counted) -> tuple[str, ...]:
         *([f"No {' or '.join(unstated)} is stated."] if unstated else []),
         *([f"Runs of evaluations, as their logs are said to name them: {', '.join(of_runs)}."] if runs else []),
         *([f"Files that it names besides, which were not checked: {others:,}."] if others else []),
+        *_same_content(stated),
         *(["What was dropped is only stated, too: the certificate does not say."] if counted.dropped is None else []),
         f"Whether the table was counted from {', '.join([*names, *more])}, only the log tells, counted again (fairaudit verify --recount).",
     ]

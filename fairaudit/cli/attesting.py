@@ -20,7 +20,14 @@ __all__ = ["Attesting", "add_attestation", "attesting", "refuse_attestation"]
 FILES = ("from_monitor", "group_probability", "map", "output", "placebo", "attest")
 """Options whose values are files."""
 
-DEFAULTS = {"missing": "error", "engine": "auto", "format": "text", "errors": "refuse", "missing_samples": "refuse"}
+DEFAULTS = {
+    "missing": "error",
+    "engine": "auto",
+    "format": "text",
+    "errors": "refuse",
+    "missing_samples": "refuse",
+    "same_content": "refuse",
+}
 
 SPELLED = {"database_table": "--table", "output": "-o"}
 

@@ -50,7 +50,7 @@ def looked_at(arguments: argparse.Namespace) -> tuple[Survey, list[Column], Role
             said = f"{found[0]} is the only table"
 
     def survey_of(skip: int) -> Survey:
-        where = {name: getattr(arguments, name) for name in ("engine", "query", "memory", "log_format")}
+        where = {name: getattr(arguments, name) for name in ("engine", "query", "memory", "log_format", "same_content")}
         with progress() as report:
             return survey_log(given if len(given) > 1 else given[0], **where, skip=skip, table=arguments.database_table, report=report)
 

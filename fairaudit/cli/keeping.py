@@ -119,7 +119,7 @@ def count(arguments: argparse.Namespace, source: Sequence[str], output: str, tol
     if decision is None or not group.names:
         role = "decision" if decision is None else "group"
         raise InputError(f"no {role} column was named; use --{role} COL")
-    where = {name: getattr(arguments, name) for name in ("engine", "query", "memory", "skip", "count")}
+    where = {name: getattr(arguments, name) for name in ("engine", "query", "memory", "skip", "count", "same_content")}
     columns, bins = (decision, *group.names, *context.names, *names(arguments.truth)), {**group.edges, **context.edges}
     return tally(source, output, columns, bins=bins, table=arguments.database_table, report=told, **where)
 

@@ -116,6 +116,12 @@ def _add_running(parser: argparse.ArgumentParser) -> None:
         choices=("exceeds", "changed"),
         help="stop at the first moment that a target is exceeded, with exit code 1; or also when the ratio changed",
     )
+    run_.add_argument(
+        "--same-content",
+        choices=("refuse", "accept"),
+        default="refuse",
+        help="another log that begins with what the state has counted: refuse (default), or count it; the same file is always refused",
+    )
     run_.add_argument("--dead-letters", metavar="FILE", help="where lines go that cannot be counted, with the reason")
     run_.add_argument(
         "--baseline",
@@ -147,7 +153,7 @@ def run(arguments: argparse.Namespace) -> Iterator[Answer]:
         path = arguments.log or state.place().path
         if not path:
             raise InputError("no log was named; give a file, or - for standard input")
-        monitor = Monitor(state, path, arguments.dead_letters)
+        monitor = Monitor(state, path, arguments.dead_letters, arguments.same_content)
     except InputError:
         state.close()
         raise

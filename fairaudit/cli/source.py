@@ -32,6 +32,12 @@ def add_source(parser: argparse._ArgumentGroup) -> None:
     )
     parser.add_argument("--skip", type=int, default=0, metavar="N", help="how many lines stand above the header, such as a title")
     parser.add_argument("--query", metavar="SQL", help="of a database: a query whose result is the log")
+    parser.add_argument(
+        "--same-content",
+        choices=("refuse", "accept"),
+        default="refuse",
+        help="files with the same content, packed or not: refuse (default), or count each; one file under two names is always refused",
+    )
     parser.add_argument("--memory", metavar="SIZE", help="what DuckDB may use before it spills to disk, such as 2GB")
 
 
@@ -159,6 +165,7 @@ def access_of(arguments: argparse.Namespace) -> Access:
         arguments.skip,
         extraction_from(vars(arguments)),
         evaluations="log_format" in arguments,
+        same_content=arguments.same_content,
     )
 
 

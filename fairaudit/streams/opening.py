@@ -15,6 +15,7 @@ from fairaudit.model.utility import utility_values
 from fairaudit.streams.settings import RUN_LENGTH, Settings
 from fairaudit.streams.state import State
 from fairaudit.streams.stream import Monitor
+from fairaudit.tables.sources import SameContent
 from fairaudit.tables.values import names
 
 __all__ = ["default_run_length", "greatest", "monitor", "window_length"]
@@ -55,6 +56,7 @@ def monitor(
     bets: Literal["separate", "joint"] | None = None,
     pair_by_time: bool = False,
     dead_letters: str | os.PathLike[str] | None = None,
+    same_content: SameContent = "refuse",
 ) -> Monitor:
     r"""Watch a log of decisions, with bounds that hold at every moment, however often one looks; as `fairaudit monitor` does.
 
@@ -99,6 +101,8 @@ def monitor(
         means move with the seasons, and it is said where seasons confound the interval of the whole stream.
     dead_letters : path, optional
         File for lines that cannot be counted.
+    same_content : {"refuse", "accept"}
+        What becomes of another log that holds, or begins with, what the state has counted; the same file is always refused.
 
     Returns
     -------
@@ -159,7 +163,7 @@ def monitor(
         settings = _settings(**audit, confidence=_text(confidence), expected=expected_cells)
     held = State(None if state is None else os.fspath(state), settings)
     try:
-        return Monitor(held, os.fspath(log), None if dead_letters is None else os.fspath(dead_letters))
+        return Monitor(held, os.fspath(log), None if dead_letters is None else os.fspath(dead_letters), same_content)
     except InputError:
         held.close()
         raise

@@ -57,6 +57,8 @@ class Place:
         The first line of CSV.
     letters : int
         Length of the file of dead letters.
+    earlier : list
+        Other logs that were read before: of each the path, inode, device, offset, head and tail.
     """
 
     path: str = ""
@@ -69,6 +71,7 @@ class Place:
     open_line: bool = False
     header: str = ""
     letters: int = 0
+    earlier: list[list[Any]] = field(default_factory=list)
 
 
 @dataclass

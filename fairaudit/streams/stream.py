@@ -40,6 +40,7 @@ from fairaudit.streams.seasons import by_time, compared, judged_by_time
 from fairaudit.streams.state import Counts, State
 from fairaudit.streams.subjects import Subject, subject
 from fairaudit.streams.tail import Log
+from fairaudit.tables.sources import SameContent
 from fairaudit.tables.values import Label
 
 COMMIT_SECONDS = 0.1  # what a crash may cost: the lines of this time are read again
@@ -66,6 +67,8 @@ class Monitor:
         The log, or ``-``.
     letters : str or None
         File for lines that cannot be counted.
+    same_content : {"refuse", "accept"}
+        What becomes of another log that holds, or begins with, what was read before; the same file is always refused.
 
     Raises
     ------
@@ -84,10 +87,10 @@ class Monitor:
     (600, 600, [])
     """
 
-    def __init__(self, state: State, path: str, letters: str | None = None) -> None:
+    def __init__(self, state: State, path: str, letters: str | None = None, same_content: SameContent = "refuse") -> None:
         self.state, self.settings = state, state.settings
         place = state.place()
-        self.log = Log(path, place)
+        self.log = Log(path, place, same_content)
         self.tally: dict[str, Any] = {
             "dead": 0,
             "reasons": {},

@@ -14,6 +14,7 @@ from typing import BinaryIO
 from fairaudit.errors import InputError
 from fairaudit.streams.readers import line_ends
 from fairaudit.streams.state import Place
+from fairaudit.tables.sources import ACCEPTED, SameContent
 
 __all__ = ["Log"]
 
@@ -34,6 +35,8 @@ class Log:
         The file, or ``-``.
     place : Place
         Where an earlier reader stopped; a new place begins at the beginning.
+    same_content : {"refuse", "accept"}
+        What becomes of another log that holds what was read before.
 
     Attributes
     ----------
@@ -41,24 +44,28 @@ class Log:
         What was noticed: rotation, truncation, a line without an end. Whoever reads them clears them.
     """
 
-    def __init__(self, path: str, place: Place) -> None:
+    def __init__(self, path: str, place: Place, same_content: SameContent = "refuse") -> None:
         self.path, self.notes = path, list[str]()
         self.place = replace(place, path=path)
+        self._earlier = [*place.earlier]
+        if place.offset and place.path != path:
+            self._earlier.append([place.path, place.inode, place.device, place.offset, place.head, place.tail])
         self._head = b""
         self.ended = False
         if path == "-":
             self.file: BinaryIO = open(sys.stdin.fileno(), "rb", buffering=0, closefd=False)  # noqa: SIM115
             self.regular = False
-            self.place = Place(path, letters=place.letters)
+            self.place = Place(path, letters=place.letters, earlier=self._earlier)
             return
         self.file = self._open(path)
         found = os.fstat(self.file.fileno())
         self.regular = stat.S_ISREG(found.st_mode)
         if not self.regular:
-            self.place = Place(path, letters=place.letters)
+            self.place = Place(path, letters=place.letters, earlier=self._earlier)
         elif place.offset and place.path == path:
             self._resume(place, found)
         else:
+            self._refuse_read(found, same_content)
             self._begin(found)
 
     def _open(self, path: str) -> BinaryIO:
@@ -67,8 +74,23 @@ class Log:
         except OSError as error:
             raise InputError(f"{path} cannot be read: {error.strerror or error}") from None
 
+    def _refuse_read(self, found: os.stat_result, same_content: SameContent) -> None:
+        """Refuse a log that is one that was read before, or that holds or begins with what one held."""
+        for path, inode, device, offset, head, tail in self._earlier:
+            if not offset or not self._same(Place(path, offset=offset, head=head, tail=tail), self.file):
+                continue
+            said = ""
+            if (inode, device) == (found.st_ino, found.st_dev):
+                both = f"{self.path} was" if path == self.path else f"{self.path} and {path} are one file, which was"
+                said = f"{both} read before, and another log since; each line is counted once: use another state"
+            elif same_content == "refuse" and (found.st_size == offset or offset >= 2 * EDGE):
+                said = f"{self.path} begins with what was read from {path} before; each line is counted once: {ACCEPTED}"
+            if said:
+                self.file.close()
+                raise InputError(said)
+
     def _begin(self, found: os.stat_result) -> None:
-        self.place = Place(self.path, found.st_ino, found.st_dev, letters=self.place.letters)
+        self.place = Place(self.path, found.st_ino, found.st_dev, letters=self.place.letters, earlier=self._earlier)
         self._head = b""
         self.file.seek(0)
 

@@ -9,7 +9,7 @@ from typing import IO, cast
 
 from fairaudit.errors import InputError
 
-__all__ = ["ZSTANDARD", "is_compressed", "opened"]
+__all__ = ["ZSTANDARD", "is_compressed", "opened", "opened_stream"]
 
 GZIP, BZIP2, XZ, ZSTANDARD = b"\x1f\x8b", b"BZh", b"\xfd7zXZ\x00", b"\x28\xb5\x2f\xfd"
 
@@ -62,6 +62,13 @@ def opened(path: Path, unfit: Mapping[bytes, str], name: str = "") -> Iterator[I
         raise InputError(f"{name}the compressed file is damaged: {error}") from None
     except (OSError, ValueError) as error:
         raise InputError(f"{name}the file cannot be read: {getattr(error, 'strerror', None) or error}") from None
+
+
+def opened_stream(file: IO[bytes]) -> IO[bytes]:
+    """Open what is inside a file that is open, can be sought in, and may be compressed."""
+    magic = file.read(6)
+    file.seek(0)
+    return _inside(file, magic)
 
 
 def is_compressed(magic: bytes) -> bool:

@@ -277,7 +277,8 @@ def count_csv(paths: Sequence[str], columns: Sequence[str], report: Callable[[in
             raise InputError(f"{path}: {error}") from None
     places = list(first.values())
     cells = ((*key, count) for key, count in counts.items())
-    return Tally.of(Path(paths[0]).name, columns, cells, find=lambda _, i: places[i], notes=found.notes if found else ())
+    tally = Tally.of(Path(paths[0]).name, columns, cells, find=lambda _, i: places[i], notes=found.notes if found else ())
+    return tally.conserving(read, "fairaudit")
 
 
 def first_row(paths: Sequence[str], wanted: Mapping[int, str]) -> str:

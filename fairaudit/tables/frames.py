@@ -74,7 +74,7 @@ def tally_frame(frame: Any, columns: Sequence[str], bins: Mapping[str, Bins] | N
         if type(schema[name]).__name__ in REFUSED:
             raise refused_type(name, str(schema[name]))
     if wrapped.implementation.is_pandas_like():
-        frame = _with_texts(frame, names)
+        frame = _with_texts(_decoded(frame, names), names)
         wrapped = nw.from_native(frame)
     elif wrapped.implementation.is_pyarrow():
         wrapped = nw.from_native(_plain_columns(frame.select(names)))
@@ -109,11 +109,28 @@ def _grouped(wrapped: Any, names: Sequence[str], cut: Mapping[str, Bins]) -> Tal
     try:
         picked = wrapped.select(*(_interval(nw, name, cut[name], schema[name]) if name in cut else nw.col(name) for name in names))
         rows = _rows(picked.group_by(*names, drop_null_keys=False).agg(nw.len().alias(count)).select(*names, count), kinds)
-        return Tally.of(library, names, rows, read={name: kind.read for name, kind in kinds.items() if kind.read is not None})
+        tally = Tally.of(library, names, rows, read={name: kind.read for name, kind in kinds.items() if kind.read is not None})
+        length = _length(wrapped)
     except (InputError, KeyboardInterrupt, MemoryError):
         raise
     except Exception as error:
         raise InputError(f"the rows of the {library} cannot be counted: {_first_line(error)}") from None
+    lazy = "collect the frame first, if its rows change from one run to the next; else " if isinstance(wrapped, nw.LazyFrame) else ""
+    return tally.conserving(length, str(wrapped.implementation), f"{lazy}give the rows as a CSV or Parquet file")
+
+
+def _length(wrapped: Any) -> int:
+    """How many rows a frame has, by another way than grouping them; a lazy frame is asked by itself."""
+    import narwhals as nw
+
+    if not isinstance(wrapped, nw.LazyFrame):
+        return len(wrapped)
+    native = wrapped.to_native()
+    if wrapped.implementation.is_duckdb():
+        return int(native.aggregate("count(*)").fetchall()[0][0])
+    if wrapped.implementation.is_pyspark() or wrapped.implementation.is_pyspark_connect():
+        return int(native.count())
+    return int(wrapped.select(nw.len()).collect().item())
 
 
 def _dense(frame: Any, wrapped: Any, names: Sequence[str], *, sampled: bool = True) -> Tally | None:
@@ -135,14 +152,27 @@ def _dense(frame: Any, wrapped: Any, names: Sequence[str], *, sampled: bool = Tr
             return None
         coded.append(part)
     try:
-        return Tally.of(type(frame).__name__, names, count_combinations(coded))
+        tally = Tally.of(type(frame).__name__, names, count_combinations(coded))
     except UnknownValueError:
         return _dense(frame, wrapped, names, sampled=False)
+    return tally.conserving(len(frame), "fairaudit")
 
 
 def _factorized(series: Any) -> tuple[Any, list[Any], int]:
     codes, values = series.factorize()
     return codes, [None, *native_values(values.to_series() if hasattr(values, "to_series") else type(series)(values))], -1
+
+
+def _decoded(frame: Any, names: Sequence[str]) -> Any:
+    """Decode the dictionaries of Arrow in a pandas frame, of which pandas loses missing values while it groups rows."""
+    held = {name: getattr(getattr(frame[name], "dtype", None), "pyarrow_dtype", None) for name in names}
+    if all(kind is None for kind in held.values()):
+        return frame
+    import pandas as pd
+    import pyarrow as pa
+
+    values = {name: pd.ArrowDtype(kind.value_type) for name, kind in held.items() if kind is not None and pa.types.is_dictionary(kind)}
+    return frame.assign(**{name: frame[name].astype(kind) for name, kind in values.items()})
 
 
 def _with_texts(frame: Any, names: Sequence[str]) -> Any:

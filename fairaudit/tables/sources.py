@@ -5,11 +5,22 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping, Sequence
-from typing import Protocol
+from typing import Literal, Protocol
 
 from fairaudit.errors import without_passwords
 
-__all__ = ["Frame", "Source", "Table", "database_file", "in_database", "is_audit_file", "is_database", "source_name"]
+__all__ = [
+    "ACCEPTED",
+    "Frame",
+    "SameContent",
+    "Source",
+    "Table",
+    "database_file",
+    "in_database",
+    "is_audit_file",
+    "is_database",
+    "source_name",
+]
 
 DATABASE = re.compile(r"(sqlite|duckdb|delta):|[a-z][a-z0-9+.-]*://")
 
@@ -29,6 +40,13 @@ Path = str | os.PathLike[str]
 
 Source = Table | Path | Sequence[Path]
 """What can be audited: a table; or the name of a file, a folder, a pattern or a database, or several files."""
+
+
+SameContent = Literal["refuse", "accept"]
+"""What becomes of several files with the same content."""
+
+ACCEPTED = "leave one out, or accept both with same_content='accept' (--same-content accept)"
+"""What to do about them."""
 
 
 def source_name(source: object) -> str:

@@ -6,9 +6,9 @@ Column and table names are quoted; labels never become part of a statement.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Literal
 
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.tables.label_text import ACCEPTED, Reader, iso_text
@@ -21,6 +21,7 @@ __all__ = [
     "AS_IS",
     "COUNT_COLUMN",
     "DIALECTS",
+    "RowsRead",
     "Written",
     "common_statement",
     "count_statement",
@@ -41,6 +42,8 @@ QUOTES = {
 }
 DIALECTS = tuple(QUOTES)
 COUNT_COLUMN = "row_count"
+READ_COLUMN = "rows_read"
+LOG = "fairaudit_log"
 LARGEST = "1.7976931348623157E308"
 
 
@@ -62,6 +65,31 @@ class Written:
     def of(self, quoted: str) -> str:
         """Write the value of a quoted column."""
         return self.expression.replace("{}", quoted)
+
+
+class RowsRead:
+    """Rows of a result without their last value, which says how many rows were read.
+
+    Attributes
+    ----------
+    rows : int
+        How many were read; known once the rows have passed.
+
+    Examples
+    --------
+    >>> read = RowsRead([("yes", 2, 3), ("no", 1, 3)])
+    >>> list(read), read.rows
+    ([['yes', 2], ['no', 1]], 3)
+    """
+
+    def __init__(self, result: Iterable[Sequence[Any]]) -> None:
+        self.result, self.rows = result, 0
+
+    def __iter__(self) -> Iterator[list[Any]]:
+        """Give the rows."""
+        for *row, rows in self.result:
+            self.rows = rows
+            yield row
 
 
 AS_IS = Written()
@@ -201,6 +229,7 @@ def count_statement(
     kinds: Mapping[str, Written] | None = None,
     ordered: bool = False,
     total: str | None = None,
+    read: Literal["apart", "once"] | None = None,
 ) -> str:
     """Write the statement that counts equal rows.
 
@@ -227,6 +256,9 @@ def count_statement(
         Whether the result is sorted.
     total : str, optional
         A column of whole numbers, which are added up instead of rows.
+    read : {"apart", "once"}, optional
+        Whether each row of the result ends with the number of rows of the source, counted without groups (`RowsRead`): of the source
+        itself, or, where that may give other rows each time, of the rows that are counted, which are read once.
 
     Returns
     -------
@@ -239,6 +271,10 @@ def count_statement(
     select "k0", "k1", count(*) as "row_count"
     from (select "answer" as "k0", "sex" as "k1" from "log") as counted
     group by "k0" collate binary, "k1" collate binary
+    >>> print(count_statement(["sex"], '"log"', "postgres", read="apart"))
+    select "k0", count(*) as "row_count", (select count(*) from "log") as "rows_read"
+    from (select "sex" as "k0" from "log") as counted
+    group by "k0"
     """
     listed = [identifier(name, dialect) for name in (names or [f"k{i}" for i in range(len(columns))])]
     collated = " collate binary" if dialect == "sqlite" else ""
@@ -265,7 +301,14 @@ def count_statement(
         alias if (entry := (kinds or {}).get(name, AS_IS)) is AS_IS else f"{entry.of(alias)} as {alias}"
         for name, alias in zip(columns, listed, strict=True)
     ]
-    text = f"select {', '.join(selected)}, {number} as {identifier(COUNT_COLUMN, dialect)}{''.join(texts)}\nfrom {counted}\ngroup by {keys}"
+    begin, length = "", ""
+    if read is not None:
+        length = f", (select count(*) from {LOG if read == 'once' else source}) as {identifier(READ_COLUMN, dialect)}"  # noqa: S608
+    if read == "once":
+        kept = "materialized " if dialect in ("duckdb", "postgres") else ""  # which others do by themselves, or cannot be told
+        begin, counted = f"with {LOG} as {kept}{counted.removesuffix(' as counted')}\n", LOG
+    counts = f"{number} as {identifier(COUNT_COLUMN, dialect)}{''.join(texts)}{length}"
+    text = f"{begin}select {', '.join(selected)}, {counts}\nfrom {counted}\ngroup by {keys}"
     return f"{text}\norder by {', '.join(listed)}" if ordered else text
 
 

@@ -14,7 +14,7 @@ from uuid import UUID
 import numpy as np
 from numpy.typing import NDArray
 
-from fairaudit.errors import InputError, shown
+from fairaudit.errors import InputError, RowsLost, shown
 from fairaudit.tables.label_text import ACCEPTED, Reader, label_text
 from fairaudit.tables.preparation import Entry
 from fairaudit.tables.values import INT64
@@ -23,10 +23,11 @@ from fairaudit.words import brief
 if TYPE_CHECKING:
     from fairaudit.tables.evaluations.samples import Evaluation
 
-__all__ = ["Tally", "counted", "merged"]
+__all__ = ["Tally", "counted", "merged", "refuse_loss"]
 
 
 BATCH = 50_000  # rows that an engine hands over at a time: a few MB
+GIVE_FILES = "give the rows as a CSV or Parquet file"
 
 
 @brief
@@ -163,6 +164,11 @@ class Tally:
         """How many rows were counted."""
         return int(self.counts.sum())
 
+    def conserving(self, rows: int, library: str, advice: str = GIVE_FILES) -> Tally:
+        """Give the tally back if it counts as many rows as were read (`refuse_loss`)."""
+        refuse_loss(self.name, self.rows, rows, library, advice)
+        return self
+
     def __len__(self) -> int:
         """Return the number of distinct rows."""
         return len(self.counts)
@@ -192,6 +198,39 @@ class Tally:
             return self.find(self, position)
         parts = [f"{name}={shown(self.levels[name][codes[position]], 30)}" for name, codes in self.codes.items()]
         return f"the row with {', '.join(parts)}"
+
+
+def refuse_loss(name: str, counted: int, rows: int, library: str, advice: str = GIVE_FILES) -> None:
+    """Refuse a log of which a library counted more or fewer rows than it read.
+
+    Parameters
+    ----------
+    name : str
+        What was read.
+    counted, rows : int
+        How many rows the groups of equal rows have, and how many were read, counted without groups.
+    library : str
+        What counted them.
+    advice : str
+        What to do about it.
+
+    Raises
+    ------
+    RowsLost
+        If the numbers differ.
+
+    Examples
+    --------
+    >>> try:
+    ...     refuse_loss("log", 3, 5, "pandas")
+    ... except RowsLost as error:
+    ...     print(error)
+    log: pandas counted 3 of 5 rows, which is no fault of the log; nothing is certified; give the rows as a CSV or Parquet file
+    """
+    if counted != rows:
+        raise RowsLost(
+            f"{name}: {library} counted {counted:,} of {rows:,} rows, which is no fault of the log; nothing is certified; {advice}"
+        )
 
 
 def counted(table: Any, rows: int) -> NDArray[np.int64]:

@@ -1013,3 +1013,37 @@ def test_lines_of_an_evaluation_are_no_decisions(tmp_path: Path, capsys: pytest.
 def test_a_line_with_an_exponent_of_many_digits_is_no_decision(tmp_path: Path) -> None:
     lines = ['{"job":"cook","sex":"f","answer":"yes"}', '{"job":1e99999999999999999999999,"sex":"m","answer":"no"}']
     assert run(write(tmp_path / "log.jsonl", lines)).tally["dead"] == 1
+
+
+def test_a_log_that_a_state_has_counted_is_counted_once_under_whatever_name(tmp_path: Path) -> None:
+    import shutil
+
+    day, state = tmp_path / "day1.csv", tmp_path / "watch.db"
+    day.write_text("hired,sex\n" + "yes,f\nno,m\n" * 300)
+
+    def watched(path: Path, **more: Any) -> int:
+        with fairaudit.monitor(path, state=state, decision="hired", group="sex", utility="yes", **more) as watch:
+            return watch.catch_up().events
+
+    assert watched(day) == 600
+    copy, link, hard = Path(shutil.copy(day, tmp_path / "copy.csv")), tmp_path / "link.csv", tmp_path / "hard.csv"
+    link.symlink_to(day)
+    hard.hardlink_to(day)
+    other = tmp_path / "day2.csv"
+    other.write_text("hired,sex\n" + "no,f\nyes,m\n" * 200)
+    assert watched(other) == 1000
+    for again in (day, copy, link, hard):
+        with pytest.raises(InputError, match="each line is counted once") as refused:
+            watched(again)
+        assert str(again) in str(refused.value) and str(day) in str(refused.value)
+    with pytest.raises(InputError, match="are one file"):
+        watched(link, same_content="accept")
+    assert watched(copy, same_content="accept") == 1600
+
+
+def test_short_logs_that_begin_alike_are_two_logs(tmp_path: Path) -> None:
+    state = tmp_path / "watch.db"
+    for name, times, events in (("monday.csv", 1, 2), ("tuesday.csv", 2, 6)):
+        (tmp_path / name).write_text("hired,sex\n" + "yes,f\nno,m\n" * times)
+        with fairaudit.monitor(tmp_path / name, state=state, decision="hired", group="sex", utility="yes") as watch:
+            assert watch.catch_up().events == events

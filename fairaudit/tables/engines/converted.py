@@ -18,6 +18,7 @@ from fairaudit.tables.csv import TOP, opened, title_rows, titled
 from fairaudit.tables.engines.paths import Form, form
 from fairaudit.tables.engines.request import Request
 from fairaudit.tables.label_text import label_text
+from fairaudit.tables.tally import refuse_loss
 
 if TYPE_CHECKING:
     from fairaudit.tables.evaluations.samples import Format
@@ -261,6 +262,7 @@ def _from_arrow(path: str, copy: Path, request: Request) -> None:
 
             table = feather.read_table(path, memory_map=True)
         parquet.write_table(table, copy)
+        refuse_loss(Path(path).name, parquet.read_metadata(copy).num_rows, table.num_rows, "pyarrow")
     except (arrow.ArrowException, OSError, ValueError) as error:
         raise InputError(f"the file cannot be read: {error}") from None
 

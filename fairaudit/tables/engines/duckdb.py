@@ -23,13 +23,13 @@ from fairaudit.tables.binning import RAW, Bins, apply_bins
 from fairaudit.tables.columns import MISSING_LABEL, label_is_there, read_labels
 from fairaudit.tables.csv import Layout, first_row, layout, opened, same_layout, text_lines
 from fairaudit.tables.engines.paths import Form, read_text
-from fairaudit.tables.engines.request import Request, attended, database_source
+from fairaudit.tables.engines.request import SAME_ROWS, Request, attended, database_source
 from fairaudit.tables.engines.tally_files import refuse_others, said_by
 from fairaudit.tables.evaluations.paths import written_path
 from fairaudit.tables.label_text import Reader, json_number
 from fairaudit.tables.preparation import Entry, left_out, level
-from fairaudit.tables.sql import COUNT_COLUMN, Written, count_statement, identifier, written, written_name
-from fairaudit.tables.tally import Tally
+from fairaudit.tables.sql import COUNT_COLUMN, READ_COLUMN, Written, count_statement, identifier, written, written_name
+from fairaudit.tables.tally import Tally, refuse_loss
 from fairaudit.tables.values import MARK, Label, column, combine, distinct, refuse_tally
 
 __all__ = [
@@ -78,18 +78,18 @@ def read_files(paths: Sequence[str], kind: Form, request: Request) -> Tally:
     listed = literals(map(literal_path, paths))
     source = f"read_parquet({listed})"
     with connected(request) as connection, told(request, paths[0]):
-        said = said_by(connection, paths, listed)
+        said = said_by(connection, paths, listed, request.same_content)
         types = _types(connection, source, request.columns, tally=said is not None)
         _refuse_rounded(connection, paths, types)
         if said is None:
             return _count(connection, Path(paths[0]).name, source, types, request, quick=True)
         said.refuse(paths[0], request.columns, request.count, [*request.bins])
-        source = source if len(paths) == 1 else _added_up(connection, source, types, request)
+        source = source if len(paths) == 1 else _added_up(connection, Path(paths[0]).name, source, types, request)
         tally = _count(connection, Path(paths[0]).name, source, types, request, quick=True)
         return replace(tally, preparation=said.preparation)
 
 
-def _added_up(connection: Any, source: str, types: Mapping[str, str], request: Request) -> str:
+def _added_up(connection: Any, name: str, source: str, types: Mapping[str, str], request: Request) -> str:
     """Add up the counts of several files, each of which is opened once; what stands after ``from`` for the sums."""
     quoted = identifier(request.count or "", "duckdb")
     others = ", ".join(identifier(name, "duckdb") for name in types if name != request.count)
@@ -100,6 +100,7 @@ def _added_up(connection: Any, source: str, types: Mapping[str, str], request: R
         replace(request, meanwhile=None),
         lambda: progress(connection),
     )
+    _conserved(connection, name, f"sum({quoted})", "added_up", _amount(connection, f"sum({quoted})", source))
     return "added_up"
 
 
@@ -139,7 +140,10 @@ def one_statement(connection: Any, source: str) -> None:
 
 @dataclass(frozen=True)
 class _Counted:
-    """A log as the temporary table ``counted``: a row for each of its different rows, with the columns k0, k1, … and row_count."""
+    """A log as the temporary table ``counted``: a row for each of its different rows, with the columns k0, k1, … and row_count.
+
+    Beside it stands how many rows the log has, counted without groups; None where only its reader can say that.
+    """
 
     name: str
     columns: tuple[str, ...]
@@ -148,6 +152,7 @@ class _Counted:
     cut: set[str]
     tied: set[str]
     enums: dict[str, str]
+    rows: int | None
 
     def key(self, column: str) -> str:
         """Name a column has in the table."""
@@ -194,7 +199,7 @@ def read_parts(paths: Sequence[str], request: Request, by: Sequence[str]) -> Gen
     database = paths[0] if request.table is not None else ":memory:"
     source = f"read_parquet({literals(map(literal_path, paths))})" if request.table is None else database_source(request, "duckdb")
     with connected(request, database) as connection, told(request, paths[0]):
-        said = None if request.table is not None else said_by(connection, paths, literals(map(literal_path, paths)))
+        said = None if request.table is not None else said_by(connection, paths, literals(map(literal_path, paths)), request.same_content)
         types = _types(connection, source, request.columns, tally=said is not None)
         if request.table is None:
             _refuse_rounded(connection, paths, types)
@@ -208,6 +213,7 @@ def read_parts(paths: Sequence[str], request: Request, by: Sequence[str]) -> Gen
 
         def work() -> tuple[_Counted, list[int]]:
             counted = _counted(connection, Path(paths[0]).name, source, types, request, quick=True, total=request.count)
+            _conserved(connection, counted.name, f"sum({COUNT_COLUMN})", "counted", counted.rows)
             if request.missing == "drop":
                 done.extend(_dropped(connection, counted, request.columns, request.group))
             elif request.missing == "group":
@@ -222,18 +228,25 @@ def read_parts(paths: Sequence[str], request: Request, by: Sequence[str]) -> Gen
             }
             for made, statement in steps.items():
                 connection.execute(f"create temporary table {made} as {statement}")
+            rows = _amount(connection, f"sum({COUNT_COLUMN})", "counted")
+            for made in ("whole", "placed"):
+                _conserved(connection, counted.name, f"sum({COUNT_COLUMN})", made, rows)
             connection.execute("drop table counted")
             sizes = connection.execute("select size from places order by place").fetchnumpy()["size"]
             share = np.cumsum(sizes) // PART
-            return counted, [0, *(np.flatnonzero(np.diff(share)) + 1).tolist(), len(sizes)]
+            return replace(counted, rows=rows), [0, *(np.flatnonzero(np.diff(share)) + 1).tolist(), len(sizes)]
 
         counted, edges = attended(work, connection.interrupt, request, lambda: progress(connection))
         whole = counted.tally(connection, [c for c in request.columns if c not in by], "whole")
-        yield replace(whole, preparation=tuple(done))
+        yield replace(whole.conserving(counted.rows or 0, "DuckDB"), preparation=tuple(done))
+        passed = 0
         for place, (first, last) in enumerate(pairwise(edges)):
             if request.report is not None:
                 request.report(place / (len(edges) - 1), None)
-            yield counted.tally(connection, request.columns, f"placed where place > {first} and place <= {last}")
+            part = counted.tally(connection, request.columns, f"placed where place > {first} and place <= {last}")
+            passed += part.rows
+            yield part
+        whole.conserving(passed, "DuckDB")
 
 
 def _refuse_counts(connection: Any, source: str, count: str, *, tally: bool) -> None:
@@ -338,7 +351,8 @@ def _count(connection: Any, name: str, source: str, types: dict[str, str], reque
             ((rows,),) = connection.execute("select count(*) from counted").fetchall()
             if rows > request.most:
                 raise ManyRowsError(f"the log has {rows} different rows, more than {request.most}")
-        return counted.tally(connection, request.columns, "counted")
+        tally = counted.tally(connection, request.columns, "counted")
+        return tally if counted.rows is None else tally.conserving(counted.rows, "DuckDB", SAME_ROWS)
 
     tally = attended(work, connection.interrupt, request, lambda: progress(connection))
     if not len(tally):
@@ -353,21 +367,35 @@ def _counted(
     cut = {c for c in request.bins if NUMERIC.fullmatch(types[c])}
     tied = {c for c in request.bins if types[c] == "VARCHAR"}
     bins = {c: request.bins[c] for c in cut | tied}
+    length = _amount(connection, "count(*)" if total is None else f"sum({identifier(total, 'duckdb')})", source) if quick else None
     single = [identifier(c, "duckdb") for c in cut if types[c] == "FLOAT"]
     if single:  # compared with an edge they would round it to float32
         widened = ", ".join(f"cast({name} as double) as {name}" for name in single)
         source = f"(select * replace ({widened}) from {source}) as log"  # noqa: S608
 
     def made(enums: dict[str, str]) -> _Counted:
-        statement = count_statement(request.columns, source, "duckdb", bins=bins, exact_ties=tied, enums=enums, total=total)
+        read = None if request.query is None else request.read
+        statement = count_statement(request.columns, source, "duckdb", bins=bins, exact_ties=tied, enums=enums, total=total, read=read)
         connection.execute(f"create or replace temporary table counted as {statement}")
-        return _Counted(name, request.columns, types, dict(request.bins), cut, tied, enums)
+        rows = length if read is None else _amount(connection, f"any_value({READ_COLUMN})", "counted")
+        return _Counted(name, request.columns, types, dict(request.bins), cut, tied, enums, rows)
 
     found = made(_enums(connection, source, [c for c in request.columns if quick and types[c] == "VARCHAR" and c not in bins]))
     lost = " or ".join(f"({found.key(c)} is null and text{i} > 0)" for i, c in enumerate(found.enums))
     if lost and connection.execute(f"select 1 from counted where {lost} limit 1").fetchall():  # noqa: S608
         return made({})  # a text that the sample did not have
     return found
+
+
+def _amount(connection: Any, what: str, source: str) -> int:
+    """A number of rows, or a sum of counts; 0 of no rows."""
+    ((found,),) = connection.execute(f"select {what} from {source}").fetchall()  # noqa: S608
+    return int(found or 0)
+
+
+def _conserved(connection: Any, name: str, what: str, made: str, rows: int | None) -> None:
+    """Refuse a table of counts that DuckDB made of other than as many rows."""
+    refuse_loss(name, _amount(connection, what, made), rows or 0, "DuckDB", SAME_ROWS)
 
 
 def _enums(connection: Any, source: str, columns: Sequence[str]) -> dict[str, str]:
@@ -411,6 +439,8 @@ def _read_json(paths: Sequence[str], request: Request) -> Tally:
                 _refuse_copies(connection, paths)
                 source = json_texts(form, request.columns)
                 tally = _count(connection, Path(paths[0]).name, source, dict.fromkeys(request.columns, "JSON"), request)
+                if not lines or _lines(paths) != tally.rows:
+                    tally = tally.conserving(_amount(connection, "count(*)", source), "DuckDB")
                 if any(values == [None] for values in tally.levels.values()):
                     _types(connection, f"read_json({form}, sample_size=-1)", request.columns)
         except InputError as error:
@@ -418,6 +448,21 @@ def _read_json(paths: Sequence[str], request: Request) -> Tally:
             said = str(error) if name in str(error) else f"{name}: {error}"
             raise InputError((bad_json(paths) if lines else None) or said) from None
     return tally
+
+
+def _lines(paths: Sequence[str]) -> int | None:
+    """How many lines texts have, of which blank ones cannot be told apart; None if what is compressed cannot be opened here."""
+    feeds = 0
+    try:
+        for path in paths:
+            last = b"\n"
+            with opened(Path(path)) as file:
+                while block := file.read(BLOCK):
+                    feeds, last = feeds + block.count(b"\n"), block
+            feeds += not last.endswith(b"\n")
+    except InputError:
+        return None
+    return feeds
 
 
 def _refuse_copies(connection: Any, paths: Sequence[str]) -> None:
@@ -507,10 +552,13 @@ def _read_csv(paths: Sequence[str], request: Request) -> Tally:
             types = dict.fromkeys(renamed.columns, "VARCHAR")
             held = f"(select {inner} from {text.source}) as log"  # noqa: S608
             counted = _count(connection, Path(paths[0]).name, held, types, renamed)
+            whole = text.complete(counted.rows) and (text.delimiters is not None or text.lines == counted.rows + text.files)
+            if not whole and text.delimiters is None:  # cells of several lines, say
+                whole = _amount(connection, "count(*)", text.source) == counted.rows
     except InputError:
         # Whatever is wrong, the CSV reader says on which line; and if nothing is wrong, it reads the file.
         return read_text(paths, request)
-    if not text.complete(counted.rows):
+    if not whole:
         return read_text(paths, request)
     back = dict(zip(renamed.columns, request.columns, strict=True))
 
@@ -541,12 +589,15 @@ class DelimitedText:
         How many files there are.
     delimiters : int or None
         How many delimiters there are; None if some may stand within quotes.
+    lines : int
+        How many lines there are, headers included; cells within quotes may have several.
     """
 
     source: str
     layout: Layout
     files: int
     delimiters: int | None
+    lines: int
 
     def complete(self, rows: int) -> bool:
         """Whether so many rows have all the cells that there are; DuckDB passes over empty cells too many at the end of a row."""
@@ -562,7 +613,7 @@ def delimited_text(paths: Sequence[str]) -> DelimitedText | None:
         If one cannot be read, or they do not belong together.
     """
     found: Layout | None = None
-    quoted, delimiters = False, 0
+    quoted, delimiters, lines = False, 0, 0
     for path in paths:
         try:
             found = same_layout(found, layout(path))
@@ -571,7 +622,7 @@ def delimited_text(paths: Sequence[str]) -> DelimitedText | None:
             raise InputError(f"{path}: {error}") from None
         if scan is None:
             return None
-        quoted, delimiters = quoted or scan[0], delimiters + scan[1]
+        quoted, delimiters, lines = quoted or scan[0], delimiters + scan[1], lines + scan[2]
     if found is None or len(found.columns) < 2:
         return None
     held = ", ".join(f"c{i}: 'VARCHAR'" for i in range(len(found.columns)))
@@ -580,7 +631,7 @@ def delimited_text(paths: Sequence[str]) -> DelimitedText | None:
         f"read_csv({literals(map(literal_path, paths))}, columns={{{held}}}, auto_detect=false, header=true, "
         f"delim={literal(found.delimiter)}, quote={quote}, escape={quote}, nullstr='', strict_mode=true, null_padding=false)"
     )
-    return DelimitedText(source, found, len(paths), None if quoted else delimiters)
+    return DelimitedText(source, found, len(paths), None if quoted else delimiters, lines)
 
 
 def _first_line(paths: Sequence[str], columns: Sequence[str], tally: Tally, position: int) -> str:
@@ -588,8 +639,8 @@ def _first_line(paths: Sequence[str], columns: Sequence[str], tally: Tally, posi
     return first_row(paths, wanted)
 
 
-def _scan(path: str, delimiter: str) -> tuple[bool, int] | None:
-    """Whether a text has quotation marks, and how many delimiters; None if DuckDB might read it unlike the CSV reader.
+def _scan(path: str, delimiter: str) -> tuple[bool, int, int] | None:
+    """Whether a text has quotation marks, how many delimiters, and how many lines; None if DuckDB might read it unlike the CSV reader.
 
     That is so for NUL characters, bytes that are not UTF-8, line ends of several kinds, blank lines before the header, blanks around
     quoted cells, and empty cells at the end of a row with quotes.
@@ -617,7 +668,9 @@ def _scan(path: str, delimiter: str) -> tuple[bool, int] | None:
             pairs += last[-1:] == b"\r" and block[:1] == b"\n"
             last = block
     mixed = bool(returns) and not (returns == pairs == feeds or not feeds)
-    return None if mixed or decoder.getstate()[0] or (quoted and _is_suspect(path, mark)) else (quoted, delimiters)
+    if mixed or decoder.getstate()[0] or (quoted and _is_suspect(path, mark)):
+        return None
+    return quoted, delimiters, max(feeds, returns) + (last[-1:] not in (b"\n", b"\r"))
 
 
 def _is_suspect(path: str, mark: bytes) -> bool:

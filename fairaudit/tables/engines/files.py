@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fairaudit.errors import InputError
 from fairaudit.tables.binning import apply_bins
+from fairaudit.tables.engines.contents import refuse_twice
 from fairaudit.tables.engines.converted import converted, format_of_file, refuse_another_format
 from fairaudit.tables.engines.databases import listed, tables_of
 from fairaudit.tables.engines.paths import SMALL, Form, expand, form, read_text, regular
@@ -25,22 +27,35 @@ __all__ = ["read", "survey"]
 
 def read(sources: Sequence[str], request: Request, engine: str) -> Tally:
     """Count the rows of files."""
-    with regular(expand(sources)) as found:
-        log = _samples_of(found, request)
-        if log is not None:
-            from fairaudit.tables.evaluations.reading import read as count
+    with _listed(sources, request) as (found, said):
+        tally = _read(found, request, engine)
+        return replace(tally, notes=(*said, *tally.notes)) if said else tally
 
-            return apply_bins(count(found, log, request.wanted), request.bins)
-        with _files(found, request, engine) as (paths, kind, own):
-            if kind == "delta":
-                from fairaudit.tables.engines import delta
 
-                return delta.read(paths[0], request)
-            if own:
-                return read_text(paths, request)
-            from fairaudit.tables.engines import duckdb
+@contextmanager
+def _listed(sources: Sequence[str], request: Request) -> Iterator[tuple[list[str], tuple[str, ...]]]:
+    """Find the files, of which none is named twice, and what there is to say of those with the same content."""
+    named = expand(sources)
+    with regular(named) as found:
+        yield found, refuse_twice(found, request.same_content, dict(zip(found, named, strict=True)))
 
-            return duckdb.read_files(paths, kind, request)
+
+def _read(found: list[str], request: Request, engine: str) -> Tally:
+    log = _samples_of(found, request)
+    if log is not None:
+        from fairaudit.tables.evaluations.reading import read as count
+
+        return apply_bins(count(found, log, request.wanted), request.bins)
+    with _files(found, request, engine) as (paths, kind, own):
+        if kind == "delta":
+            from fairaudit.tables.engines import delta
+
+            return delta.read(paths[0], request)
+        if own:
+            return read_text(paths, request)
+        from fairaudit.tables.engines import duckdb
+
+        return duckdb.read_files(paths, kind, request)
 
 
 def _samples_of(paths: Sequence[str], request: Request) -> Format | None:
@@ -88,7 +103,7 @@ def survey(sources: Sequence[str], request: Request, engine: str) -> Survey:
     """Look at every column of files."""
     from fairaudit.tables.engines import survey as of
 
-    with regular(expand(sources)) as found:
+    with _listed(sources, request) as (found, _):
         log = _samples_of(found, request) or _objects(found, request)
         if log is not None:
             return of.of_samples(found, log, request)

@@ -18,7 +18,7 @@ from fairaudit.tables.engines.folders import table_format
 from fairaudit.tables.engines.request import PartsMissing, Report, Request, database_source
 from fairaudit.tables.evaluations.extraction import Errors, MissingSamples, extraction_of
 from fairaudit.tables.preparation import Entry, intervals
-from fairaudit.tables.sources import Source, source_name
+from fairaudit.tables.sources import SameContent, Source, source_name
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column, names
 
@@ -73,6 +73,7 @@ def read_log(
     errors: Errors = "refuse",
     missing_samples: MissingSamples = "refuse",
     recipe: str | None = None,
+    same_content: SameContent = "refuse",
 ) -> Tally:
     """Count the equal rows of a log, whatever holds it.
 
@@ -108,6 +109,8 @@ def read_log(
         Of files that `tally` wrote: which of the columns says how often a row occurred.
     log_format, extract, options, join, where, errors, missing_samples, recipe
         Of an evaluation log, as for `audit`.
+    same_content : {"refuse", "accept"}
+        What becomes of several files with the same content, packed or not. One file under two names is always refused.
 
     Returns
     -------
@@ -144,6 +147,7 @@ def read_log(
         group=names(group),
         unit=names(unit),
         count=count,
+        same_content=same_content,
         extraction=extraction_of(
             log_format=log_format,
             extract=extract,
@@ -242,6 +246,7 @@ def read_parts(
     request = replace(request, group=tuple(group))
     _check(request, "duckdb")
     from fairaudit.tables.engines import duckdb
+    from fairaudit.tables.engines.contents import refuse_twice
     from fairaudit.tables.engines.paths import expand, form
 
     sources = [os.fspath(part) for part in ([source] if _is_text(source) else source)]
@@ -254,6 +259,7 @@ def read_parts(
     if table is not None:
         raise InputError("a table goes with a database, such as duckdb:decisions.db")
     paths = expand(sources)
+    refuse_twice(paths, "refuse")
     for path in paths:
         if form(path) != "parquet":
             raise InputError(f"{path} is no Parquet file; a log is read in parts from Parquet files or a table of a DuckDB database")
@@ -296,6 +302,7 @@ def survey_log(
     report: Report | None = None,
     skip: int = 0,
     log_format: str | None = None,
+    same_content: SameContent = "refuse",
 ) -> Survey:
     r"""Look at every column of a log: its most common labels, how many different values there are, and how many labels are missing.
 
@@ -303,7 +310,7 @@ def survey_log(
     ----------
     source : path, sequence of paths, or URL
         What `read_log` reads, frames excepted.
-    engine, table, query, memory, report, skip, log_format
+    engine, table, query, memory, report, skip, log_format, same_content
         As for `read_log`.
 
     Returns
@@ -326,7 +333,8 @@ def survey_log(
     >>> found.rows, [(seen.name, seen.levels, seen.missing) for seen in found.columns]
     (3, [('hired', {'yes': 2, 'no': 1}, 0), ('sex', {'f': 2}, 1)])
     """
-    request = Request((), {}, table, query, memory, report, skip=skip, extraction=extraction_of(log_format=log_format))
+    extraction = extraction_of(log_format=log_format)
+    request = Request((), {}, table, query, memory, report, skip=skip, extraction=extraction, same_content=same_content)
     _check(request, engine)
     found: Survey = _from_text(source, request, engine, "survey")
     if not found.rows:

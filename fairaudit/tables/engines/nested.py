@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 from fairaudit.errors import InputError, nearest, shown
@@ -12,6 +13,7 @@ from fairaudit.tables.engines.request import Request
 from fairaudit.tables.evaluations.json_text import DECODER
 from fairaudit.tables.evaluations.samples import Format, Run, Sample
 from fairaudit.tables.sql import identifier
+from fairaudit.tables.tally import refuse_loss
 from fairaudit.tables.values import refuse_tally
 
 __all__ = ["NESTED", "columns_of", "nested_rows"]
@@ -39,6 +41,8 @@ def nested_rows(request: Request) -> Format:
                 f"to_json({identifier(name, 'duckdb')})" if kind is None else kind.of(identifier(name, "duckdb"))
                 for name, kind in kinds.items()
             ]
+            ((rows,),) = connection.execute(f"select count(*) from {source}").fetchall()  # noqa: S608
+            passed = 0
             found = connection.execute(f"select {', '.join([*picked, identifier(number, 'duckdb')])} from {source}")  # noqa: S608
             for *values, place in fetched_rows(found):
                 where = f"row {place + 1}"
@@ -48,7 +52,9 @@ def nested_rows(request: Request) -> Format:
                         row[name] = value if kind.read is None else kind.read(value)
                     else:
                         row[name] = None if value is None else DECODER.decode(value)
+                passed += 1
                 yield Sample(row, "read", where)
+            refuse_loss(Path(path).name, passed, rows, "DuckDB")
 
     return Format("", lambda _: Run(""), samples)
 

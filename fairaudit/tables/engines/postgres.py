@@ -10,9 +10,9 @@ from urllib.parse import urlsplit
 from fairaudit.errors import InputError
 from fairaudit.tables.binning import apply_bins
 from fairaudit.tables.engines.duckdb import json_value, readers
-from fairaudit.tables.engines.request import Request, attended, database_source
+from fairaudit.tables.engines.request import SAME_ROWS, Request, attended, database_source
 from fairaudit.tables.engines.survey import MOST, Survey, read_first
-from fairaudit.tables.sql import Written, common_statement, count_statement, written
+from fairaudit.tables.sql import RowsRead, Written, common_statement, count_statement, written
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column
 
@@ -39,14 +39,16 @@ def read(url: str, request: Request) -> Tally:
         cut = {wanted for wanted in request.bins if types[wanted] in NUMERIC}
         kinds = {wanted: kind for wanted, kind in kinds.items() if wanted not in cut}
         bins = {wanted: request.bins[wanted] for wanted in cut}
-        statement = count_statement(request.columns, source, "postgres", bins=bins, kinds=kinds)
+        statement = count_statement(request.columns, source, "postgres", bins=bins, kinds=kinds, read=request.read)
 
         def work() -> Tally:
             with connection.cursor("fairaudit") as cursor:
                 cursor.itersize = BATCH
                 cursor.execute(statement)
                 json_texts = [wanted for wanted in kinds if types[wanted] == "jsonb"]
-                return Tally.of(name, request.columns, cursor, read=readers(kinds), equal=json_texts)
+                rows = RowsRead(cursor)
+                counted = Tally.of(name, request.columns, rows, read=readers(kinds), equal=json_texts)
+                return counted.conserving(rows.rows, "PostgreSQL", SAME_ROWS)
 
         tally = attended(work, connection.cancel_safe, request)
     if not len(tally):

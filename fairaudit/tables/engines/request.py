@@ -10,11 +10,15 @@ from typing import Any, Literal, TypeVar
 from fairaudit.errors import InputError
 from fairaudit.tables.binning import Bins
 from fairaudit.tables.evaluations.extraction import NOTHING_ASKED, Extraction, Wanted
+from fairaudit.tables.sources import SameContent
 from fairaudit.tables.sql import table_name
 
-__all__ = ["FOR_CERTIFY", "PartsMissing", "Request", "attended", "database_source"]
+__all__ = ["FOR_CERTIFY", "SAME_ROWS", "PartsMissing", "Request", "attended", "database_source"]
 
 FOR_CERTIFY = "an evaluation log is audited by certify, and its certificate says which answers were lost"
+
+SAME_ROWS = "store the rows in a table first, if they change from one run to the next; else give them as a CSV or Parquet file"
+"""What to do where an engine counts fewer rows than it reads, and a query or a view may give others each time."""
 
 
 Report = Callable[[float | None, int | None], None]
@@ -61,6 +65,8 @@ class Request:
         What is asked of an evaluation log beyond columns.
     evaluations : bool
         Whether evaluation logs are read; else they are refused.
+    same_content : {"refuse", "accept"}
+        What becomes of several files with the same content.
     """
 
     columns: tuple[str, ...]
@@ -80,6 +86,12 @@ class Request:
     missing: PartsMissing = "error"
     extraction: Extraction = NOTHING_ASKED
     evaluations: bool = True
+    same_content: SameContent = "refuse"
+
+    @property
+    def read(self) -> Literal["apart", "once"]:
+        """How the rows of a database are counted beside the equal ones: a query, which may give others each time, is asked once."""
+        return "apart" if self.query is None else "once"
 
     @property
     def wanted(self) -> Wanted:

@@ -16,11 +16,12 @@ from typing import Any
 from fairaudit.errors import InputError, shown
 from fairaudit.tables.binning import apply_bins
 from fairaudit.tables.csv import layout, same_layout
+from fairaudit.tables.engines.contents import refuse_twice
 from fairaudit.tables.engines.duckdb import JSON, bad_json, connected, parquet_faults, readers, told
 from fairaudit.tables.engines.paths import JSON_NAME, expand, form
-from fairaudit.tables.engines.request import Request, attended, database_source
+from fairaudit.tables.engines.request import SAME_ROWS, Request, attended, database_source
 from fairaudit.tables.engines.survey import MOST, Survey, read_first
-from fairaudit.tables.sql import Written, common_statement, count_statement, identifier, written
+from fairaudit.tables.sql import RowsRead, Written, common_statement, count_statement, identifier, written
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column
 
@@ -43,11 +44,12 @@ def read(sources: Sequence[str], request: Request, session: Any = None) -> Tally
         cut = {name for name in request.bins if types[name].startswith(NUMERIC)}
         bins = {name: request.bins[name] for name in cut}
         kinds = {name: kind for name, kind in kinds.items() if name not in cut}
-        statement = count_statement(request.columns, log.source, "spark", bins=bins, kinds=kinds)
+        statement = count_statement(request.columns, log.source, "spark", bins=bins, kinds=kinds, read=request.read)
 
         def work() -> Tally:
-            rows = log.spark.sql(statement).toLocalIterator()
-            return Tally.of(log.name, request.columns, rows, read=readers(kinds), equal=kinds if log.kind == "json" else ())
+            rows = RowsRead(log.spark.sql(statement).toLocalIterator())
+            counted = Tally.of(log.name, request.columns, rows, read=readers(kinds), equal=kinds if log.kind == "json" else ())
+            return counted.conserving(rows.rows, "Spark", SAME_ROWS)
 
         tally = attended(work, lambda: log.spark.sparkContext.cancelAllJobs(), request)
         for name in request.columns:
@@ -134,6 +136,7 @@ def _files(sources: Sequence[str], request: Request) -> tuple[list[str], str]:
         name = next(source for source in sources if "://" in source).lower()
         return list(sources), "csv" if name.endswith((".csv", ".csv.gz")) else "json" if JSON_NAME.fullmatch(name) else "parquet"
     paths = expand(sources)
+    refuse_twice(paths, request.same_content)
     found = {form(path) for path in paths}
     kind = found.pop()
     if found or kind not in ("csv", "json", "parquet"):

@@ -10,9 +10,9 @@ from urllib.parse import quote
 
 from fairaudit.errors import InputError
 from fairaudit.tables.binning import apply_bins
-from fairaudit.tables.engines.request import Request, attended, database_source
+from fairaudit.tables.engines.request import SAME_ROWS, Request, attended, database_source
 from fairaudit.tables.engines.survey import MOST, Survey
-from fairaudit.tables.sql import common_statement, count_statement, identifier, written_name
+from fairaudit.tables.sql import RowsRead, common_statement, count_statement, identifier, written_name
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column
 
@@ -26,10 +26,11 @@ def read(path: str, request: Request) -> Tally:
         for name in request.columns:
             column(dict.fromkeys(known, ()), name)
         cut = {name for name in request.bins if _numeric(connection, source, name)}
-        statement = count_statement(request.columns, source, "sqlite", bins={name: request.bins[name] for name in cut})
+        statement = count_statement(request.columns, source, "sqlite", bins={name: request.bins[name] for name in cut}, read=request.read)
 
         def work() -> Tally:
-            return Tally.of(Path(path).name, request.columns, connection.execute(statement))
+            rows = RowsRead(connection.execute(statement))
+            return Tally.of(Path(path).name, request.columns, rows).conserving(rows.rows, "SQLite", SAME_ROWS)
 
         tally = attended(work, connection.interrupt, request)
     if not len(tally):

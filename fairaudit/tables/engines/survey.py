@@ -182,7 +182,7 @@ def of_files(paths: Sequence[str], kind: Form, request: Request) -> Survey:
         with engine.connected(request) as connection, engine.told(request, paths[0]):
             listed = engine.literals(map(engine.literal_path, paths))
             source = f"read_parquet({listed})"
-            if (said := said_by(connection, paths, listed)) is not None:
+            if (said := said_by(connection, paths, listed, request.same_content)) is not None:
                 columns = ", ".join(map(shown, said.values))
                 raise InputError(f"{paths[0]} is a tally of the columns {columns}; certify takes it with count (--count {said.count})")
             return _of_source(connection, source, request, engine.parquet_faults(connection, paths, _types(connection, source)))

@@ -17,10 +17,12 @@ from fairaudit.exact.rationals import Number
 from fairaudit.files import write_atomically
 from fairaudit.tables.binning import Bins
 from fairaudit.tables.columns import label_codes
+from fairaudit.tables.engines.contents import digests_of
 from fairaudit.tables.engines.logs import Engine, counted_log, log_request
+from fairaudit.tables.engines.paths import expand
 from fairaudit.tables.engines.request import Report, Request
 from fairaudit.tables.engines.tally_files import KEY, Said
-from fairaudit.tables.sources import Source
+from fairaudit.tables.sources import SameContent, Source, is_database, source_name
 from fairaudit.tables.tally import Tally, merged
 from fairaudit.tables.values import MARK, locator, names
 
@@ -47,6 +49,7 @@ def tally(
     report: Report | None = None,
     meanwhile: Callable[[], object] | None = None,
     skip: int = 0,
+    same_content: SameContent = "refuse",
 ) -> Tally:
     """Count the equal rows of a log, and write the counts to a file, so that this part of a longer log is never read again.
 
@@ -64,8 +67,8 @@ def tally(
         Numeric columns to cut into intervals at these edges; the file says so, and with it the certificate.
     count : str
         What the column of the counts is called.
-    engine, table, query, memory, report, meanwhile, skip
-        As for `read_log`.
+    engine, table, query, memory, report, meanwhile, skip, same_content
+        As for `read_log`. The file has the digests of the files that were counted, so that none of them is counted again beside it.
 
     Returns
     -------
@@ -99,11 +102,29 @@ def tally(
     if len({name.casefold() for name in (*wanted, count)}) < len(wanted) + 1:
         raise InputError(_alike(wanted, count))
     where = {"table": table, "query": query, "memory": memory, "report": report, "meanwhile": meanwhile, "skip": skip}
+    where |= {"same_content": same_content}
     request = log_request(wanted, bins, **where, evaluations=False)
+    files = _files(source)
+    states, digests = _states(files), digests_of(files)
     found = counted_log(source, request, engine)
+    if _states(files) != states:
+        raise InputError(f"{source_name(source)} changed while it was counted; count it when nobody writes there")
     made, said = _of_texts(found, count)
+    said = replace(said, sources=digests)
     write_atomically(Path(output), _parquet(made, said))
     return made
+
+
+def _files(source: Source) -> list[str]:
+    """The files of a log; of a database, a folder, a pipe or a frame none."""
+    named = [source] if isinstance(source, (str, os.PathLike)) else source if isinstance(source, (list, tuple)) else []
+    names_ = [os.fspath(name) for name in named if isinstance(name, (str, os.PathLike))]
+    listed = expand([name for name in names_ if not is_database(name) or os.path.exists(name)])  # noqa: PTH110
+    return [path for path in listed if os.path.isfile(path)]  # noqa: PTH113
+
+
+def _states(files: Sequence[str]) -> list[tuple[int, int]]:
+    return [(found.st_size, found.st_mtime_ns) for found in map(os.stat, files)]
 
 
 def check_ending(output: str | os.PathLike[str]) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 
 from fairaudit.errors import InputError, shown
 from fairaudit.tables.preparation import Entry
+from fairaudit.tables.sources import ACCEPTED, SameContent
 from fairaudit.tables.values import MARK
 
 __all__ = ["KEY", "Said", "is_tally", "refuse_others", "said_by"]
@@ -36,16 +37,20 @@ class Said:
         Which columns were cut into intervals (`fairaudit.tables.preparation`).
     values : dict of str to {"texts", "values", "none"}
         Whether the labels of a column were texts, or numbers and truth values, where they were counted.
+    sources : tuple of str
+        The SHA-256 of what each file held that was counted, unpacked; none of databases, of frames, and in files of earlier versions.
     """
 
     count: str
     preparation: tuple[Entry, ...]
     values: Mapping[str, str]
+    sources: tuple[str, ...] = ()
 
     @property
     def text(self) -> str:
         """The same in JSON."""
         said = {"count": self.count, "preparation": [dict(entry) for entry in self.preparation], "values": dict(self.values)}
+        said |= {"sources": list(self.sources)} if self.sources else {}
         return json.dumps(said, ensure_ascii=True, sort_keys=True)
 
     def refuse(self, path: str, columns: Sequence[str], count: str | None, cut: Sequence[str]) -> None:
@@ -84,7 +89,7 @@ def is_tally(path: str) -> bool:
         return False  # which the reader says
 
 
-def said_by(connection: Any, paths: Sequence[str], listed: str) -> Said | None:
+def said_by(connection: Any, paths: Sequence[str], listed: str, same_content: SameContent = "refuse") -> Said | None:
     """What Parquet files say of themselves; None if they are no tallies.
 
     Parameters
@@ -95,11 +100,13 @@ def said_by(connection: Any, paths: Sequence[str], listed: str) -> Said | None:
         The files.
     listed : str
         The same as they stand in a statement.
+    same_content : {"refuse", "accept"}
+        Whether several may count files of the same content.
 
     Raises
     ------
     InputError
-        If only some are, or they do not say the same.
+        If only some are, they do not say the same, or two counted the same rows.
     """
     rows = connection.execute(f"select file_name, value from parquet_kv_metadata({listed}) where key = '{KEY}'::blob").fetchall()  # noqa: S608
     if not rows:
@@ -111,13 +118,26 @@ def said_by(connection: Any, paths: Sequence[str], listed: str) -> Said | None:
         if path not in found:
             refuse_others(first, path)
         _refuse_differences(found[first], found[path], first, path)
+    if same_content == "refuse":
+        _refuse_same_rows(found)
     values = {name: kind for said in found.values() for name, kind in said.values.items() if kind != "none"}
-    return Said(found[first].count, found[first].preparation, values)
+    return Said(found[first].count, found[first].preparation, values, tuple(digest for said in found.values() for digest in said.sources))
 
 
 def refuse_others(first: str, path: str) -> None:
     """Refuse a tally, the first, beside a file that is none."""
     raise InputError(f"{first} is a tally and {path} is none; count {path}, too (fairaudit tally), or leave it out")
+
+
+def _refuse_same_rows(found: Mapping[str, Said]) -> None:
+    """Refuse tallies of which two counted a file of the same content."""
+    known: dict[str, str] = {}
+    for path, said in found.items():
+        for digest in said.sources:
+            if (first := known.setdefault(digest, path)) != path:
+                raise InputError(
+                    f"{first} and {path} both count the file with the SHA-256 {digest[:12]}…; each row is counted once: {ACCEPTED}"
+                )
 
 
 def _refuse_differences(one: Said, other: Said, first: str, path: str) -> None:
@@ -142,6 +162,8 @@ def _read(path: str, value: bytes) -> Said:
         count, preparation, values = said["count"], said["preparation"], said["values"]
         fits = isinstance(count, str) and isinstance(preparation, list) and isinstance(values, dict)
         fits = fits and all(kind in ("texts", "values", "none") for kind in values.values())
+        sources = said.get("sources", [])
+        fits = fits and isinstance(sources, list) and all(isinstance(digest, str) for digest in sources)
         for entry in preparation if fits else ():
             fits = fits and {*entry} == {*ENTRY} and entry["step"] == "intervals" and isinstance(entry["column"], str)
             fits = fits and isinstance(entry["edges"], list) and all(isinstance(edge, str) for edge in entry["edges"])
@@ -149,4 +171,4 @@ def _read(path: str, value: bytes) -> Said:
         fits = False
     if not fits:
         raise InputError(f"{path}: what this tally says of itself cannot be read; {AGAIN}")
-    return Said(count, tuple({name: entry[name] for name in ENTRY} for entry in preparation), values)
+    return Said(count, tuple({name: entry[name] for name in ENTRY} for entry in preparation), values, tuple(sources))

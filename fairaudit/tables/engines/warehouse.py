@@ -7,12 +7,12 @@ from contextlib import suppress
 from typing import Any, TypeVar
 from urllib.parse import urlsplit
 
-from fairaudit.errors import InputError, nearest, shown
+from fairaudit.errors import FairauditError, InputError, nearest, shown
 from fairaudit.tables.binning import apply_bins
-from fairaudit.tables.engines.request import Request, attended, database_source
+from fairaudit.tables.engines.request import SAME_ROWS, Request, attended, database_source
 from fairaudit.tables.engines.survey import MOST, Survey
 from fairaudit.tables.label_text import native_values
-from fairaudit.tables.sql import DIALECTS, common_statement, count_statement
+from fairaudit.tables.sql import DIALECTS, RowsRead, common_statement, count_statement
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column
 
@@ -29,8 +29,9 @@ def read(url: str, request: Request) -> Tally:
         for name in request.columns:
             column(dict.fromkeys(schema.names, ()), name)
         cut = {name for name in request.bins if schema[name].is_numeric()}
-        statement = count_statement(request.columns, source, dialect, bins={name: request.bins[name] for name in cut})
-        return Tally.of(scheme, request.columns, _rows(connection.sql(statement))), cut
+        statement = count_statement(request.columns, source, dialect, bins={name: request.bins[name] for name in cut}, read=request.read)
+        rows = RowsRead(_rows(connection.sql(statement)))
+        return Tally.of(scheme, request.columns, rows).conserving(rows.rows, scheme, SAME_ROWS), cut
 
     tally, cut = _attended(url, request, work)
     if not len(tally):
@@ -71,7 +72,7 @@ def _attended(url: str, request: Request, work: Callable[[Any, str, str, Any], T
 
     try:
         return attended(connected, give_up, request)
-    except (InputError, KeyboardInterrupt, MemoryError):
+    except (FairauditError, KeyboardInterrupt, MemoryError):
         raise
     except Exception as error:
         said = " ".join(str(error).split("\n")[0].split())[:300] or type(error).__name__

@@ -75,7 +75,7 @@ class _Reader:
         self.answer = None if asked.recipe is None else Column.named(answer_path(asked.recipe, log.name))
         self.unmade: Counter[str] = Counter()
         self.rows: dict[tuple[Any, ...], int] = {}
-        self.read = self.counted = self.answered = 0
+        self.read = self.counted = self.answered = self.made = 0
         self.taken, self.unfit = False, ""
         self.errors: Counter[tuple[Any, ...]] = Counter()
         self.keys: set[int] = set()
@@ -132,6 +132,7 @@ class _Reader:
                 if self.together is not None:
                     self.together.add(tuple([values[place] for place in self.models]), unit)
             counted = tuple(values)
+            self.made += 1
             self.rows[counted] = self.rows.get(counted, 0) + 1
 
     def _fits(self, sample: Sample, beside: Mapping[str, Any], said: Mapping[str, str]) -> bool:
@@ -418,7 +419,7 @@ def read(paths: Sequence[str], log: Format, wanted: Wanted) -> Tally:
     with naming(", ".join(paths[:3])):
         drawn = drawn_of(log, wanted, [run for _, run in runs], reader.questions)
     cells = ((*map(plain, row), number) for row, number in reader.rows.items())
-    tally = Tally.of(File(paths[0]).name, list(wanted.columns), cells)
+    tally = Tally.of(File(paths[0]).name, list(wanted.columns), cells).conserving(reader.made, "fairaudit")
     if not log.name and reader.each is None and not asked.given:
         return tally
     if clash := reader.clash():
