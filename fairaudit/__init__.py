@@ -35,6 +35,7 @@ _NAMES = {
         "Infeasible",
         "InputError",
         "ManyRowsError",
+        "RowsLost",
         "TableNeeded",
     ),
     "fairaudit.exact.rationals": ("Number",),
@@ -168,6 +169,7 @@ if TYPE_CHECKING:
     from fairaudit.errors import Infeasible as Infeasible
     from fairaudit.errors import InputError as InputError
     from fairaudit.errors import ManyRowsError as ManyRowsError
+    from fairaudit.errors import RowsLost as RowsLost
     from fairaudit.errors import TableNeeded as TableNeeded
     from fairaudit.exact.rationals import Number as Number
     from fairaudit.filters.calibration import Calibration as Calibration

@@ -36,6 +36,7 @@ __all__ = [
     "first_row",
     "layout",
     "line_of_row",
+    "number_of_lines",
     "opened",
     "read_csv",
     "same_layout",
@@ -304,6 +305,21 @@ def line_of_row(path: str, position: int) -> int:
     if found is None:
         raise InputError(f"{path}: the file changed while it was read")
     return found[0]
+
+
+def number_of_lines(paths: Sequence[str]) -> int | None:
+    """Count the lines of texts, blank ones among them; None if what is compressed cannot be opened here."""
+    feeds = 0
+    try:
+        for path in paths:
+            last = b"\n"
+            with opened(Path(path)) as file:
+                while block := file.read(1 << 24):
+                    feeds, last = feeds + block.count(b"\n"), block
+            feeds += not last.endswith(b"\n")
+    except InputError:
+        return None
+    return feeds
 
 
 def same_layout(known: Layout | None, found: Layout) -> Layout:

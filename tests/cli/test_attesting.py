@@ -141,7 +141,7 @@ def test_columns_of_counts(folder: Path) -> None:
 
 
 def test_several_files_and_a_pattern(folder: Path) -> None:
-    (folder / "data" / "more.csv").write_text(LOG)
+    (folder / "data" / "more.csv").write_text(LOG + "\n")
     made = attested(folder, "data/log.csv", str(folder / "data/m*.csv"), *ROLES, "--missing", "drop")
     assert [(source.name, source.rows) for source in made.sources] == [("log.csv", None), ("more.csv", None)]
     assert made.rows.read == 12

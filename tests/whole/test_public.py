@@ -117,6 +117,7 @@ def calls(folder: Path) -> dict[str, Callable[[], Any]]:
         "LinearRow": lambda: fa.LinearRow({"no": 1, "yes": "-1/2"}, 0),
         "Look": look,
         "ManyRowsError": lambda: fa.ManyRowsError("x"),
+        "RowsLost": lambda: fa.RowsLost("x"),
         "Mechanism": coin,
         "Monitor": closed,
         "NoiseFloor": lambda: fa.noise_floor(draws(), draws()),

@@ -21,7 +21,7 @@ import numpy as np
 from fairaudit.errors import InputError, ManyRowsError, shown
 from fairaudit.tables.binning import RAW, Bins, apply_bins
 from fairaudit.tables.columns import MISSING_LABEL, label_is_there, read_labels
-from fairaudit.tables.csv import Layout, first_row, layout, opened, same_layout, text_lines
+from fairaudit.tables.csv import Layout, first_row, layout, number_of_lines, opened, same_layout, text_lines
 from fairaudit.tables.engines.paths import Form, read_text
 from fairaudit.tables.engines.request import SAME_ROWS, Request, attended, database_source
 from fairaudit.tables.engines.tally_files import refuse_others, said_by
@@ -439,7 +439,7 @@ def _read_json(paths: Sequence[str], request: Request) -> Tally:
                 _refuse_copies(connection, paths)
                 source = json_texts(form, request.columns)
                 tally = _count(connection, Path(paths[0]).name, source, dict.fromkeys(request.columns, "JSON"), request)
-                if not lines or _lines(paths) != tally.rows:
+                if not lines or number_of_lines(paths) != tally.rows:
                     tally = tally.conserving(_amount(connection, "count(*)", source), "DuckDB")
                 if any(values == [None] for values in tally.levels.values()):
                     _types(connection, f"read_json({form}, sample_size=-1)", request.columns)
@@ -448,21 +448,6 @@ def _read_json(paths: Sequence[str], request: Request) -> Tally:
             said = str(error) if name in str(error) else f"{name}: {error}"
             raise InputError((bad_json(paths) if lines else None) or said) from None
     return tally
-
-
-def _lines(paths: Sequence[str]) -> int | None:
-    """How many lines texts have, of which blank ones cannot be told apart; None if what is compressed cannot be opened here."""
-    feeds = 0
-    try:
-        for path in paths:
-            last = b"\n"
-            with opened(Path(path)) as file:
-                while block := file.read(BLOCK):
-                    feeds, last = feeds + block.count(b"\n"), block
-            feeds += not last.endswith(b"\n")
-    except InputError:
-        return None
-    return feeds
 
 
 def _refuse_copies(connection: Any, paths: Sequence[str]) -> None:

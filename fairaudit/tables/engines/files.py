@@ -27,21 +27,16 @@ __all__ = ["read", "survey"]
 
 def read(sources: Sequence[str], request: Request, engine: str) -> Tally:
     """Count the rows of files."""
-    with _listed(sources, request) as (found, said):
-        tally = _read(found, request, engine)
-        return replace(tally, notes=(*said, *tally.notes)) if said else tally
-
-
-@contextmanager
-def _listed(sources: Sequence[str], request: Request) -> Iterator[tuple[list[str], tuple[str, ...]]]:
-    """Find the files, of which none is named twice, and what there is to say of those with the same content."""
     named = expand(sources)
     with regular(named) as found:
-        yield found, refuse_twice(found, request.same_content, dict(zip(found, named, strict=True)))
+        log = _samples_of(found, request)
+        told_apart = log is not None and (bool(log.key) or "file" in request.columns)  # or refused sample by sample
+        said = refuse_twice(found, "accept" if told_apart else request.same_content, dict(zip(found, named, strict=True)))
+        tally = _read(found, log, request, engine)
+        return replace(tally, notes=(*said, *tally.notes)) if said and not told_apart else tally
 
 
-def _read(found: list[str], request: Request, engine: str) -> Tally:
-    log = _samples_of(found, request)
+def _read(found: list[str], log: Format | None, request: Request, engine: str) -> Tally:
     if log is not None:
         from fairaudit.tables.evaluations.reading import read as count
 
@@ -103,8 +98,10 @@ def survey(sources: Sequence[str], request: Request, engine: str) -> Survey:
     """Look at every column of files."""
     from fairaudit.tables.engines import survey as of
 
-    with _listed(sources, request) as (found, _):
+    named = expand(sources)
+    with regular(named) as found:
         log = _samples_of(found, request) or _objects(found, request)
+        refuse_twice(found, request.same_content if log is None else "accept", dict(zip(found, named, strict=True)))
         if log is not None:
             return of.of_samples(found, log, request)
         with _files(found, request, engine) as (paths, kind, own):

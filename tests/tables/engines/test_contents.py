@@ -215,3 +215,15 @@ def test_commands_refuse_a_log_that_is_named_twice(tmp_path: Path) -> None:
     assert not (tmp_path / "kept.parquet").exists() and not (tmp_path / "two.parquet").exists()
     code, said = command("certify", day, copy, *roles, "--utility", "yes", "--same-content", "accept")
     assert code == 0 and re.search(r"600\b", said) and "have the same content" in said
+
+
+def test_logs_that_are_told_apart_by_their_file_may_have_the_same_content(tmp_path: Path) -> None:
+    for name in "pq":
+        (tmp_path / f"{name}.jsonl").write_text('{"a": {"v": "x"}}\n')
+    paths = [tmp_path / "p.jsonl", tmp_path / "q.jsonl"]
+    assert read_log(paths, ["a.v", "file"]).rows == 2
+    with pytest.raises(fa.InputError, match="each row is counted once"):
+        read_log(paths, ["a.v"])
+    (tmp_path / "link.jsonl").symlink_to(paths[0])
+    with pytest.raises(fa.InputError, match="are one file"):
+        read_log([paths[0], tmp_path / "link.jsonl"], ["a.v", "file"])
