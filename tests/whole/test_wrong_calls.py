@@ -187,10 +187,13 @@ PYTHON: dict[str, tuple[Callable[[], object], str]] = {
     "confidence 95%": (lambda: audit(confidence="95%"), "confidence: '95%' is not a number such as 12, 0.25, 1e-3 or 1/3; '95%' is 0.95"),
     "burden no": (lambda: audit(burden="no"), "burden is 'no', a text; True or False is accepted"),
     "difference false": (lambda: audit(difference="false"), "difference is 'false', a text; True or False is accepted"),
-    "a misspelt choice": (lambda: audit(missing="drpo"), "missing='drpo' is not accepted; use 'error', 'drop', 'group' or 'unknown'"),
+    "a misspelt choice": (
+        lambda: audit(missing="drpo"),
+        "missing='drpo' is not accepted; use 'error', 'drop', 'group', 'unknown' or 'undecided'",
+    ),
     "a choice that is true": (
         lambda: audit(missing=True),
-        "missing is True, a truth value; 'error', 'drop', 'group' or 'unknown' is accepted",
+        "missing is True, a truth value; 'error', 'drop', 'group', 'unknown' or 'undecided' is accepted",
     ),
     "an engine 4": (lambda: audit(engine=4), "engine is 4, an int; 'auto', 'duckdb', 'python', 'spark' or a SparkSession is accepted"),
     "one edge": (lambda: audit(context="age", bins={"age": 5}), "bins['age'] is 5, an int; a list of numbers or a Bins is accepted"),

@@ -542,7 +542,7 @@ def test_command_says_what_stands_behind_the_pair(tmp_path: Path, capsys: pytest
     assert told.startswith("SPELLINGS    column 'race': 'BLACK' and 'Black'")
     assert "Only 3 decisions stand behind race=BLACK and 4 decisions behind race=Black. race=BLACK is favoured over race=Black" in told
     assert "(n = 3 and 4)" in told
-    assert "  - 2 of 49 decisions have a missing label and were left out ('answer': 1, 'race': 1)\n" in told
+    assert "  - 2 of 49 decisions have a missing label and were left out ('answer': 1, 'race': 1; by group: 'White' 1 of 41)\n" in told
     assert "2 of 49 decisions have a missing label and were left out; they are taken to be no different from the others" in told
     assert main([*args, "--fold-labels"]) == 0
     told = capsys.readouterr().out

@@ -25,8 +25,8 @@ from fairaudit.tables.csv import Layout, first_row, layout, number_of_lines, ope
 from fairaudit.tables.engines.paths import Form, read_text
 from fairaudit.tables.engines.request import SAME_ROWS, Request, attended, database_source
 from fairaudit.tables.engines.tally_files import refuse_others, said_by
-from fairaudit.tables.evaluations.paths import written_path
-from fairaudit.tables.label_text import Reader, json_number
+from fairaudit.tables.evaluations.paths import json_value
+from fairaudit.tables.label_text import Reader
 from fairaudit.tables.preparation import Entry, left_out, level
 from fairaudit.tables.sql import COUNT_COLUMN, READ_COLUMN, Written, count_statement, identifier, written, written_name
 from fairaudit.tables.tally import Tally, refuse_loss
@@ -41,7 +41,6 @@ __all__ = [
     "fetched_rows",
     "json_form",
     "json_texts",
-    "json_value",
     "literal",
     "literal_path",
     "literals",
@@ -486,31 +485,6 @@ def bad_json(paths: Sequence[str]) -> str | None:
         except InputError as error:
             return None if "Zstandard" in str(error) else f"{path}: {error}"
     return None
-
-
-def json_value(text: str | None) -> Any:
-    """Read the JSON text of a label.
-
-    Raises
-    ------
-    InputError
-        If it is not the text of a text, number or truth value.
-    """
-    if text is None:
-        return None
-    try:
-        value = json.loads(text, parse_float=json_number, parse_constant=_refuse)
-    except (ValueError, RecursionError):
-        raise InputError(f"it holds {shown(text)}, which is not a JSON value") from None
-    if isinstance(value, (dict, list)):
-        known = [f".{written_path((key,))}" for key in list(value)[:10]] if isinstance(value, dict) else ["[0]", "[last]"] if value else []
-        inside = f"; name what is in it by a path, which goes on with {', '.join(known)}" if known else ""
-        raise InputError(f"it holds {shown(text)}; a label is a text, a number or a truth value{inside}")
-    return value
-
-
-def _refuse(text: str) -> Any:
-    raise ValueError(text)
 
 
 JSON = Written(read=json_value)

@@ -9,9 +9,10 @@ from urllib.parse import urlsplit
 
 from fairaudit.errors import InputError
 from fairaudit.tables.binning import apply_bins
-from fairaudit.tables.engines.duckdb import json_value, readers
+from fairaudit.tables.engines.duckdb import readers
 from fairaudit.tables.engines.request import SAME_ROWS, Request, attended, database_source
 from fairaudit.tables.engines.survey import MOST, Survey, read_first
+from fairaudit.tables.evaluations.paths import json_value
 from fairaudit.tables.sql import RowsRead, Written, common_statement, count_statement, written
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column

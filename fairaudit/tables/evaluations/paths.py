@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,8 +10,9 @@ from decimal import Decimal, InvalidOperation
 from typing import Any, Final
 
 from fairaudit.errors import InputError, shown
+from fairaudit.tables.label_text import json_number
 
-__all__ = ["ABSENT", "EACH", "LAST", "Path", "Step", "is_path", "read_path", "value_at", "written_path"]
+__all__ = ["ABSENT", "EACH", "LAST", "Path", "Step", "is_path", "json_value", "read_path", "value_at", "written_path"]
 
 EACH: Final = None
 """The step ``[*]``: every element of a list."""
@@ -231,3 +233,28 @@ def _number(value: Any, text: str) -> Decimal:
                 return number
     said = "nothing" if value is ABSENT else shown(value)
     raise InputError(f"{shown(text, 200)} takes the greatest of numbers, and one of them is {said}")
+
+
+def json_value(text: str | None) -> Any:
+    """Read the JSON text of a label.
+
+    Raises
+    ------
+    InputError
+        If it is not the text of a text, number or truth value.
+    """
+    if text is None:
+        return None
+    try:
+        value = json.loads(text, parse_float=json_number, parse_constant=_refuse)
+    except (ValueError, RecursionError):
+        raise InputError(f"it holds {shown(text)}, which is not a JSON value") from None
+    if isinstance(value, (dict, list)):
+        known = [f".{written_path((key,))}" for key in list(value)[:10]] if isinstance(value, dict) else ["[0]", "[last]"] if value else []
+        inside = f"; name what is in it by a path, which goes on with {', '.join(known)}" if known else ""
+        raise InputError(f"it holds {shown(text)}; a label is a text, a number or a truth value{inside}")
+    return value
+
+
+def _refuse(text: str) -> Any:
+    raise ValueError(text)
