@@ -38,7 +38,7 @@ of policies     ``declared``, ``policy_evidence``, ``likelihoods``, ``sides``, `
                 ``floored``, ``near``
 of drift        ``drifts``, ``drift``
 of objections   ``undecided``, ``hidden_context``; then ``judgement`` of claims of all families
-certificate     ``preparation``, ``evaluation``, ``certificate``, ``outline``, ``assumptions``, ``targets``
+certificate     ``left_out``, ``preparation``, ``evaluation``, ``certificate``, ``outline``, ``assumptions``, ``targets``
 other formats   ``proxy_ranges``, ``proxies``, ``conjunctions``, ``subgroup_statement``, ``subgroups``; then ``verification`` of all
 command         ``attestation``: who made a certificate, of which files; ``command``
 ==============  ================================================================================================================
