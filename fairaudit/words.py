@@ -23,6 +23,7 @@ __all__ = [
     "factor_text",
     "first_columns",
     "harmless",
+    "noun",
     "percent",
     "place",
     "plain",
@@ -168,6 +169,17 @@ def place(labels: Mapping[str, str]) -> str:
     'Dept=A, Year=1973'
     """
     return ", ".join(f"{column}={label}" for column, label in labels.items())
+
+
+def noun(number: object, one: str, more: str = "") -> str:
+    """What stands behind a number: in the singular behind 1; the plural is given where it does not end in s.
+
+    Examples
+    --------
+    >>> noun(1, "context"), noun(0, "context"), noun(1_204, "entry", "entries")
+    ('context', 'contexts', 'entries')
+    """
+    return one if number in (1, "1") else more or f"{one}s"
 
 
 def percent(value: Fraction | float, rounding: Literal["down", "up"] = "down") -> str:

@@ -19,6 +19,7 @@ from fairaudit.errors import InputError, shown
 from fairaudit.files import read_toml
 from fairaudit.tables.evaluations.extraction import Extraction
 from fairaudit.tables.sources import is_audit_file
+from fairaudit.words import noun
 
 __all__ = ["Pairs", "Recounted", "compare_rows", "compare_sources", "files_of_audit", "pairs_of", "with_joined"]
 
@@ -177,7 +178,9 @@ def _compare(said: Source, given: Source | None) -> Recounted:
     if (given.sha256, given.bytes) == (said.sha256, said.bytes):
         return Recounted(what, True)
     recorded = f"recorded are {said.bytes} and {said.sha256}"
-    return Recounted(what, False, f"{shown(given.name)} has {given.bytes} bytes and the digest {given.sha256}, {recorded}")
+    return Recounted(
+        what, False, f"{shown(given.name)} has {given.bytes} {noun(given.bytes, 'byte')} and the digest {given.sha256}, {recorded}"
+    )
 
 
 def _sections_in(path: str | None, said: Source, audit: Mapping[str, Any]) -> Recounted:
@@ -217,4 +220,7 @@ def compare_rows(said: Sequence[Source], audit: Mapping[str, Any] | None, read: 
         return [Recounted("the rows of the sources", False, f"the attestation says that they have {sum(listed)}; {read} were read")]
     if read is not None and listed and len(holding) == 1:
         recorded = [entry for entry in recorded if entry is not holding[0]]
-    return [Recounted(f"the {entry.rows} rows of {shown(entry.name)}", None, "they are not counted by themselves") for entry in recorded]
+    return [
+        Recounted(f"the {entry.rows} {noun(entry.rows, 'row')} of {shown(entry.name)}", None, "they are not counted by themselves")
+        for entry in recorded
+    ]

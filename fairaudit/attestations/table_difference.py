@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from fairaudit.errors import InputError, shown
-from fairaudit.words import brief
+from fairaudit.words import brief, noun
 
 __all__ = ["DifferentCell", "TableDifference", "compare_tables"]
 
@@ -52,7 +52,7 @@ class DifferentCell:
 
     @property
     def _more(self) -> list[str]:
-        return [f"and {len(self.numbers) - LISTED} more numbers"] if len(self.numbers) > LISTED else []
+        return [f"and {more} more {noun(more, 'number')}"] if (more := len(self.numbers) - LISTED) > 0 else []
 
 
 @brief

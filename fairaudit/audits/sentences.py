@@ -19,7 +19,7 @@ from fairaudit.measures.ratios import Ratio, Witness
 from fairaudit.model.law import Law
 from fairaudit.model.layout import Columns
 from fairaudit.tables.values import Label
-from fairaudit.words import BENEFIT, ENDS_CROSS, THE_INTERVAL, THIS_TABLE, Words, approximate, percent, place
+from fairaudit.words import BENEFIT, ENDS_CROSS, THE_INTERVAL, THIS_TABLE, Words, approximate, noun, percent, place
 
 if TYPE_CHECKING:
     from fairaudit.audits.result import Result
@@ -234,8 +234,31 @@ def lost_text(said: Mapping[str, Any] | None) -> str:
     answers, samples = said["answers"], said["samples"]
     lost = sum(answers.values()) - answers["read"]
     absent = 0 if samples["expected"] is None else samples["expected"] - samples["read"]
-    found = [f"Of {sum(answers.values()):,} answers of the evaluation log {lost:,} decide nothing."] if lost else []
-    return " ".join([*found, *([f"Of {samples['expected']:,} samples {absent:,} are not in the log."] if absent else [])])
+    found = (
+        [
+            (
+                f"Of {sum(answers.values()):,} {noun(sum(answers.values()), 'answer')} of the evaluation log {lost:,} "
+                f"{'decides' if lost == 1 else 'decide'} nothing."
+            )
+        ]
+        if lost
+        else []
+    )
+    return " ".join(
+        [
+            *found,
+            *(
+                [
+                    (
+                        f"Of {samples['expected']:,} {noun(samples['expected'], 'sample')} {absent:,} "
+                        f"{'is' if absent == 1 else 'are'} not in the log."
+                    )
+                ]
+                if absent
+                else []
+            ),
+        ]
+    )
 
 
 def sentence(
@@ -452,8 +475,8 @@ def amount_text(size: Size) -> str:
     ('1,825 decisions', '1 unit (12 decisions)')
     """
     if size.units is not None:
-        return f"{size.units:,} unit{'' if size.units == 1 else 's'} ({size.text} decisions)"
-    return f"{size.text} decision{'' if size.decisions == 1 else 's'}"
+        return f"{size.units:,} {noun(size.units, 'unit')} ({size.text} decisions)"
+    return f"{size.text} {noun(size.decisions, 'decision')}"
 
 
 def identifier_text(law: Law, columns: Columns, contexts: Sequence[Any] | None = None) -> str:

@@ -19,7 +19,7 @@ from fairaudit.measures.limits import limit_text
 from fairaudit.model.law import Law
 from fairaudit.tables.preparation import said
 from fairaudit.theorems.registry import without_objection
-from fairaudit.words import BENEFIT, WHATEVER, WHOEVER, brief, ends_text, words_for
+from fairaudit.words import BENEFIT, WHATEVER, WHOEVER, brief, ends_text, noun, words_for
 
 __all__ = ["CertificateComparison", "Change", "Moved", "compare_documents"]
 
@@ -543,7 +543,10 @@ def _notes(old: Mapping[str, Any], new: Mapping[str, Any], before: Subject | Non
     yield from (f"only now: {text}" for text in told[1] if text not in told[0])
     yield from (f"no longer: {text}" for text in told[0] if text not in told[1])
     if old["not_compared"] != new["not_compared"]:
-        yield f"what was not compared differs: {len(old['not_compared'])} entries before, {len(new['not_compared'])} now"
+        yield (
+            f"what was not compared differs: {len(old['not_compared'])} "
+            f"{noun(len(old['not_compared']), 'entry', 'entries')} before, {len(new['not_compared'])} now"
+        )
     resting = [[*document["claims"], *([document["changed"]] if "changed" in document else [])] for document in (old, new)]
     assumed = [{text for statement in statements for text in statement["assumptions"]} for statements in resting]
     yield from (f"assumed only now: {text}" for text in sorted(assumed[1] - assumed[0]))

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.output import Answer, in_colour
 from fairaudit.cli.population import OF_SAMPLES
+from fairaudit.words import noun
 
 if TYPE_CHECKING:
     from fairaudit.audits.result import Result
@@ -136,7 +137,8 @@ def _screen(
         said.append(f"Beside {', '.join(arguments.output)}, of the profile effect, stands that of the position: {', '.join(beside)}.")
     shown = replace(
         own,
-        audited=f"{found.runs:,} choices among {found.slots} candidates each, {own.audited.partition(', ')[2]}",
+        audited=f"{found.runs:,} {noun(found.runs, 'choice')} among {found.slots} {noun(found.slots, 'candidate')} each, "
+        f"{own.audited.partition(', ')[2]}",
         cautions=(*(f"WARNING: {plain(warning)}." for warning in found.warnings), *own.cautions),
         assumptions=(*assumed, *own.assumptions),
     )
@@ -147,7 +149,11 @@ def _text(found: Allocation, profile: Result, position: Result, within: Result, 
     from fairaudit.reports.text import verdict
     from fairaudit.words import approximate, plain
 
-    blocks = [verdict(profile) if profile.targets else f"{found.runs} choices among {found.slots} candidates each; no target was set."]
+    blocks = [
+        verdict(profile)
+        if profile.targets
+        else f"{found.runs} {noun(found.runs, 'choice')} among {found.slots} {noun(found.slots, 'candidate')} each; no target was set."
+    ]
     blocks += [f"WARNING: {plain(warning)}." for warning in found.warnings]
     for title, result in (
         ("Position effect: what a slot gains, whoever stands in it", position),

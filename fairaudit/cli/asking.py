@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from fairaudit.cli.columns import Column, described, is_complete, looked_at, named, suggested, warnings, written
 from fairaudit.errors import FairauditError
-from fairaudit.words import plain
+from fairaudit.words import noun, plain
 
 if TYPE_CHECKING:
     from fairaudit.audits.roles import Roles
@@ -83,7 +83,7 @@ class _Dialogue:
             for text in warnings(column):
                 _say(f"       {' ' * width}  ! {plain(text)}")
         if self.hidden:
-            _say(f"  and {self.hidden} more paths, which may be named, too: fairaudit inspect --all lists them")
+            _say(f"  and {self.hidden} more {noun(self.hidden, 'path')}, which may be named, too: fairaudit inspect --all lists them")
         _say("\n" + HELP)
         for text in self.guess.said:
             _say(f"Note: {plain(text)}.\n")

@@ -14,6 +14,7 @@ from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer, add_format
 from fairaudit.cli.source import add_source
 from fairaudit.tables.evaluations.extraction import FORMATS
+from fairaudit.words import noun
 
 DESCRIPTION = """\
 List columns, levels and missing values of a table, and print a certify command to try. The table may be all that certify reads as a
@@ -42,7 +43,7 @@ def run(arguments: argparse.Namespace) -> Answer:
     """Do the work."""
     survey, found, roles = looked_at(arguments)
     command = suggested(arguments, roles)
-    size = f"{survey.rows} rows, {len(found)} columns"
+    size = f"{survey.rows} {noun(survey.rows, 'row')}, {len(found)} {noun(len(found), 'column')}"
     samples = survey.samples
     technical = frozenset[str]() if samples is None or arguments.all else samples.technical - named(roles)
     listed = [column for column in found if column.name not in technical]
@@ -72,7 +73,7 @@ def _text(size: str, found: list[Column], folded: int, said: Sequence[str], comm
         lines.append(f"  {plain(column.name).ljust(width)}  {described(column, room)}")
         lines += [f"  {' ' * width}  ! {plain(warning)}" for warning in warnings(column)]
     lines += [
-        *([f"  and {folded} more paths: --all"] if folded else []),
+        *([f"  and {folded} more {noun(folded, 'path')}: --all"] if folded else []),
         "",
         *(f"Note: {plain(text)}." for text in said),
         *([""] if said else []),

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from fairaudit.cli.destinations import check_output
 from fairaudit.cli.options import column_roles
 from fairaudit.cli.source import extraction_from, option, progress
+from fairaudit.words import noun
 
 if TYPE_CHECKING:
     from fairaudit.tables.engines.request import Report
@@ -163,7 +164,13 @@ def _apart(table: str | Sequence[str]) -> tuple[list[str], list[str]]:
 def _notes(made: Tally, logs: Sequence[str], kept: str) -> tuple[str, ...]:
     from fairaudit.tables.sources import source_name
 
-    return (*made.notes, f"{made.rows:,} rows of {source_name(logs)}, of which {len(made):,} are different, are kept in {kept}")
+    return (
+        *made.notes,
+        (
+            f"{made.rows:,} {noun(made.rows, 'row')} of {source_name(logs)}, of which {len(made):,} "
+            f"{'is' if len(made) == 1 else 'are'} different, are kept in {kept}"
+        ),
+    )
 
 
 def quoted(name: str) -> str:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.output import Answer
 from fairaudit.measures.limits import LIMITS, limit_cells, limit_readings, limit_text
+from fairaudit.words import noun
 
 if TYPE_CHECKING:
     from fairaudit.certificates.reader import Subject
@@ -73,7 +74,7 @@ class Screen:
         else:
             entry["readings"] = limit_readings(LIMITS[alarm["target"]][1], Fraction(alarm["limit"]))
             lower = float(Fraction(alarm["lower"]))
-            said = f"{_limit(alarm)}: exceeded after {alarm['events']} decisions (line {alarm['line']}), "
+            said = f"{_limit(alarm)}: exceeded after {alarm['events']} {noun(alarm['events'], 'decision')} (line {alarm['line']}), "
             said = plain(said) + f"R is at least {lower:.4g}{_who(alarm)}"
         text = self._cleared() + "\n".join(_wrapped(f"ALARM: {said}"))
         return Answer(
@@ -222,13 +223,17 @@ def _closed(window: dict[str, Any]) -> Answer:
 
 def _window(window: Mapping[str, Any]) -> str:
     ends = ", ".join(f"{quantity} {_ends(low, high)}" for quantity, (low, high) in window["intervals"].items())
-    return f"Window {window['window']}: {window['events']} decisions, {ends or 'nothing compared'}: {window['verdict']}"
+    return (
+        f"Window {window['window']}: {window['events']} {noun(window['events'], 'decision')}, "
+        f"{ends or 'nothing compared'}: {window['verdict']}"
+    )
 
 
 def _lines(entry: dict[str, Any]) -> list[str]:
     from fairaudit.words import plain
 
-    lines = [f"{HEADLINES[entry['verdict']]} after {entry['decisions']} decisions; {entry['contexts']} contexts, {entry['groups']} groups"]
+    size = ", ".join(f"{entry[f'{what}s']} {noun(entry[f'{what}s'], what)}" for what in ("context", "group"))
+    lines = [f"{HEADLINES[entry['verdict']]} after {entry['decisions']} {noun(entry['decisions'], 'decision')}; {size}"]
     for quantity, (low, high) in entry["ratio"].items():
         lines.append(f"  {quantity + ' ratio R':<16} {_ends(low, high)} at every moment, at confidence {entry['confidence']}")
     lines += [f"  {_limit(target)}: {target['verdict']}{_who(target)}" for target in entry["targets"]]
@@ -238,7 +243,9 @@ def _lines(entry: dict[str, Any]) -> list[str]:
         elif "changed" in alarm:
             lines.append(f"  {_contradicted(alarm)}")
         else:
-            lines.append(f"  first alarm of {alarm['target']} after {alarm['events']} decisions (line {alarm['line']})")
+            lines.append(
+                f"  first alarm of {alarm['target']} after {alarm['events']} {noun(alarm['events'], 'decision')} (line {alarm['line']})"
+            )
     if "by_time" in entry:
         lines += _paired(entry["by_time"])
     if "window" in entry:
@@ -248,7 +255,8 @@ def _lines(entry: dict[str, Any]) -> list[str]:
         part = entry["since_alarm"]
         ends = ", ".join(f"{quantity} {_ends(low, high)}" for quantity, (low, high) in part["intervals"].items())
         lines.append(
-            f"  since the alarm: {part['events']} decisions, {ends or 'nothing compared'} at every moment, at confidence "
+            f"  since the alarm: {part['events']} {noun(part['events'], 'decision')}, {ends or 'nothing compared'} at "
+            f"every moment, at confidence "
             f"{part['confidence']}: {part['verdict']}"
         )
     for quantity, change in entry.get("change", {}).items():
@@ -256,7 +264,7 @@ def _lines(entry: dict[str, Any]) -> list[str]:
     lines += [f"  {plain(radius['sentence'])} (the decisions so far)" for radius in entry.get("radii", ())]
     counted = [(entry["dead_letters"], "could not be read"), (entry["repeats"], "repeats left out")]
     counted += [(entry["before_since"], "before --since"), (entry["clock_went_back"], "with a clock that went back")]
-    lines += [f"  {n} lines {what}" for n, what in counted if n]
+    lines += [f"  {n} {noun(n, 'line')} {what}" for n, what in counted if n]
     return lines
 
 
@@ -274,7 +282,7 @@ def _paired(found: dict[str, Any]) -> list[str]:
     from fairaudit.words import approximate
 
     low, high = found["ratio"]
-    lines = [f"  by {found['pairs']} pairs in time, at every moment, at confidence {found['confidence']}:"]
+    lines = [f"  by {found['pairs']} {noun(found['pairs'], 'pair')} in time, at every moment, at confidence {found['confidence']}:"]
     said = "no ratio above 1 is shown at any time"
     if low > 1:
         said = f"at some time the local ratio was above {approximate(Fraction(low), 'down')}{_who(found)}"

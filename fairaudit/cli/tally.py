@@ -12,6 +12,7 @@ from fairaudit.cli.keeping import UNCOUNTED, count, quoted
 from fairaudit.cli.options import add_command, column_roles
 from fairaudit.cli.output import Answer, add_format
 from fairaudit.cli.source import add_source, option, progress
+from fairaudit.words import noun
 
 DESCRIPTION = """\
 Count the equal rows of a log, or of a part of one (a day, a branch), by the columns that an audit will ask for, and write the counts
@@ -78,7 +79,10 @@ def run(arguments: argparse.Namespace) -> Answer:
     with progress() as told:
         made = count(arguments, arguments.table, arguments.output, told)
     words = _certify(arguments)
-    sentence = f"{made.rows:,} rows, of which {len(made):,} are different, are counted in {arguments.output}."
+    sentence = (
+        f"{made.rows:,} {noun(made.rows, 'row')}, {len(made):,} of them different, "
+        f"{'is' if made.rows == 1 else 'are'} counted in {arguments.output}."
+    )
     return Answer(
         "tally",
         sentence=sentence,

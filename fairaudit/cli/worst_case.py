@@ -12,6 +12,7 @@ from fairaudit.cli.destinations import add_output, check_output, write_outputs
 from fairaudit.cli.options import add_command, column_list
 from fairaudit.cli.output import Answer, add_format, aligned
 from fairaudit.cli.source import add_label_options, add_source, add_table_form, law_from_options
+from fairaudit.words import noun
 
 if TYPE_CHECKING:
     from fairaudit.worst.result import WorstCase
@@ -205,7 +206,7 @@ def _table(found: WorstCase) -> list[str]:
             lines.append([label, u, approximate(value)])
     shown = aligned([[plain(text) for text in line] for line in lines], "  ").splitlines()
     if hidden:
-        shown.append(f"  … and {hidden} more values, in the certificate")
+        shown.append(f"  … and {hidden} more {noun(hidden, 'value')}, in the certificate")
     if witness.context is not None:
         shown.append("  (elsewhere it is constant, or as the certificate lists it)")
     return shown

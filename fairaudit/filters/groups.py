@@ -13,6 +13,7 @@ from fairaudit.errors import InputError, nearest, shown
 from fairaudit.exact.rationals import Number, at_least, common_denominator, option_value, rational
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.values import ByGroup, Label, LabelsLike
+from fairaudit.words import noun
 
 Groups = int | Sequence[LabelsLike] | Mapping[str, int | Sequence[LabelsLike]]
 """The values of an attribute, their number, or either for each of several attributes by name."""
@@ -62,7 +63,9 @@ def read_masses(population: Masses | None, labels: tuple[Label, ...]) -> list[in
     else:
         numbers = [at_least("population", value, 0, number_reader(population)) for value in population]
         if len(numbers) != len(labels):
-            raise InputError(f"the population has {len(numbers)} masses for {len(labels)} groups; give one for each")
+            raise InputError(
+                f"the population has {len(numbers)} {noun(len(numbers), 'mass', 'masses')} for {len(labels)} groups; give one for each"
+            )
     if not any(numbers):
         raise InputError("every mass of the population is zero; at least one must be positive")
     return common_denominator([(v.numerator, v.denominator) for v in numbers])[0]

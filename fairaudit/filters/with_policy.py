@@ -26,6 +26,7 @@ from fairaudit.model.policy import Policy, Population
 from fairaudit.model.utility import Utility, Values, known_utility
 from fairaudit.theorems.assumptions import FRESH
 from fairaudit.theorems.bound import THIS_LAW
+from fairaudit.words import noun
 
 MAX_ENTRIES = 2_000_000
 """Ordered pairs of groups over all contexts: each is an integer, and a coefficient of the linear program."""
@@ -93,7 +94,7 @@ def design(
         raise InputError("the policy lacks a law for some group in some context; a design needs every group in every context")
     count = len(law.groups)
     if count > MAX_GROUPS or count * count * len(law.contexts) > MAX_ENTRIES:
-        size = f"{count} groups in {len(law.contexts)} contexts"
+        size = f"{count} {noun(count, 'group')} in {len(law.contexts)} {noun(len(law.contexts), 'context')}"
         raise InputError(f"the policy has {size}; a design accepts up to {MAX_GROUPS} groups, and fewer with many contexts")
     wanted = known_utility(policy.law, utility)
     mass = policy.behind(group=Identity(law.groups), population=population).mass

@@ -17,7 +17,7 @@ from fairaudit.exact.rationals import common_denominator, rational
 from fairaudit.tables.columns import CodedTable
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.values import INT64, Label, Locate, combine, distinct, exact_floats, number_text, numbers
-from fairaudit.words import brief
+from fairaudit.words import brief, noun
 
 __all__ = ["Columns", "Truth", "Units"]
 
@@ -263,7 +263,7 @@ def axis_labels(labels: Sequence[Any] | None, size: int, axis: str) -> list[Labe
             texts.append(text)
         listed.append(tuple(texts))
     if len(listed) != size:
-        raise InputError(f"{len(listed)} labels were given for {size} {axis}")
+        raise InputError(f"{len(listed)} {noun(len(listed), 'label was', 'labels were')} given for {size} {axis}")
     if len(set(listed)) != len(listed):
         raise InputError(f"the labels of the {axis} are not all different")
     if len({len(label) for label in listed}) > 1:

@@ -28,7 +28,7 @@ from fairaudit.exact.rationals import Number, at_least, common_denominator, opti
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.sources import Table
 from fairaudit.tables.values import ByGroup, Label, LabelsLike, column, locator, names, numbers
-from fairaudit.words import brief
+from fairaudit.words import brief, noun
 
 __all__ = ["Constant", "Factor", "Identity", "Mechanism", "Product", "RandomizedResponse", "Store"]
 
@@ -373,7 +373,7 @@ class Mechanism:
             places.append(place)
             start += width
         if start != len(texts):
-            raise InputError(f"the value {shown(value)} has {len(texts)} parts; the filter takes {start}")
+            raise InputError(f"the value {shown(value)} has {len(texts)} {noun(len(texts), 'part')}; the filter takes {start}")
         return places
 
 

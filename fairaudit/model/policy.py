@@ -22,7 +22,7 @@ from fairaudit.tables.columns import Missing
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.sources import Table
 from fairaudit.tables.values import INT64, Label, LabelLike, LabelsLike, names
-from fairaudit.words import brief
+from fairaudit.words import brief, noun
 
 __all__ = ["Deployment", "Policy", "PolicySource", "policy_source", "sample_policy"]
 
@@ -506,7 +506,10 @@ def _deploy(policy: Policy, group: Mechanism, context: Mechanism | None, populat
         if mechanism is None:
             continue
         if mechanism.width != len(columns):
-            raise InputError(f"the {what} filter covers {mechanism.width} columns; the policy has {len(columns)}: {', '.join(columns)}")
+            raise InputError(
+                f"the {what} filter covers {mechanism.width} {noun(mechanism.width, 'column')}; the policy has "
+                f"{len(columns)}: {', '.join(columns)}"
+            )
         if mechanism.columns and mechanism.columns != columns:
             raise InputError(f"the {what} filter is for the columns {', '.join(mechanism.columns)}; the policy has {', '.join(columns)}")
     if len(group.inputs) < 2:

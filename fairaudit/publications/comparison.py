@@ -13,7 +13,7 @@ from fairaudit.publications.display import NONE, WITHHELD, deviations_text, exac
 from fairaudit.publications.publication import Page, Publication, Section, Table
 from fairaudit.publications.significance import LEVEL, Judged, Pair, Probability, judged
 from fairaudit.tables.values import Label
-from fairaudit.words import approximate
+from fairaudit.words import approximate, noun
 
 __all__ = [
     "FOUR_FIFTHS",
@@ -278,7 +278,8 @@ def _said(sheet: Sheet, with_whom: str, about_small: str) -> list[str]:
         blurred = {*sheet.unknown_in} - {*sheet.columns}
         also = f" (of some {' and '.join(sheet.columns)} may be known; the certificate does not say of whom)" if blurred else ""
         said.append(
-            f"Of {sheet.unknown[0]:,} more people, {sheet.unknown[1]:,} of them selected, {' or '.join(sheet.unknown_in)} is unknown"
+            f"Of {sheet.unknown[0]:,} more {noun(sheet.unknown[0], 'person', 'people')}, {sheet.unknown[1]:,} of them "
+            f"selected, {' or '.join(sheet.unknown_in)} is unknown"
             f"{also}; they are left out of this table."
         )
     if sheet.withheld:

@@ -20,6 +20,7 @@ from fairaudit.reports.provenance import Provenance, provenance_of
 from fairaudit.tables.columns import MISSING_LABEL
 from fairaudit.tables.values import Label
 from fairaudit.verified.verification import checked, opened
+from fairaudit.words import noun
 
 __all__ = [
     "Counts",
@@ -370,7 +371,7 @@ def facts_of(decisions: Decisions, counts: Counts, favourable: Sequence[str], *,
         ("Groups by", ", ".join(counts.columns)),
     ]
     if unknown and totals:
-        some = f"{unknown:,} more people, {unknown_taken:,} of them selected"
+        some = f"{unknown:,} more {noun(unknown, 'person', 'people')}, {unknown_taken:,} of them selected"
         if len(counts.columns) == 1:
             some += ", who are in no group"
         else:

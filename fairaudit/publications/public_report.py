@@ -33,7 +33,7 @@ from fairaudit.reports.markdown import code, prose, table
 from fairaudit.reports.paper import print_page
 from fairaudit.reports.words import clip, scope
 from fairaudit.tables.preparation import uncounted
-from fairaudit.words import THIS_TABLE
+from fairaudit.words import THIS_TABLE, noun
 
 __all__ = ["public_files", "public_markdown", "public_report", "text_of"]
 
@@ -96,7 +96,7 @@ def public_report(source: Source, least: int) -> Page:
 
 
 def _lead(rates: Mapping[tuple[str, ...], Fraction], groups: int) -> str:
-    said = f"Of {groups} groups {len(rates)} {'is' if len(rates) == 1 else 'are'} shown."
+    said = f"Of {groups} {noun(groups, 'group')} {len(rates)} {'is' if len(rates) == 1 else 'are'} shown."
     if len(rates) < 2:
         return f"{said} Fewer than two leave nothing to compare."
     high, low = max(rates, key=lambda group: rates[group]), min(rates, key=lambda group: rates[group])
@@ -123,7 +123,7 @@ def _facts(source: Source, decisions: Decisions, counts: Counts, least: int, cou
             "Group unknown",
             WITHHELD
             if is_small((taken, people - taken), least)
-            else f"{people:,} more decisions, {taken:,} of them counted, which are in no group",
+            else f"{people:,} more {noun(people, 'decision')}, {taken:,} of them counted, which are in no group",
         )
     yield least_shown(least)
 

@@ -10,6 +10,7 @@ from fairaudit.errors import InputError
 from fairaudit.publications.circulation import LEAST, Arc, Parts, is_small, published
 from fairaudit.publications.counts import Counts, Decisions, Source
 from fairaudit.tables.values import Label
+from fairaudit.words import noun
 
 __all__ = [
     "BESIDES",
@@ -142,7 +143,7 @@ def why_withheld(least: int, hidden: int, groups: int, *, linked: bool = False, 
     """
     if not hidden:
         return f"No group is withheld: in each at least {least} were {done}, and at least {least} were not."
-    said = f"{hidden} of {groups} groups {'is' if hidden == 1 else 'are'} withheld: "
+    said = f"{hidden} of {groups} {noun(groups, 'group')} {'is' if hidden == 1 else 'are'} withheld: "
     few = f"fewer than {least} in {'it' if hidden == 1 else 'each'} were {done}, or fewer than {least} were not"
     if not linked:
         return f"{said}{few}."

@@ -48,7 +48,7 @@ from fairaudit.reports.unknown_groups import UnknownRange, unknown_ranges
 from fairaudit.reports.verdicts import judged_targets
 from fairaudit.reports.words import Value, claimed, clip, how, named, quantity, scope
 from fairaudit.tables.preparation import said
-from fairaudit.words import THE_INTERVAL, THIS_TABLE, Words, approximate, ends_text, percent, place, plain, words_for
+from fairaudit.words import THE_INTERVAL, THIS_TABLE, Words, approximate, ends_text, noun, percent, place, plain, words_for
 
 
 def refusing_other_documents(function: Callable[..., str]) -> Callable[..., str]:
@@ -550,7 +550,7 @@ class Content:
         entries = self.document["not_compared"]
         listed = [self._left_out(entry) for entry in entries[:SHOW_LEFT_OUT]]
         more = len(entries) - SHOW_LEFT_OUT
-        return [*listed, f"and {more:,} more entries, all of them in the certificate"] if more > 0 else listed
+        return [*listed, f"and {more:,} more {noun(more, 'entry', 'entries')}, in the certificate"] if more > 0 else listed
 
     def _left_out(self, entry: Mapping[str, Any]) -> str:
         columns = self.document["subject"]["columns"]
@@ -560,7 +560,7 @@ class Content:
         if "groups" in entry:
             groups = [named(dict(zip(columns["group"], group, strict=True))) for group in entry["groups"][:5]]
             more = len(entry["groups"]) - 5
-            what.append("; ".join(groups) + (f" and {more:,} more groups" if more > 0 else ""))
+            what.append("; ".join(groups) + (f" and {more:,} more {noun(more, 'group')}" if more > 0 else ""))
         if "quantity" in entry:
             what.append(NAMES.get(entry["quantity"], f"{entry['quantity']} fairness"))
         return f"{', '.join(what)}: {plain(entry['reason'])}"

@@ -24,7 +24,7 @@ from fairaudit.reports.words import Value, clip, named, scope
 from fairaudit.theorems.bound import THIS_LAW
 from fairaudit.theorems.registry import without_objection
 from fairaudit.theorems.t16 import Form, Moved, Moving, can_drift, drifted_extremes, moved_row
-from fairaudit.words import DRIFTING, approximate, plain
+from fairaudit.words import DRIFTING, approximate, noun, plain
 
 if TYPE_CHECKING:
     from fairaudit.audits.result import Result
@@ -263,11 +263,11 @@ def _update(of: Subject, quantity: str, pair: Pair, form: Form, amount: Fraction
             if len(law.decisions) == 2:
                 changed = changed[:1]
             more = len(changed) - SHOW_DECISIONS
-            rest = f", and {more} more decisions" if more > 0 else ""
+            rest = f", and {more} more {noun(more, 'decision')}" if more > 0 else ""
             where = named({**law.context_label(x), **law.group_label(group)})
             yield f"in {where}: {', '.join(changed[:SHOW_DECISIONS]) or 'as it is'}{rest}"
         if listed > SHOW_CELLS:
-            yield f"and {listed - SHOW_CELLS:,} more cells of {named(label)}"
+            yield f"and {listed - SHOW_CELLS:,} more {noun(listed - SHOW_CELLS, 'cell')} of {named(label)}"
 
 
 def _percent(value: Fraction) -> str:

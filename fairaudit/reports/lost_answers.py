@@ -12,6 +12,7 @@ from fairaudit.errors import shown
 from fairaudit.model.law import Law
 from fairaudit.reports.overview_parts import rate_text
 from fairaudit.reports.words import Value, clip, named
+from fairaudit.words import noun
 
 __all__ = ["LostAnswers", "lost_answers", "lost_text"]
 
@@ -165,7 +166,7 @@ def lost_text(said: Mapping[str, Any] | None, law: Law | None) -> str:
         counts = ", ".join(f"{group.counts[kind]:,} {VERBS[kind]}" for kind in NOTHING_DECIDED if group.counts.get(kind))
         lines.append(f"    {f'{group.context}: ' if group.context else ''}{group.words}{f': {counts}' if counts else ''}")
     if found.more:
-        lines.append(f"    and {found.more:,} more contexts, none of them more unequal")
+        lines.append(f"    and {found.more:,} more {noun(found.more, 'context, not', 'contexts, none of them')} more unequal")
     return "\n".join(lines)
 
 
@@ -184,7 +185,10 @@ def _read(said: Mapping[str, Any]) -> Iterator[str]:
     asked = f", each question asked {said['epochs']:,} times" if said["epochs"] > 1 else ""
     unit = f" (sampling unit: {', '.join(clip(name, 60) for name in said['unit'])})" if "unit" in said else ""
     drawn = f"{said['drawn']}{unit}{_about(said['drawn'])}"
-    yield f"an evaluation log ({clip(said['format'], 40)}) with {samples['read']:,}{of} samples{asked}: {drawn}"
+    yield (
+        f"an evaluation log ({clip(said['format'], 40)}) with {samples['read']:,}{of} "
+        f"{noun(samples['expected'] or samples['read'], 'sample')}{asked}: {drawn}"
+    )
     how = []
     if "recipe" in said:
         known = KNOWN.get(said["recipe"].partition(":")[0])
@@ -192,7 +196,10 @@ def _read(said: Mapping[str, Any]) -> Iterator[str]:
         how.append(f"rows were made of samples by the recipe {clip(said['recipe'], 40)}{none}")
     if "where" in said:
         conditions = [f"{clip(entry['path'], 60)} is {shown(entry['value'], 60)}" for entry in said["where"]]
-        how.append(f"only the {samples['counted']:,} samples count in which {' and '.join(conditions)}")
+        how.append(
+            f"only the {samples['counted']:,} {noun(samples['counted'], 'sample counts', 'samples count')} in which "
+            f"{' and '.join(conditions)}"
+        )
     if "join" in said:
         how.append(f"rows of another file were joined by {clip(said['join'], 60)}")
     if "extract" in said:
@@ -206,7 +213,11 @@ def _read(said: Mapping[str, Any]) -> Iterator[str]:
 def _missing(said: Mapping[str, Any]) -> str:
     samples = said["samples"]
     absent = 0 if samples["expected"] is None else samples["expected"] - samples["read"]
-    return f"{absent:,} of {samples['expected']:,} samples are not in the log" if absent else ""
+    return (
+        f"{absent:,} of {samples['expected']:,} {noun(samples['expected'], 'sample')} {noun(absent, 'is', 'are')} not in the log"
+        if absent
+        else ""
+    )
 
 
 def _by_group(cells: Sequence[Mapping[str, Any]] | None, law: Law | None, *, dropped: bool) -> tuple[OfGroup, ...]:

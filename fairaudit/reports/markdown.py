@@ -17,6 +17,7 @@ from fairaudit.reports.provenance import Provenance, intro
 from fairaudit.reports.rows import Row
 from fairaudit.reports.views import Views
 from fairaudit.reports.words import Value
+from fairaudit.words import noun
 
 
 @refusing_other_documents
@@ -92,7 +93,7 @@ def write(page: Content, checked: str = "", provenance: Provenance | None = None
         named = (*([prose(views.context_column)] if wide else []), prose(views.group_column), *page.lost.heads)
         blocks += ["### Answers that decide nothing", prose(page.lost.caution), table(named, lost)]
         if page.lost.more:
-            blocks.append(f"And {page.lost.more:,} more contexts, none of them more unequal.")
+            blocks.append(f"And {page.lost.more:,} more {noun(page.lost.more, 'context, not', 'contexts, none of them')} more unequal.")
     if page.not_compared:
         blocks.append("### What was not compared\n\n" + "\n".join(f"* {prose(line)}" for line in page.not_compared))
     judged = [f"* {prose(text)} (for statements about {prose(scopes)})" for text, scopes in page.assumptions]
@@ -150,12 +151,12 @@ def groups(page: Content, views: Views) -> Iterator[str]:
         ]
         yield table(("context", "difference" if page.signed else "ratio", "highest", "lowest"), listed)
         if more := len(views.others) + views.unranked:
-            yield f"and {more:,} more contexts, none of them more unequal."
+            yield f"and {more:,} more {noun(more, 'context, not', 'contexts, none of them')} more unequal."
     for one in views.contexts[:CONTEXTS]:
         yield f"### What each group {gets}: {code(one.title)}"
         yield table(heads, [_row(row, views) for row, _ in one.rows])
     if (more := len(views.contexts) - CONTEXTS) > 0:
-        yield f"What groups get in {more:,} more {'context' if more == 1 else 'contexts'} stands on the page (.html)."
+        yield f"What groups get in {more:,} more {noun(more, 'context')} stands on the page (.html)."
 
 
 def _row(row: Row, views: Views) -> tuple[str, ...]:

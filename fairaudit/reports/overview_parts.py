@@ -26,7 +26,7 @@ from fairaudit.model.layout import Columns
 from fairaudit.model.utility import UtilityTable
 from fairaudit.reports.words import Value, clip, named, quotient
 from fairaudit.tables.preparation import Entry, said
-from fairaudit.words import approximate, percent, plain
+from fairaudit.words import approximate, noun, percent, plain
 
 if TYPE_CHECKING:
     from fairaudit.reports.lost_answers import LostAnswers
@@ -135,11 +135,7 @@ class Gets:
             return ""
         if self.counted is not None and self.size.units is None:
             return f"{how_many(self.counted)} of {how_many(self.size.decisions)}"
-        return (
-            f"n = {how_many(self.size.decisions)}"
-            if self.size.units is None
-            else f"{self.size.units:,} unit{'' if self.size.units == 1 else 's'}"
-        )
+        return f"n = {how_many(self.size.decisions)}" if self.size.units is None else f"{self.size.units:,} {noun(self.size.units, 'unit')}"
 
 
 @dataclass(frozen=True)
@@ -347,18 +343,18 @@ class Parts:
         what = {"policy": "a policy behind privacy filters", "probabilities": "probabilities of decisions"}.get(self.seen.kind, "")
         if not what:
             total = Fraction(sum(law.cell_mass), law.scale)
-            what = f"{how_many(total)} decision{'' if total == 1 else 's'}"
+            what = f"{how_many(total)} {noun(total, 'decision')}"
             if law.unknown is not None:
                 without = Fraction(int(law.unknown.weights.sum()), law.scale)
                 what += f" and {how_many(without)} without a group"
             if law.units is not None and law.units.columns:
-                what += f" on {law.units.total:,} unit{'' if law.units.total == 1 else 's'} ({_columns(law.units.columns)})"
+                what += f" on {law.units.total:,} {noun(law.units.total, 'unit')} ({_columns(law.units.columns)})"
         elif self.subject.deployment is not None and (policy := self.subject.deployment.policy.law).kind == "counts":
             what += f", seen in {how_many(Fraction(sum(policy.cell_mass), policy.scale))} decisions"
-        said = f"{what}, {len(law.groups):,} groups ({_columns(columns.group)})"
+        said = f"{what}, {len(law.groups):,} {noun(len(law.groups), 'group')} ({_columns(columns.group)})"
         if not columns.context:
             return f"{said}, no contexts"
-        return f"{said}, {self.seen.contexts:,} context{'' if self.seen.contexts == 1 else 's'} ({_columns(columns.context)})"
+        return f"{said}, {self.seen.contexts:,} {noun(self.seen.contexts, 'context')} ({_columns(columns.context)})"
 
     def left_out(self) -> tuple[str, ...]:
         """What was left out, and why, in a few lines."""
@@ -412,7 +408,7 @@ def _labels(labels: Any, columns: Sequence[str]) -> Mapping[str, str]:
 
 
 def _count(number: int, what: str) -> str:
-    return f"{number:,} {what}{'' if number == 1 else 's'}"
+    return f"{number:,} {noun(number, what)}"
 
 
 def group_means(subject: Subject, most: int, *, burden: bool) -> list[tuple[int, Fraction, Fraction | None]]:

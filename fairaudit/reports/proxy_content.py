@@ -14,7 +14,7 @@ from fairaudit.measures.limits import limit_text
 from fairaudit.reports.charts import Axis, linear, logarithmic
 from fairaudit.reports.unknown_groups import as_ratio
 from fairaudit.reports.words import Value
-from fairaudit.words import approximate
+from fairaudit.words import approximate, noun
 
 __all__ = ["FORMAT", "HEADLINES", "SAMPLING", "Bar", "Panel", "ProxyContent", "describe_proxies"]
 
@@ -90,7 +90,7 @@ def describe_proxies(document: Mapping[str, Any]) -> ProxyContent:
     facts = [
         ("Decision", columns["decision"]),
         ("Groups", f"{', '.join(columns['group'])}: {', '.join(', '.join(group) for group in subject['groups'])}"),
-        ("Known from", f"{len(subject['cells'])} cells of {', '.join(columns['cell'])}"),
+        ("Known from", f"{len(subject['cells'])} {noun(len(subject['cells']), 'cell')} of {', '.join(columns['cell'])}"),
         *([("Context", ", ".join(columns["context"]))] if columns["context"] else []),
         *([("Rows", _rows(table))] if "rows" in table else []),
     ]

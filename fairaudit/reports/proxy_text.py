@@ -10,7 +10,7 @@ from fairaudit.exact.extended import Extended
 from fairaudit.measures.limits import limit_text
 from fairaudit.reports.proxy_content import SAMPLING
 from fairaudit.reports.text import written_text
-from fairaudit.words import approximate, plain
+from fairaudit.words import approximate, noun, plain
 
 __all__ = ["proxy_text"]
 
@@ -22,8 +22,8 @@ def proxy_text(result: ProxyAudit, top: int, written: Sequence[str], *, completi
     blocks = [judged or "NO TARGET was set; these are the exact ranges.", sentence[0].upper() + sentence[1:]]
     shown = sorted(result.local, key=lambda found: -found.ends.greatest.value)[:top]
     blocks += [_range_text(result, found) for found in shown]
-    if len(result.local) > len(shown):
-        blocks.append(f"{len(result.local) - len(shown)} more contexts are in the certificate.")
+    if more := len(result.local) - len(shown):
+        blocks.append(f"{more} more {noun(more, 'context is', 'contexts are')} in the certificate.")
     if result.context and result.global_ is not None:
         blocks.append(_range_text(result, result.global_))
     if completions:

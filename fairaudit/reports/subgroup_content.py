@@ -11,7 +11,7 @@ from fairaudit.certificates.reader import number
 from fairaudit.measures.limits import limit_text
 from fairaudit.reports.charts import Axis, linear
 from fairaudit.tables.preparation import words
-from fairaudit.words import approximate, percent, place, words_for
+from fairaudit.words import approximate, noun, percent, place, words_for
 
 __all__ = ["FORMAT", "HEADLINES", "SubgroupContent", "SubgroupRow", "describe_subgroups"]
 
@@ -149,4 +149,4 @@ def _lead(one: Mapping[str, Any], row: SubgroupRow, amount: str) -> str:
     if one["side"] == "equal":
         return "No subgroup differs from the rest."
     compared = f"an {amount} of {row.mean} against {row.rest} for everybody else"
-    return f"The most unequal subgroup is {row.name}, with {row.rows} rows: {compared}, a ratio of {row.ratio}."
+    return f"The most unequal subgroup is {row.name}, with {row.rows} {noun(row.rows, 'row')}: {compared}, a ratio of {row.ratio}."

@@ -10,6 +10,7 @@ from fairaudit.reports.markdown import code, prose, provenance_lines, table
 from fairaudit.reports.page import scriptless
 from fairaudit.reports.provenance import Provenance
 from fairaudit.reports.subgroup_content import HEADLINES, describe_subgroups
+from fairaudit.words import noun
 
 __all__ = ["subgroup_html", "subgroup_markdown"]
 
@@ -49,7 +50,10 @@ def subgroup_markdown(document: Mapping[str, Any], *, checked: str = "", provena
     """
     page = describe_subgroups(document)
     first = page.rows[0]
-    said = f"{code(first.name)}, {first.rows} rows: {first.mean} against {first.rest} for everybody else, a ratio of {first.ratio}."
+    said = (
+        f"{code(first.name)}, {first.rows} {noun(first.rows, 'row')}: {first.mean} against {first.rest} for everybody "
+        f"else, a ratio of {first.ratio}."
+    )
     lines = [
         f"## The most unequal subgroups: {HEADLINES[page.verdict]}",
         said if first.exact != "1" else page.lead,

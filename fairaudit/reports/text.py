@@ -46,6 +46,7 @@ from fairaudit.words import (
     WHOEVER,
     approximate,
     ends_text,
+    noun,
     percent,
     place,
     plain,
@@ -384,7 +385,7 @@ def _rates(law: Law, given: GivenTruth) -> list[str]:
     more = len(rows) - 1 - SHOW_CELLS
     widths = [max(len(row[i]) for row in rows) for i in range(2)]
     lines = ["  " + "  ".join([*(cell.ljust(width) for cell, width in zip(row, widths, strict=False)), row[2]]) for row in rows]
-    return [*lines[: SHOW_CELLS + 1], *([f"  … and {more} more groups, in the certificate"] if more > 0 else [])]
+    return [*lines[: SHOW_CELLS + 1], *([f"  … and {more} more {noun(more, 'group')}, in the certificate"] if more > 0 else [])]
 
 
 def _log(measured: Ratio) -> str:

@@ -13,7 +13,7 @@ from fairaudit.certificates.reader import number
 from fairaudit.measures.ratios import Witness
 from fairaudit.reports.words import Value, named
 from fairaudit.theorems.registry import without_objection
-from fairaudit.words import WHOEVER, approximate
+from fairaudit.words import WHOEVER, approximate, noun
 
 __all__ = ["UnknownRange", "as_ratio", "unknown_ranges"]
 
@@ -168,5 +168,5 @@ def _completions(
         ]
         lines.append(at + (", ".join(given) or "none to the groups"))
     if more := len(reached["assigned"]) - SHOW_ASSIGNED:
-        lines += [f"and {more:,} more contexts, all in the certificate"] if more > 0 else []
+        lines += [f"and {more:,} more {noun(more, 'context')}, in the certificate"] if more > 0 else []
     yield f"for a ratio of {approximate(number(reached['ratio']))}", tuple(lines or ["any, as long as it keeps the limits"])

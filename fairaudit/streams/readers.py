@@ -17,6 +17,7 @@ import numpy as np
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.streams.settings import Settings
 from fairaudit.tables.evaluations.paths import ABSENT, Path, is_path, read_path
+from fairaudit.words import noun
 
 __all__ = ["Batch", "Row", "decoder", "line_ends", "moment", "refuse_samples"]
 
@@ -293,7 +294,7 @@ class _Csv:
             batch.bad.append((line, "not a row of CSV on one line"))
             return
         if len(rows) != 1 or len(rows[0]) != width:
-            batch.bad.append((line, f"{len(rows[0]) if rows else 0} values where the header has {width}"))
+            batch.bad.append((line, f"{(found := len(rows[0]) if rows else 0)} {noun(found, 'value')} where the header has {width}"))
             return
         key = self.get(rows[0])
         if batch.rows is not None:

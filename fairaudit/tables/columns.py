@@ -33,6 +33,7 @@ from fairaudit.tables.values import (
     names,
     numbers,
 )
+from fairaudit.words import noun
 
 __all__ = ["CodedTable", "LabelledRows", "label_codes", "label_is_there", "read_columns", "read_labels", "sort_labels"]
 
@@ -225,7 +226,8 @@ def read_labels(
             raise InputError(f"the column {shown(name)} is used twice; each column has one role")
         if len(codes) != rows:
             raise InputError(
-                f"column {shown(name)} has {len(codes)} values and column {shown(labelled[0])} {rows}; they must be equally long"
+                f"column {shown(name)} has {len(codes)} {noun(len(codes), 'value')} and column {shown(labelled[0])} "
+                f"{rows}; they must be equally long"
             )
     if not keep.all():
         kept = np.flatnonzero(keep).tolist()
@@ -373,7 +375,10 @@ def _lists(table: Any, labelled: Sequence[str], others: Sequence[str]) -> dict[s
     rows = len(lists[used[0]])
     for name, values in lists.items():
         if len(values) != rows:
-            raise InputError(f"column {shown(name)} has {len(values)} values and column {shown(used[0])} {rows}; they must be equally long")
+            raise InputError(
+                f"column {shown(name)} has {len(values)} {noun(len(values), 'value')} and column {shown(used[0])} {rows}; "
+                f"they must be equally long"
+            )
     if rows == 0:
         raise InputError("the table has no rows")
     return lists

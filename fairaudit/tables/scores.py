@@ -20,6 +20,7 @@ from fairaudit.tables.labels import with_labels
 from fairaudit.tables.preparation import above, above_median
 from fairaudit.tables.tally import Tally, counted
 from fairaudit.tables.values import Locate, column, exact_floats, integers, locator, numbers
+from fairaudit.words import noun
 
 __all__ = ["ABOVE", "MEDIAN", "NOT_ABOVE", "Cut", "cut_scores", "score_cut"]
 
@@ -167,7 +168,9 @@ def _weights(table: Any, count: str | None, kept: NDArray[np.bool_], where: Loca
         return times, 1
     places, held = np.flatnonzero(kept).tolist(), column(table, count)
     if len(held) != len(kept):
-        raise InputError(f"column {shown(count)} has {len(held)} values and the scores {len(kept)}; they must be equally long")
+        raise InputError(
+            f"column {shown(count)} has {len(held)} {noun(len(held), 'value')} and the scores {len(kept)}; they must be equally long"
+        )
     weights, scale = numbers([held[place] for place in places], count, lambda position: where(places[position]))
     if weights.dtype.kind == "f":
         weights, scale = exact_floats(weights)

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from fairaudit.errors import InputError
+from fairaudit.words import noun
 
 __all__ = ["Answer", "Draw", "Journal", "Work"]
 
@@ -109,7 +110,8 @@ class Journal(contextlib.ExitStack):
             )
         elif found["trials"] != str(trials):
             wrong = (
-                f"was planned with {found['trials']} trials and not {trials}: sizes are fixed before the first answer; name another folder"
+                f"was planned with {found['trials']} {noun(found['trials'], 'trial')} and not {trials}: sizes are "
+                f"fixed before the first answer; name another folder"
             )
         if wrong:
             self.close()

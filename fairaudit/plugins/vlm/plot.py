@@ -17,6 +17,7 @@ from fairaudit.libraries import library
 from fairaudit.plugins.vlm.analyse import Finding, Table, logarithm
 from fairaudit.plugins.vlm.experiment import Experiment, Setting
 from fairaudit.plugins.vlm.report import Found, ceiling, worsened
+from fairaudit.words import noun
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -65,7 +66,7 @@ def draw(experiment: Experiment, found: Found, path: Path) -> Path:
         left, right = figure.subplots(1, 2)
         _choices(left, experiment, found, models)
         _effects(right, found, models, shown)
-        figure.supxlabel(f"{experiment.trials} answers per cell", fontsize=8)
+        figure.supxlabel(f"{experiment.trials} {noun(experiment.trials, 'answer')} per cell", fontsize=8)
     picture = io.BytesIO()
     figure.savefig(picture, format=path.suffix.lower()[1:], dpi=120)
     write_atomically(path, [picture.getvalue()])

@@ -16,6 +16,7 @@ from fairaudit.publications.ll144.tables import ImpactTable, Line
 from fairaudit.publications.ll144.worst_case import WorstCase
 from fairaudit.publications.publication import AMISS, Page, Publication, Section, Table
 from fairaudit.publications.withholding import least_shown
+from fairaudit.words import noun
 
 __all__ = ["Part", "publish"]
 
@@ -178,7 +179,7 @@ def _gaps(decisions: Decisions, reading: Reading, parts: Sequence[Part], scores:
     if scores is not None and reading.left_out:
         yield (
             f"The rule's median is that of all who were scored. This one is of {int(scores.of):,} scores, without those of the "
-            f"{reading.left_out:,} people of whom a category is missing."
+            f"{reading.left_out:,} {noun(reading.left_out, 'person', 'people')} of whom a category is missing."
         )
 
 
@@ -205,7 +206,7 @@ def _few(parts: Sequence[Part], *, excluded: bool) -> Iterator[str]:
                 share = rate_text(Fraction(people, table.applicants))
                 yield (
                     f"The highest rate of the table {TITLES[table.name].lower()}{of} is that of {people:,} "
-                    f"{'person' if people == 1 else 'people'} ({share} of the table), {' and '.join(map(_name, alike))}; all its impact "
+                    f"{noun(people, 'person', 'people')} ({share} of the table), {' and '.join(map(_name, alike))}; all its impact "
                     "ratios rest on them."
                 )
     small = [
@@ -333,7 +334,7 @@ def _notes(table: ImpactTable, words: Words) -> Iterator[str]:
         yield "All rates that are compared are 0, so each is the highest and each impact ratio is 1."
     else:
         yield f"Impact ratios are rates over {rate_text(top.rate)}, the highest {words.rate.lower()}: {' and '.join(alike)}."
-    yield f"{table.applicants:,} people are in this table."
+    yield f"{table.applicants:,} {noun(table.applicants, 'person is', 'people are')} in this table."
     excluded = [_name(line) for line in table.lines if line.status == "excluded"]
     if excluded:
         yield f"Below 2 % of these {table.applicants:,} and left out of the impact ratios: {'; '.join(excluded)}."

@@ -14,6 +14,7 @@ from fairaudit.publications.counts import Counts, Decisions, silent_of
 from fairaudit.publications.ll144.categories import RACES, SEXES, Attribute, UnmappedError, attributes
 from fairaudit.publications.ll144.tables import People, Unknown
 from fairaudit.publications.withholding import Place
+from fairaudit.words import noun
 
 __all__ = ["Reading", "Scores", "cut_at", "left_out", "people_of", "read_labels", "scores_of"]
 
@@ -113,7 +114,7 @@ def _remarks(preparation: Sequence[Mapping[str, Any]], decisions: Decisions) -> 
     """What was done to the decisions before they were counted, and is not what the rule has in mind."""
     for entry in preparation:
         if entry["step"] == "level" and entry["column"] not in (*decisions.columns, *decisions.contexts):
-            people = f"{int(entry['decisions']):,} people"
+            people = f"{int(entry['decisions']):,} {noun(int(entry['decisions']), 'person', 'people')}"
             yield f"Of {people} no decision is recorded; they count as people with the decision {shown(entry['label'])}."
 
 
@@ -135,7 +136,10 @@ def left_out(preparation: Sequence[Mapping[str, Any]], groups: Collection[str]) 
         if entry["step"] != "left out":
             continue
         if "decisions" not in entry:
-            notes.append(f"{int(entry['lines']):,} lines of the log were left out before anything was counted ({entry['reason']}).")
+            notes.append(
+                f"{int(entry['lines']):,} {noun(int(entry['lines']), 'line of the log was', 'lines of the log were')} "
+                f"left out before anything was counted ({entry['reason']})."
+            )
             continue
         without = _without_category(entry, groups)
         others = Fraction(entry["decisions"]) - without
@@ -143,7 +147,8 @@ def left_out(preparation: Sequence[Mapping[str, Any]], groups: Collection[str]) 
             names = ", ".join(shown(name) for name in entry["columns"] if name not in groups)
             amount = f"{others.numerator:,}" if others.denominator == 1 else others
             notes.append(
-                f"{amount} decisions without a label in {names} were left out before anything was counted; nothing here is about them."
+                f"{amount} {noun(amount, 'decision')} without a label in {names} {noun(amount, 'was', 'were')} left out "
+                f"before anything was counted; nothing here is about them."
             )
         people += without
     return people, tuple(notes)
@@ -158,11 +163,12 @@ def _without_category(entry: Mapping[str, Any], groups: Collection[str]) -> int:
     least, most = max([Fraction(0), *of_groups, total - sum(of_others)]), min(total, Fraction(sum(of_groups)))
     if least < most:
         raise InputError(
-            f"the certificate left out {total} decisions without a label in {', '.join(map(shown, missing))}, and does not say how many "
+            f"the certificate left out {total} {noun(total, 'decision')} without a label in "
+            f"{', '.join(map(shown, missing))}, and does not say how many "
             f"of them have no category: {least} to {most}; {AGAIN}"
         )
     if least.denominator > 1:
-        raise InputError(f"the certificate left out {least} decisions without a category, which is no number of people")
+        raise InputError(f"the certificate left out {least} {noun(least, 'decision')} without a category, which is no number of people")
     return least.numerator
 
 

@@ -19,6 +19,7 @@ from fairaudit.tables.engines.paths import Form, form
 from fairaudit.tables.engines.request import Request
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.tally import refuse_loss
+from fairaudit.words import noun
 
 if TYPE_CHECKING:
     from fairaudit.tables.evaluations.samples import Format
@@ -194,7 +195,7 @@ def _below(path: str, copy: Path, skip: int) -> None:
     with opened(Path(path)) as source, copy.open("wb") as target:
         for _ in range(skip):
             if not source.readline():
-                raise InputError(f"{skip} lines were to be skipped, and the file has no more than that")
+                raise InputError(f"{skip} {noun(skip, 'line was', 'lines were')} to be skipped, and the file has no more than that")
             target.write(b"\n")
         shutil.copyfileobj(source, target, BLOCK)
 
@@ -279,7 +280,7 @@ def _library(name: str, what: str) -> Any:
 def _write(copy: Path, rows: Sequence[Sequence[Any]], skip: int) -> None:
     """Write cells as the texts of their labels, each row on the line of its number; columns of nothing are left out."""
     if skip >= len(rows):
-        raise InputError(f"{skip} lines were to be skipped, and the sheet has {len(rows)}")
+        raise InputError(f"{skip} {noun(skip, 'line was', 'lines were')} to be skipped, and the sheet has {len(rows)}")
     below = enumerate(rows[skip:], skip + 1)
     texts: list[list[str]] = [[]] * skip + [[_text(cell, line, place) for place, cell in enumerate(row, 1)] for line, row in below]
     width = max((place for row in texts for place, text in enumerate(row, 1) if text), default=0)

@@ -12,6 +12,7 @@ from fairaudit.tables.evaluations.samples import ERROR, NOTHING_DECIDED, Dropped
 from fairaudit.tables.preparation import Entry
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import Label
+from fairaudit.words import noun
 
 __all__ = ["NOTHING", "UNITS", "drawn_said", "left_out_of", "refuse_other_draws", "refuse_samples", "settled"]
 
@@ -144,7 +145,7 @@ def settled(
     if evaluation.errors != "drop" or not failed.any():
         return replace(tally, evaluation=evaluation)
     if failed.all():
-        raise InputError(f"all {tally.rows} samples ended in an error; nothing is left to audit")
+        raise InputError(f"all {tally.rows} {noun(tally.rows, 'sample')} ended in an error; nothing is left to audit")
     cells, unlabelled = _cells(tally.only(failed), context, group, missing, unknown)
     dropped = tuple(Dropped(place, label or None, count) for (place, label), count in sorted(cells.items()))
     note = f"{int(tally.counts[failed].sum())} of {tally.rows} rows ended in an error and were left out"

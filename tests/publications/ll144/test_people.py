@@ -82,7 +82,7 @@ def test_people_without_a_decision_are_said(tmp_path: Path) -> None:
     fa.audit(log, decision="got", group=["sex", "race"], utility="yes", missing="group", confidence=None).save(tmp_path / "c.json")
     more = ("--sex", "sex", "--race", "race", "--unknown", "declined", "-o", str(tmp_path / "out"))
     assert main(["publish", str(tmp_path / "c.json"), "--rule", "ll144", *more]) == 0
-    assert "Of 1 people no decision is recorded" in (tmp_path / "out" / "index.html").read_text("utf-8")
+    assert "Of 1 person no decision is recorded" in (tmp_path / "out" / "index.html").read_text("utf-8")
 
 
 def test_one_attribute_alone_has_its_own_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
