@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from fairaudit.cli.source import option, progress
+from fairaudit.cli.source import lexicon_of, option, progress
 from fairaudit.tables.sources import source_name
 
 if TYPE_CHECKING:
     from fairaudit.audits.roles import Roles
     from fairaudit.tables.engines.survey import Seen, Survey
 
-__all__ = ["Column", "described", "is_complete", "looked_at", "named", "quoted", "suggested", "warnings", "written"]
+__all__ = ["Column", "described", "is_complete", "looked_at", "named", "open_questions", "quoted", "suggested", "warnings", "written"]
 
 TITLE = re.compile(r"has (.*) where a header was expected, which looks like a title.*--skip (\d+)\)", re.DOTALL)
 MISSING_WORDS = {"na", "n/a", "nan", "null", "none", "unknown", "?", "-", "."}
@@ -67,7 +67,8 @@ def looked_at(arguments: argparse.Namespace) -> tuple[Survey, list[Column], Role
     comma = any("separated by" in note for note in survey.notes)
     if survey.samples is not None:
         return survey, [_look(seen, decimal_comma=False) for seen in survey.columns], roles_of_samples(survey, survey.samples)
-    roles = _wide(arguments, survey, decimal_comma=comma) or proposed(survey.columns, survey.rows, decimal_comma=comma)
+    roles = _wide(arguments, survey, decimal_comma=comma)
+    roles = roles or proposed(survey.columns, survey.rows, decimal_comma=comma, lexicon=lexicon_of(arguments))
     if said:
         roles = replace(roles, said=(said, *roles.said))
     return survey, [_look(seen, decimal_comma=comma) for seen in survey.columns], roles
@@ -166,15 +167,28 @@ def named(roles: Roles) -> frozenset[str]:
     return frozenset(filter(None, (roles.decision, roles.utility_column, roles.unit, *roles.group, *roles.context)))
 
 
+def open_questions(roles: Roles) -> list[str]:
+    """What to ask of labels that look undecided, and which options answer it."""
+    return [
+        f"is '{label}' in column '{roles.decision}' refused, or not decided yet? --undecided bounds the ratio whatever it becomes; "
+        f"{quoted(label)}=0 in --utility counts it as refused"
+        for label in roles.undecided
+    ]
+
+
 def is_complete(roles: Roles) -> bool:
     """Whether a command that is suggested names everything, and has no word in the place of a name that nobody could guess."""
     words = written(roles)
-    unknown = (("decision", "COL"), ("group", "COL"), ("unit", "PATH"), ("utility", "DECISION"))
+    from fairaudit.audits.roles import UNNAMED
+
+    unknown = (("decision", "COL"), ("group", "COL"), ("unit", "PATH"), ("utility", UNNAMED))
     return not any(words.get(name) == word for name, word in unknown)
 
 
 def written(roles: Roles) -> dict[str, str]:
     """What columns are, as the options of a command have it; empty for what there is not."""
+    from fairaudit.audits.roles import UNNAMED
+
     if roles.slots:
         return {
             "slots": ",".join(map(quoted, roles.slots)),
@@ -187,6 +201,8 @@ def written(roles: Roles) -> dict[str, str]:
 
         wide, total = written_wide(roles.wide)
     column = roles.utility_column or ""
+    if not roles.decision:
+        roles = replace(roles, utility=UNNAMED)
     edges = {name: ":" + ",".join(map(str, cut)) for name, cut in roles.bins.items()}
     return {
         "decision": "" if wide or column else roles.decision or "COL",
@@ -199,7 +215,8 @@ def written(roles: Roles) -> dict[str, str]:
         "probability": roles.probability or "",
         "weight": roles.weight or "",
         "unit": quoted(roles.unit or ""),
-        "utility": "" if column else quoted(roles.utility) if roles.decision else "DECISION",
+        "utility": "" if column else ",".join([quoted(roles.utility), *(f"{quoted(label)}=0" for label in roles.refused)]),
+        "undecided": ",".join(map(quoted, roles.undecided)),
         "missing": "drop" if roles.missing else "",
     }
 
