@@ -110,7 +110,6 @@ def result(**given: Any) -> fa.Result:
     return fa.audit({**TABLE, **given.pop("table", {})}, decision="hired", group="sex", count="n", utility="yes", **given)
 
 
-@pytest.mark.deep
 def test_a_run_keeps_a_result(told: dict[str, Any]) -> None:
     alone, made = told["alone"], result(max_local_ratio="5/4")
     interval = made.intervals["local"]

@@ -81,7 +81,6 @@ def test_the_same_table_has_the_same_bytes(files: Path) -> None:
     assert audited(files).certificate.text == audited(files).certificate.text
 
 
-@pytest.mark.deep
 @given(st.integers(0, 10**6), st.sampled_from([2, 3]), st.booleans())
 def test_completions_are_of_the_log_and_have_the_ratio_that_is_said(seed: int, groups: int, intervals: bool) -> None:
     made = proxied(random.Random(seed), groups, intervals=intervals)

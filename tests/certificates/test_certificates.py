@@ -366,7 +366,8 @@ LABELLED = {"decisions", "groups", "contexts", "context", "higher", "lower", "de
 def test_schema_refuses_what_is_malformed(kind: Callable[..., fa.Result]) -> None:
     document, _ = mutable(kind)
     text = json.dumps(document)
-    for path, value in places(document):
+    alike = {tuple("each" if isinstance(key, int) else key for key in path): (path, value) for path, value in places(document)}
+    for path, value in alike.values():  # of a list the last: its items have one schema
         if path:
             assert not SCHEMA.is_valid(put(text, path, 1.5)), path
             assert not SCHEMA.is_valid(put(text, path, {"unexpected": [None]})), path

@@ -61,7 +61,7 @@ def completions(line: str) -> list[str]:
 CASES = {
     "fairaudit cert": ["certify"],
     "fairaudit certify --max-local-r": ["--max-local-ratio"],
-    "fairaudit certify --missing ": ["error", "drop", "group", "unknown"],
+    "fairaudit certify --missing ": ["error", "drop", "group", "undecided", "unknown"],
     "fairaudit certify --example u": ["ucb-admissions"],
     "fairaudit certify decisions.csv --decision ": ["answer", "sex", "age\\ group", "last,\\ first", "\\$\\(touch\\ x\\)"],
     "fairaudit certify decisions.csv --decision a": ["answer", "age\\ group"],

@@ -402,7 +402,7 @@ def test_refusals(options: dict[str, Any], word: str) -> None:
         (["a", "a"], {"max_log": 1}, "all different"),
         ({}, {"max_log": 1}, "no attribute"),
         ({"a": 20, "b": 20}, {"max_log": 1}, "400 joint groups"),
-        (2, {"max_log": 1, "population": [1]}, "1 masses for 2"),
+        (2, {"max_log": 1, "population": [1]}, "1 mass for 2"),
         (2, {"max_log": 1, "population": {"2": 1}}, "names the group '2'"),
         (2, {"max_log": 1, "population": [0, 0]}, "is zero"),
         (30, {"max_log": "0.1", "tau": "0.3", "population": range(30)}, "up to 16"),

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tiers
 from interval_oracle import (
     F,
     binary,
@@ -215,7 +216,7 @@ def median_widths(p: list[float], n: list[int], repetitions: int) -> dict[str, f
 
 
 def test_widths_against_bonferroni() -> None:
-    found = [median_widths(p, n, 9) for p, n in WIDTHS]
+    found = [median_widths(p, n, tiers.size(1, 3, 9)) for p, n in WIDTHS]
     for (p, n), widths in zip(WIDTHS, found, strict=True):
         print(len(p), n[0], {name: round(value, 4) for name, value in widths.items()})
     assert all(w["box"] <= w["bonferroni"] * (1 + 1e-5) for w in found)

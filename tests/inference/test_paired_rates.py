@@ -96,7 +96,6 @@ def test_one_group_has_nothing_to_compare() -> None:
     assert greatest_change({(("x",), ("f",)): {(ONE, NONE): 9}, (("y",), ("f",)): {(NONE, ONE): 9}}, ONE, ALPHA) == 1
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("same", [0.0, 0.9, 1.0])
 def test_the_quotient_of_ratios_is_covered_however_logs_hang_together(same: float) -> None:
     """Three groups of two contexts; the second log repeats an answer of the first with the chance `same`."""

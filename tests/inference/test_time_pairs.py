@@ -133,7 +133,6 @@ def paths(streams: int, decisions: int, seed: int, amplitude: float, ratio: floa
     return too_high, too_low, pairs_seen // streams, float(np.median(pooled))
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize(("amplitude", "ratio"), [(0.4, 1.0), (0.4, 1.25), (0.0, 1.25)])
 def test_the_true_ratio_is_ever_excluded_no_more_often_than_stated(amplitude: float, ratio: float) -> None:
     """Groups treated alike, or in a constant ratio, while arrivals and means move together: pooled means are far apart."""

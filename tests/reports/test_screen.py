@@ -319,7 +319,6 @@ def test_labels_are_shortened_by_columns() -> None:
     assert all(columns_of(line) <= COLUMNS for line in wrapped("東" * 200, 10))
 
 
-@pytest.mark.deep
 def test_a_stream_that_changed_is_not_said_to_have_no_interval(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log, state = tmp_path / "log.csv", str(tmp_path / "watch.db")
     draw = random.Random(0)

@@ -617,7 +617,6 @@ def test_the_mix_of_contexts_touches_the_global_ratio_alone(tmp_path: Path) -> N
     assert only.withdrawn == frozenset({"global"})
 
 
-@pytest.mark.deep
 def test_joint_bets_are_declared_and_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log, state = write(tmp_path / "log.jsonl", events(3_000)), tmp_path / "s.db"
     asked = ["monitor", str(log), "--state", str(state), *OPTIONS, "--max-local-ratio", "6/5"]
@@ -652,7 +651,6 @@ def worsened(before: int = 8_000, after: int = 3_000) -> list[dict[str, Any]]:
 DETECTING = [*OPTIONS, "--time", "at", "--max-local-ratio", "5/4"]
 
 
-@pytest.mark.deep
 def test_a_detector_says_since_when_the_ratio_is_above_the_limit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Withdrawn is what was said about the whole stream; the certificate is about the decisions since the alarm, and claims no change."""
     log, state = write(tmp_path / "log.jsonl", worsened()), tmp_path / "s.db"
@@ -683,7 +681,6 @@ def test_a_detector_says_since_when_the_ratio_is_above_the_limit(tmp_path: Path,
     assert "CHANGED" in said and "since the alarm: " in said and "20000 pairs of decisions per direction or more in the mean" in said
 
 
-@pytest.mark.deep
 def test_a_detector_goes_on_where_it_was_stopped(tmp_path: Path) -> None:
     listed = worsened()
     chosen = Settings(**{**vars(SETTINGS), "targets": {"max_local_ratio": "5/4"}, "run_length": 20_000, "time": "at"})
@@ -699,7 +696,6 @@ def test_a_detector_goes_on_where_it_was_stopped(tmp_path: Path) -> None:
     assert (whole.part.n, whole.total.n) == (parts.part.n, parts.total.n) and whole.part.events == 11_000 - detected[0][0]["events"]
 
 
-@pytest.mark.deep
 def test_a_ratio_that_was_always_above_the_limit_is_not_said_to_change(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     rng = random.Random(4)
     listed = [{"job": "cook", "sex": s, "answer": "yes" if rng.random() < (0.5 if s == "f" else 0.25) else "no"} for s in "fm" * 3_000]
@@ -709,7 +705,6 @@ def test_a_ratio_that_was_always_above_the_limit_is_not_said_to_change(tmp_path:
     assert "changed" not in alarm and entries[-1]["verdict"] == "exceeds" and set(entries[-1]["ratio"]) == {"local", "global"}
 
 
-@pytest.mark.deep
 def test_without_a_target_or_with_units_there_is_no_detector(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log = write(tmp_path / "log.jsonl", events(50, person=lambda k: k))
     for options, code in (

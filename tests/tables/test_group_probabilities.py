@@ -43,7 +43,6 @@ def test_a_residue_goes_to_the_most_probable_group_and_is_said(tmp_path: Path) -
     )
 
 
-@pytest.mark.deep
 def test_frames_and_parquet_are_read(tmp_path: Path) -> None:
     import duckdb
     import pandas as pd

@@ -84,7 +84,6 @@ def settings() -> Iterator[tuple[Setting, str]]:
         yield random_setting(Random(tiers.fresh(f"t13 {seed}")), uses=uses, releases=releases, most_outputs=OUTPUTS), quantity
 
 
-@pytest.mark.deep
 def test_value_and_place_are_those_of_an_exact_linear_program_and_a_policy_attains_them() -> None:
     seen: dict[str, int] = {}
     for setting, quantity in settings():
@@ -107,7 +106,6 @@ def test_value_and_place_are_those_of_an_exact_linear_program_and_a_policy_attai
     assert len(seen) == 4
 
 
-@pytest.mark.deep
 def test_a_linear_program_and_an_enumeration_of_policies_agree() -> None:
     for seed in range(25):
         setting = random_setting(Random(tiers.fresh(f"both {seed}")), uses="group", most_groups=3, most_outputs=8)
@@ -116,7 +114,6 @@ def test_a_linear_program_and_an_enumeration_of_policies_agree() -> None:
                 assert by_enumeration((tops, lows)) == by_linear_program((tops, lows))
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_no_policy_exceeds_the_value_and_one_attains_it(quantity: str) -> None:
     """Every deterministic policy, for every pair of groups at once."""
@@ -128,7 +125,6 @@ def test_no_policy_exceeds_the_value_and_one_attains_it(quantity: str) -> None:
             assert found(setting, quantity).value == max(map(by_enumeration, sums))
 
 
-@pytest.mark.deep
 def test_what_is_issued_is_the_supremum_and_no_other_bound_is_below_it() -> None:
     below, closer = 0, 0
     for seed in range(1500 if tiers.FULL else 30):
@@ -245,7 +241,6 @@ def test_groups_without_mass_are_not_compared_globally() -> None:
     assert greatest_ratio(*alone.subject(), "global") is None
 
 
-@pytest.mark.deep
 def test_numbers_beyond_floats() -> None:
     """Masses, utilities and filters far outside float64 change nothing: what floats cannot decide is left to integers."""
     for seed in range(12):

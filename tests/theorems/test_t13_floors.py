@@ -260,7 +260,6 @@ USES = ("decision", "context", "group", "group")
 QUANTITIES: tuple[Quantity, ...] = ("local", "global")
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("uses", ["decision", "context", "group"])
 @pytest.mark.parametrize("quantity", ["local", "global"])
 def test_the_value_is_that_of_exact_linear_programs(quantity: Quantity, uses: str) -> None:
@@ -280,7 +279,6 @@ def test_the_value_is_that_of_exact_linear_programs(quantity: Quantity, uses: st
     assert "one k" in seen and ("programs" in seen or (quantity, uses) == ("local", "decision")), seen
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("quantity", ["local", "global"])
 def test_without_linear_programs_it_is_a_bound(quantity: Quantity, monkeypatch: pytest.MonkeyPatch) -> None:
     """As behind filters that are too large: what k prove, exact only where a policy is found that attains it."""
@@ -299,7 +297,6 @@ def test_without_linear_programs_it_is_a_bound(quantity: Quantity, monkeypatch: 
     assert {(True, True), (False, False)} <= seen
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("quantity", ["local", "global"])
 def test_several_releases_are_those_of_the_product_written_out(quantity: Quantity) -> None:
     seen = set()
@@ -314,7 +311,6 @@ def test_several_releases_are_those_of_the_product_written_out(quantity: Quantit
     assert {(True, True), (False, True)} <= seen
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("lies", [False, True])
 def test_a_solver_saves_time_and_changes_nothing(monkeypatch: pytest.MonkeyPatch, lies: bool) -> None:
     monkeypatch.setattr(mixtures, "WORTH_ASKING", 0)

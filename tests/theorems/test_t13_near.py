@@ -219,7 +219,6 @@ def test_the_radius_of_the_example_by_hand() -> None:
 # Against linear programs
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_it_is_the_optimum_of_a_linear_program_and_the_policy_attains_it(quantity: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(t13_near, "FEW", 1)
@@ -253,7 +252,6 @@ def test_it_is_the_optimum_of_a_linear_program_and_the_policy_attains_it(quantit
     assert min(seen.values()) > CASES // 60
 
 
-@pytest.mark.deep
 def test_without_drift_it_is_the_ratio_of_the_policy_and_it_grows_with_the_drift() -> None:
     for _, d, deployment, utility in cases(40, "ends"):
         for quantity, measured in (("local", d.local), ("global", None)):
@@ -265,7 +263,6 @@ def test_without_drift_it_is_the_ratio_of_the_policy_and_it_grows_with_the_drift
             assert measured is None or numbers[0] == measured
 
 
-@pytest.mark.deep
 def test_with_full_drift_every_pair_of_deterministic_policies_is_covered() -> None:
     for _, d, deployment, utility in cases(25, "deterministic"):
         reached = list(own(d))
@@ -283,7 +280,6 @@ def test_with_full_drift_every_pair_of_deterministic_policies_is_covered() -> No
 # Radii
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_the_radius_is_where_the_verdict_changes(quantity: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(t13_near, "FEW", 1)
@@ -339,7 +335,6 @@ def exceeding(rng: Random, d: theorem_oracle.Deployment, compared: Sequence[Any]
     return any(ratio(total(policy, p), total(policy, q)) > limit for _, p, q in compared)
 
 
-@pytest.mark.deep
 def test_a_limit_on_the_logarithm_is_rounded_inward() -> None:
     seen = set()
     for rng, _, deployment, utility in cases(60, "logarithms"):

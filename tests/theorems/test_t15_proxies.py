@@ -112,7 +112,6 @@ def test_the_example_of_the_page() -> None:
     assert (found.least.value, found.greatest.value) == (1, Fraction(19, 6))
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("groups", [2, 3, 4])
 def test_ends_are_those_of_linear_programs(groups: int) -> None:
     rng = random.Random(tiers.fresh(groups))
@@ -120,7 +119,6 @@ def test_ends_are_those_of_linear_programs(groups: int) -> None:
     assert (beyond_pairs > 0) == (groups > 2)
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("groups", [2, 3])
 def test_ends_are_exactly_those_of_small_programs(groups: int) -> None:
     rng = random.Random(10 + groups)
@@ -128,7 +126,6 @@ def test_ends_are_exactly_those_of_small_programs(groups: int) -> None:
         compare_with_programs(random_rows(rng, groups, cells=2), exact=True)
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("groups", [2, 3, 4])
 def test_each_end_is_attained_by_a_constructed_completion(groups: int) -> None:
     rng = random.Random(20 + groups)
@@ -151,7 +148,6 @@ def test_what_nobody_gets_is_alike_and_what_only_some_can_get_is_infinite() -> N
     assert apart.pairs[0, 1] == ((Fraction(0), True), (Fraction(0), True))
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("groups", [2, 3, 4])
 def test_intervals_are_sound_and_their_completions_possible(groups: int) -> None:
     rng = random.Random(30 + groups)
@@ -177,7 +173,6 @@ def test_intervals_are_sound_and_their_completions_possible(groups: int) -> None
     assert sharp
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("groups", [2, 3, 4])
 def test_means_within_intervals_are_those_of_linear_programs_and_sharp_where_two_are_had_at_once(groups: int) -> None:
     rng = random.Random(45 + groups)

@@ -75,7 +75,6 @@ def late(successes: int) -> Iterator[Any]:
     yield from (document for levels in GREAT if wrong(document := at_levels(successes, levels)))
 
 
-@pytest.mark.deep
 def test_levels_that_are_chosen_late_err_more_often_than_the_confidence_says_and_prove_nothing() -> None:
     error = F(0)
     for successes in range(DRAWS + 1):
@@ -88,7 +87,6 @@ def test_levels_that_are_chosen_late_err_more_often_than_the_confidence_says_and
     assert error > ALPHA * F(14, 10)
 
 
-@pytest.mark.deep
 def test_levels_that_are_scaled_late_err_no_more_often_than_the_confidence_says() -> None:
     """In the proportion that the checker asks for every smaller pair of levels is taken, and proves no more than the greatest pair."""
     error = F(0)
@@ -130,7 +128,6 @@ def shifted(levels: dict[str, Any]) -> Iterator[dict[str, Any]]:
             yield levels | {"upper": [str(moved), str(other)]}
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("kind", KINDS)
 def test_other_levels_than_those_of_the_rule_are_refused(kind: str) -> None:
     values, region, options, refusal = KINDS[kind]

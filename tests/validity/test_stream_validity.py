@@ -101,7 +101,6 @@ def joint_excluded(scenario: str, number: int, events: int, rng: np.random.Gener
     return found
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("scenario", SCENARIOS)
 def test_joint_bets_exclude_the_truth_in_no_more_streams_than_stated(scenario: str) -> None:
     """At 95 % and, where an error rate is seen, at 50 %."""

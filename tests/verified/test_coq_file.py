@@ -211,7 +211,6 @@ def test_what_is_not_proved_is_listed() -> None:
             assert (f"(* claims[{i}]:" in opening) is not stated or claim["by"] not in ("T14", "T16")
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("seed", range(0, 60, 3))
 def test_every_statement_is_written_or_listed(seed: int) -> None:
     """What the checker found of a certificate stands in the file, but for what says which table it is about."""
@@ -344,7 +343,6 @@ def test_coq_proves_what_is_true_of_a_table_and_not_what_was_altered(compiled: P
         assert by_coq(compiled, tmp_path, text.replace(old, new)) is None, old
 
 
-@pytest.mark.deep
 def test_coq_proves_rates_and_not_what_was_altered(compiled: Path, tmp_path: Path) -> None:
     document = with_true_labels()
     assert by_coq(compiled, tmp_path, written(document)) == CLOSED

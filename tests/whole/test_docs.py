@@ -34,7 +34,6 @@ def test_python_blocks_run(page: Path, tmp_path: Path, monkeypatch: pytest.Monke
             assert expected in printed
 
 
-@pytest.mark.deep
 def test_the_example_of_the_readme_is_typed(tmp_path: Path) -> None:
     """As somebody's own file, with mypy as strict as it can be."""
     pytest.importorskip("mypy", reason="mypy is not installed (it is in the extra lint)")

@@ -72,7 +72,6 @@ ROADS: dict[str, Any] = json.loads((GALLERY / "roads.json").read_text("utf-8"))
 # What is committed is what the commands make
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("name", ENTRIES)
 def test_the_entry_is_what_its_commands_make(name: str) -> None:
     """Byte for byte.
@@ -185,14 +184,12 @@ def test_every_file_of_data_has_its_source_and_licence() -> None:
 # Every certificate is true, by each road
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("path", CERTIFICATES, ids=lambda path: f"{path.parent.name}-{path.stem}")
 def test_every_certificate_is_true(path: Path) -> None:
     assert main(["verify", "--quiet", str(path)]) == 0
     assert checker.main(["--quiet", str(path)]) == 0
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("name", ENTRIES)
 def test_every_page_holds_a_true_certificate(name: str) -> None:
     pages = list((GALLERY / name).glob("*.html"))
@@ -201,7 +198,6 @@ def test_every_page_holds_a_true_certificate(name: str) -> None:
         assert main(["verify", "--quiet", str(page)]) == 0
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("name", ENTRIES)
 def test_every_attestation_fits_and_its_files_are_counted_again(name: str, tmp_path: Path) -> None:
     """By the command on the page, in a folder that holds what the page offers for download."""
@@ -243,7 +239,6 @@ def test_the_roads_are_those_of_the_certificates() -> None:
         assert found["sha256"] == hashlib.sha256((GALLERY / path).read_bytes()).hexdigest()
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("path", CERTIFICATES, ids=lambda path: f"{path.parent.name}-{path.stem}")
 def test_what_each_road_covers_is_what_the_page_says(path: Path) -> None:
     if shutil.which("node") is None:
@@ -254,7 +249,6 @@ def test_what_each_road_covers_is_what_the_page_says(path: Path) -> None:
     assert "FALSE" not in GALLERY_OF.in_node(path.read_bytes())
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("path", CERTIFICATES, ids=lambda path: f"{path.parent.name}-{path.stem}")
 def test_the_verified_program_finds_nothing_false(path: Path) -> None:
     """What it judges it finds true; what it leaves is the Python checker's, and the page says what that is."""
@@ -538,7 +532,6 @@ def test_every_headline_has_a_second_computation() -> None:
     assert list(SECOND) == list(ENTRIES)
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("name", SECOND)
 def test_headlines_are_those_of_plain_loops(name: str, tmp_path: Path) -> None:
     SECOND[name](*([tmp_path] if SECOND[name] is stream else []))

@@ -90,7 +90,6 @@ def test_a_mutant_replaces_what_it_names_and_nothing_else() -> None:
         assert data.count(b"\n", 0, one.start) + 1 in one.lines
 
 
-@pytest.mark.deep
 def test_survivors_are_listed_and_the_tree_stays_as_it_is(tmp_path: Path) -> None:
     files = {"toy/__init__.py": "", "toy/numbers.py": TOY, "tests/test_numbers.py": TESTS, "pyproject.toml": "[tool.pytest.ini_options]\n"}
     for name, text in files.items():

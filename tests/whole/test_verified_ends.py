@@ -12,7 +12,6 @@ from pathlib import Path
 from random import Random as Pick
 from typing import Any
 
-import pytest
 import tiers
 from certificate_changes import put
 from certificate_kinds import as_bytes
@@ -83,7 +82,6 @@ def changed_ends(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
                         yield put(text, ("intervals", quantity, side, i, int(near > Fraction(end[1]))), str(near))
 
 
-@pytest.mark.deep
 def test_ends_of_many_draws(program: Path) -> None:
     """Beyond 5,000 draws an end has to be excluded by the bound of the page as well as by the tail itself."""
     documents_, tally = with_many_draws(), Tally()
@@ -96,7 +94,6 @@ def test_ends_of_many_draws(program: Path) -> None:
     assert {python for python, _ in tally.codes} >= {TRUE, FALSE}
 
 
-@pytest.mark.deep
 def test_ends_in_closed_form(program: Path) -> None:
     """Intervals whose cells are not all listed are judged, and one that is narrower by a billionth as by the other checker."""
     documents_, tally = with_plain_ends(), Tally()

@@ -11,7 +11,6 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-import pytest
 import tiers
 from certificate_changes import put
 from certificate_kinds import as_bytes
@@ -123,7 +122,6 @@ def changed_ladders(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
             yield from (put(text, ("claims", i, *place), value) for place, value in changed_claim(claim))
 
 
-@pytest.mark.deep
 def test_ladders_of_pairs(program: Path) -> None:
     """Intervals by pair-exact are judged, with all that is claimed of them, and what is altered as by the other checker."""
     documents_, tally = with_ladders(), Tally()
@@ -143,7 +141,6 @@ def test_ladders_of_pairs(program: Path) -> None:
     assert tally.codes[FALSE, OPEN] * 2 < tally.codes[FALSE, FALSE]
 
 
-@pytest.mark.deep
 def test_ladders_of_many_draws(program: Path) -> None:
     """Of cells of ten thousands of draws ladders are judged; those of more draws than score ends are computed of are not."""
     found = []

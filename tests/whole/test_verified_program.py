@@ -91,7 +91,6 @@ def test_hostile_files(document: bytes, code: int, program: Path, tmp_path: Path
     assert subprocess.run([str(PROOFS / "build" / "fairaudit-check"), str(path)], capture_output=True).returncode == code
 
 
-@pytest.mark.deep
 def test_long_numbers(program: Path) -> None:
     """Counts of 1,000 digits, and numbers of as many digits as the format has: all roads say the same, and none runs out of memory."""
     pick = Pick(0)
@@ -196,7 +195,6 @@ def changed_rates(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
             yield put(text, path, document["metrics"][name])
 
 
-@pytest.mark.deep
 def test_rates_with_true_labels(program: Path) -> None:
     """Every statement of a table with true labels is judged, but for intervals; all roads agree on altered ones."""
     given = [of_true_labels(seed) for seed in range(300 if tiers.FULL else 60)]
@@ -224,7 +222,6 @@ def test_rates_with_true_labels(program: Path) -> None:
     assert {python for python, _ in tally.codes} >= {TRUE, FALSE, MALFORMED}
 
 
-@pytest.mark.deep
 def test_tables_with_true_labels_at_the_edge(program: Path) -> None:
     """One group alone, nobody with the positive true label, all with it, and a table of ten thousand cells."""
     one = [["3", "1"], ["1", "6"]]

@@ -143,7 +143,6 @@ def many_contexts(contexts: int, people: int, values: int) -> bytes:
     return fa.certify(law, {str(v): v for v in range(values)}).certificate.text.encode()
 
 
-@pytest.mark.deep
 def test_many_contexts_take_seconds(program: Path) -> None:
     document = many_contexts(64, 3000, 2)
     [judged] = natively(program, [document])

@@ -115,7 +115,7 @@ PYTHON: dict[str, tuple[Callable[[], object], str]] = {
     "an empty dict": (lambda: audit({}), "there is no column 'hired'; the table has no columns"),
     "unequal columns": (
         lambda: audit({"hired": [1, 0], "sex": ["f"]}),
-        "column 'sex' has 1 values and column 'hired' 2; they must be equally long",
+        "column 'sex' has 1 value and column 'hired' 2; they must be equally long",
     ),
     "numbers for columns": (
         lambda: audit({"hired": 1, "sex": 2}),

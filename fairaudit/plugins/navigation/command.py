@@ -12,7 +12,6 @@ from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer, add_format
 from fairaudit.errors import InputError
 from fairaudit.files import write_atomically
-from fairaudit.words import noun
 
 DESCRIPTION = """\
 From a scanned floor to the candidate routes that a decision maker is shown: a scan is read, its top view, traversability and topological
@@ -165,6 +164,6 @@ def _route(arguments: argparse.Namespace) -> Answer:
         raise InputError(f"{output} holds one route; name a candidate, such as {routes[0].label}")
     write_atomically(output, [ENDINGS[ending](routes).encode()])
     listed, poses = ", ".join(route.label for route in routes), sum(len(route.points) for route in routes)
-    said = f"oute{'s' if len(routes) > 1 else ''} to {listed}, {poses} {noun(poses, 'pose')}: {output}"
+    said = f"oute{'s' if len(routes) > 1 else ''} to {listed}, {poses} poses: {output}"
     result = {"label": listed, "length": sum(route.length for route in routes), "poses": poses, "output": output}
     return _answer("route", result, [f"r{said}"], f"R{said}.")

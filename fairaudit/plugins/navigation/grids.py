@@ -17,7 +17,6 @@ from numpy.typing import ArrayLike, NDArray
 from fairaudit.errors import InputError, shown
 from fairaudit.files import check_keys, read_bytes, write_together
 from fairaudit.libraries import library
-from fairaudit.words import noun
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 MAX_CELLS = 1_000_000_000
@@ -245,10 +244,10 @@ def _moving_ai(data: bytes) -> OccupancyGrid:
     frame = Frame(0.0, 0.0, 1.0, rows, columns)
     body = data[head.end() :].rstrip().split(b"\n")
     if len(body) != rows:
-        raise InputError(f"there {noun(len(body), 'is', 'are')} {len(body)} {noun(len(body), 'row')} of cells where height says {rows}")
+        raise InputError(f"height says {rows} rows of cells, and the number found is {len(body)}")
     for number, line in enumerate(body, start=5):
         if len(line) != columns:
-            raise InputError(f"line {number} has {len(line)} {noun(len(line), 'cell')} where width says {columns}")
+            raise InputError(f"width says {columns} cells a line, and line {number} has {len(line)}")
     cells = np.frombuffer(b"".join(body), np.uint8).reshape(rows, columns)
     known = np.isin(cells, list(PASSABLE + BLOCKED))
     if not known.all():

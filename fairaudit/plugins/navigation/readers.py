@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from fairaudit.errors import InputError, nearest, shown
 from fairaudit.libraries import library
 from fairaudit.plugins.navigation.grids import UNKNOWN, Frame, OccupancyGrid
-from fairaudit.words import noun
 
 CLASSES = ("ceiling", "floor", "wall", "beam", "column", "window", "door", "table", "chair", "sofa", "bookcase", "board", "clutter")
 """The classes of S3DIS annotations; anything else is clutter."""
@@ -251,10 +250,7 @@ def _layout(path: Path, lines: list[bytes], line: int, names: Sequence[str]) -> 
     if not names and _BAD_BYTE in lines[position]:
         return separator, "xyzrgb"  # the files with this byte have six columns
     if not names and len(words) not in (3, 6):
-        said = (
-            f"there {noun(len(words), 'is', 'are')} {len(words)} {noun(len(words), 'column')}; x y z or x y z r g b "
-            f"was expected, or --columns with a name for each"
-        )
+        said = f"the number of columns is {len(words)}; x y z or x y z r g b was expected, or --columns with a name for each"
         raise InputError(f"{path}: line {line + position}: {said}")
     return separator, names or "xyzrgb"[: len(words)]
 
@@ -305,11 +301,7 @@ def _fault(text: bytes, names: Sequence[str]) -> str:
             return f"{said} is too large"
         if colour and not (float(word).is_integer() and 0 <= float(word) <= 255):
             return f"the colour {said} is not an integer from 0 to 255"
-    return (
-        ""
-        if len(words) == len(names)
-        else f"there {noun(len(words), 'is', 'are')} {len(words)} {noun(len(words), 'column')} where {len(names)} were expected"
-    )
+    return "" if len(words) == len(names) else f"the number of columns is {len(words)}; {len(names)} were expected"
 
 
 def _row(path: Path, text: bytes, line: int, names: Sequence[str], notes: list[str]) -> list[float]:

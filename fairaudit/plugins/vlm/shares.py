@@ -55,7 +55,7 @@ def softmax(scores: list[float]) -> tuple[Fraction, ...]:
         parts = [(Decimal(score) - top).exp() for score in scores]
         total = sum(parts)
         shares = [int(part * GRAIN / total) for part in parts]
-    shares[parts.index(max(parts))] += GRAIN - sum(shares)
+    shares[scores.index(max(scores))] += GRAIN - sum(shares)
     return tuple(Fraction(share, GRAIN) for share in shares)
 
 

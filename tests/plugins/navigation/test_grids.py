@@ -234,8 +234,8 @@ def test_moving_ai_terrain(tmp_path: Path) -> None:
     [
         (("type octile", "octile"), "should begin with the lines type octile"),
         (("height 2", "height x"), "height N, width N and map"),
-        (("height 2", "height 3"), "2 rows of cells where height says 3"),
-        (("STW", "ST"), "line 6 has 2 cells where width says 3"),
+        (("height 2", "height 3"), "height says 3 rows of cells, and the number found is 2"),
+        (("STW", "ST"), "width says 3 cells a line, and line 6 has 2"),
         (("G", "x"), "line 5, column 2: 'x' is no terrain"),
         (("width 3", "height 3"), "height N, width N and map"),
         (("height 2", "height 999999999"), "more than 1,000,000,000 cells"),

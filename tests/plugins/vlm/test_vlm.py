@@ -271,7 +271,6 @@ def test_a_filter_that_is_drawn(tmp_path: Path) -> None:
     assert len(released) > 1
 
 
-@pytest.mark.deep
 @given(st.lists(st.floats(-50, 50), min_size=1, max_size=5))
 def test_shares_are_those_of_exponentials_in_rationals(scores: list[float]) -> None:
     """By the series of e^x in rationals: each share is the next multiple of 2^-53 below, the greatest has what is left."""

@@ -323,7 +323,7 @@ def test_the_command_goes_on_to_the_next(tmp_path: Path, capsys: pytest.CaptureF
     assert main(words) == 0
     first, _, command = capsys.readouterr().out.strip().split("\n")
     different = frame(0).assign(age=np.digitize(frame(0)["age"], [18, 40])).groupby(["u", "a", "age"]).ngroups
-    assert first == f"400 rows, of which {different} are different, are counted in part.parquet."
+    assert first == f"400 rows, {different} of them different, are counted in part.parquet."
     asked = shlex.split(command.removeprefix("Next: fairaudit ").replace("DECISION", "yes"))
     assert main([*asked, "--missing", "drop", "-o", "part.json"]) == 0
     edges = ["certify", "log.csv", "--decision", "u", "--group", '"sex, or:1"', "--context", "age:18,40", "--utility", "yes"]

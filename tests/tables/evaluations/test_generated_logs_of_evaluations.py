@@ -162,7 +162,6 @@ def of_records(folder: Path, draw: random.Random) -> Made:
 MAKERS = (of_inspect, of_batches, of_every_eval_ever, of_helm, of_promptfoo, of_harness, of_records)
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("maker", MAKERS)
 def test_counts_are_those_of_plain_loops(tmp_path: Path, maker: Callable[[Path, random.Random], Made]) -> None:
     counted = 0

@@ -42,7 +42,6 @@ def by_key(samples: list[Sample]) -> dict[tuple[object, object], Sample]:
     return found
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("name", ["loans.eval", "loans.json", "in-parts/loans.eval", "failed.eval", "killed.eval", "limited.eval"])
 def test_the_library_reads_the_same(runs: Path, name: str) -> None:
     run, samples = read(runs / name)
@@ -59,7 +58,6 @@ def test_the_library_reads_the_same(runs: Path, name: str) -> None:
         assert sample.outcome == ("error" if expected["error"] else outcomes[expected["stop"]])
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("name", ["loans.eval", "loans.json"])
 def test_shuffled_choices_mean_what_they_meant(runs: Path, name: str) -> None:
     """The model sees the choices in another order each time and names a letter; in the log each letter is the choice of the data set."""
@@ -79,7 +77,6 @@ def test_shuffled_choices_mean_what_they_meant(runs: Path, name: str) -> None:
             assert (row["scores"]["choice"]["answer"], sample.outcome) == known[kind]
 
 
-@pytest.mark.deep
 def test_the_accuracy_of_the_library_is_no_share_of_answers(runs: Path) -> None:
     """It averages the epochs of a question first, so that an answer counts twice where the other one never came."""
     _, samples = read(runs / "loans.eval")
@@ -95,7 +92,6 @@ def test_the_accuracy_of_the_library_is_no_share_of_answers(runs: Path) -> None:
     assert share != averaged
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("name", ["loans.eval", "loans.json", "in-parts/loans.eval"])
 def test_a_table_has_the_counts_of_an_independent_count(runs: Path, name: str) -> None:
     oracle = json.loads((runs / "loans.oracle").read_text())
@@ -115,21 +111,18 @@ def test_a_table_has_the_counts_of_an_independent_count(runs: Path, name: str) -
     assert (tally.evaluation.expected, tally.evaluation.read) == (48, 48)
 
 
-@pytest.mark.deep
 def test_a_run_that_says_success_may_have_answered_nothing(runs: Path) -> None:
     run, samples = read(runs / "failed.eval")
     assert run.status == "success"
     assert Counter(sample.outcome for sample in samples) == {"error": QUESTIONS * EPOCHS}
 
 
-@pytest.mark.deep
 def test_a_run_that_was_killed_holds_what_it_had(runs: Path) -> None:
     run, samples = read(runs / "killed.eval")
     assert (run.status, run.expected) == ("started", QUESTIONS * EPOCHS)
     assert len(samples) == KILLED_AFTER
 
 
-@pytest.mark.deep
 def test_a_log_that_was_cut_off_is_no_archive(runs: Path, tmp_path: Path) -> None:
     path = tmp_path / "cut.eval"
     for name in ("loans.eval", "killed.eval"):
@@ -141,14 +134,12 @@ def test_a_log_that_was_cut_off_is_no_archive(runs: Path, tmp_path: Path) -> Non
                 fa.read_log(path, ["scores.choice.answer"])
 
 
-@pytest.mark.deep
 def test_a_limited_run_expects_no_more_than_it_asked(runs: Path) -> None:
     run, samples = read(runs / "limited.eval")
     assert (run.expected, run.epochs, len(samples)) == (5, 1, 5)
     assert run.fixed == "seed 7"
 
 
-@pytest.mark.deep
 def test_only_what_is_wanted_is_kept(runs: Path) -> None:
     for name in ("loans.eval", "loans.json", "in-parts/loans.eval"):
         for sample in read(runs / name, "metadata")[1]:
@@ -284,7 +275,6 @@ def test_a_damaged_archive_is_refused_in_a_sentence(tmp_path: Path) -> None:
     deflated.write_bytes(data[: member + 40] + b"\xff\xff\xff\xff" + data[member + 44 :])
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("step", [7])
 def test_no_cut_or_change_of_bytes_ends_in_a_traceback(tmp_path: Path, step: int) -> None:
     path = tmp_path / "a.eval"

@@ -49,7 +49,6 @@ def dumped(value: object) -> str:
     return json.dumps(value, default=lambda number: float(number), ensure_ascii=False).encode("utf-8", "replace").decode()
 
 
-@pytest.mark.deep
 @given(VALUES, st.integers(1, 9), st.integers(0, 3), st.sampled_from((None, 1)))
 def test_pieces_of_any_size_give_what_the_parser_gives(value: object, size: int, deep: int, indent: int | None) -> None:
     data = json.dumps(value, default=float, indent=indent).encode()
@@ -61,7 +60,6 @@ def test_pieces_of_any_size_give_what_the_parser_gives(value: object, size: int,
     assert read.peek() == "1"
 
 
-@pytest.mark.deep
 @given(st.dictionaries(st.text(max_size=3), VALUES, min_size=1, max_size=3), st.integers(1, 9), st.integers(0, 3), st.data())
 def test_what_is_cut_is_refused(value: object, size: int, deep: int, data: st.DataObject) -> None:
     text = dumped(value).encode()

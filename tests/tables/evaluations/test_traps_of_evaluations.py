@@ -210,7 +210,6 @@ DAMAGED = [
 ]
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("source", DAMAGED, ids=lambda path: path.parent.name)
 def test_damage_is_a_sentence_with_the_name_of_the_file(tmp_path: Path, source: Path) -> None:
     """Cut anywhere, or with a byte or a value exchanged: a log is read, or refused in a sentence, and never ends in a traceback."""
@@ -232,7 +231,6 @@ def test_damage_is_a_sentence_with_the_name_of_the_file(tmp_path: Path, source: 
                 assert "\n" not in str(error)
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize(
     "name",
     [
