@@ -101,7 +101,7 @@ def test_the_certificate_is_that_of_the_log_in_memory(
 @pytest.mark.parametrize("size", [1, 10**6])
 def test_labels_that_are_missing_in_several_ways_are_one_level(size: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(duckdb, "PART", size)
-    kinds = {name: "varchar" for name in "uax"}
+    kinds = dict.fromkeys("uax", "varchar")
     rows = [("yes", None, "x"), ("yes", "", "x"), ("yes", " ", "x"), ("no", "f", "x"), ("yes", "f", "x")]
     path = write(tmp_path / "log.parquet", kinds, rows)
     found = audit(path, decision="u", group="a", context="x", utility="yes", missing="group", in_parts=True, confidence=None)
