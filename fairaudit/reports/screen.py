@@ -147,7 +147,7 @@ BLOCKS = (
 
 STAGES = (
     ("audited", 2),
-    ("sentences", 8),
+    ("sentences", 12),
     ("chance", 4),
     ("cautions", 7),
     ("targets", 4),
