@@ -68,6 +68,10 @@ OPTIONS = (
     "errors",
     "missing_samples",
     "recipe",
+    "encoding",
+    "decimal",
+    "thousands",
+    "number_sign",
 )
 """What `options` may say of how the table of a certificate was made."""
 

@@ -22,6 +22,7 @@ from fairaudit.exact.rationals import Number, common_denominator, option_value, 
 from fairaudit.model.law import Law
 from fairaudit.tables.columns import MISSING_LABEL, Missing
 from fairaudit.tables.label_text import label_text
+from fairaudit.tables.number_form import plain_numbers
 from fairaudit.tables.sources import Table
 from fairaudit.tables.values import INT64, ByLabel, Label, column, locator, names
 from fairaudit.words import brief
@@ -142,12 +143,13 @@ class Utility:
         where = locator(table)
         groups, contexts = names(group), names(context)
         lists = {name: column(table, name) for name in (decision, *groups, *contexts, utility)}
+        worth = plain_numbers(utility, lists[utility], where) or lists[utility]
         entries: dict[Entry, tuple[int, int]] = {}
         cache: dict[Any, tuple[int, int]] = {}
         empty: list[list[Any]] = []
         a_rows = list(zip(*[lists[g] for g in groups], strict=True)) if groups else empty
         x_rows = list(zip(*[lists[c] for c in contexts], strict=True)) if contexts else empty
-        for position, (u, value) in enumerate(zip(lists[decision], lists[utility], strict=True)):
+        for position, (u, value) in enumerate(zip(lists[decision], worth, strict=True)):
             labels = [label_text(v) for v in (u, *(x_rows[position] if contexts else ()), *(a_rows[position] if groups else ()))]
             if None in (labels[: 1 + len(contexts)] if missing == "unknown" else labels) and missing != "group":
                 continue

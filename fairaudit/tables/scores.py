@@ -17,6 +17,7 @@ from fairaudit.exact.rationals import Number, decimal_text, option_value, parse_
 from fairaudit.tables.columns import Missing, label_codes
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.labels import with_labels
+from fairaudit.tables.number_form import plain_numbers
 from fairaudit.tables.preparation import above, above_median
 from fairaudit.tables.tally import Tally, counted
 from fairaudit.tables.values import Locate, column, exact_floats, integers, locator, numbers
@@ -95,7 +96,12 @@ def cut_scores(
     """
     where = locator(table)
     codes, values = _levels(table, score, where)
-    keys = np.append(_floats(values, score, lambda place: where(int(np.flatnonzero(codes == place)[0]))), nan)
+
+    def first(place: int) -> str:
+        return where(int(np.flatnonzero(codes == place)[0]))
+
+    values = plain_numbers(score, values, first) or values
+    keys = np.append(_floats(values, score, first), nan)
     absent = np.isnan(keys)[codes]
     if absent.any() and missing == "error":
         at, amount = where(int(np.flatnonzero(absent)[0])), int(counted(table, len(codes))[absent].sum())
@@ -168,7 +174,7 @@ def _weights(table: Any, count: str | None, kept: NDArray[np.bool_], where: Loca
     places, held = np.flatnonzero(kept).tolist(), column(table, count)
     if len(held) != len(kept):
         raise InputError(f"column {shown(count)} has {len(held)} values and the scores {len(kept)}; they must be equally long")
-    weights, scale = numbers([held[place] for place in places], count, lambda position: where(places[position]))
+    weights, scale = numbers([held[place] for place in places], count, lambda position: where(places[position]), "share")
     if weights.dtype.kind == "f":
         weights, scale = exact_floats(weights)
     return integers([weight * n for weight, n in zip(weights.tolist(), times.tolist(), strict=True)]), scale

@@ -10,6 +10,7 @@ from typing import Any, Literal, TypeVar
 from fairaudit.errors import InputError
 from fairaudit.tables.binning import Bins
 from fairaudit.tables.evaluations.extraction import NOTHING_ASKED, Extraction, Wanted
+from fairaudit.tables.number_form import PLAIN, NumberForm
 from fairaudit.tables.sql import table_name
 
 __all__ = ["FOR_CERTIFY", "PartsMissing", "Request", "attended", "database_source"]
@@ -61,6 +62,12 @@ class Request:
         What is asked of an evaluation log beyond columns.
     evaluations : bool
         Whether evaluation logs are read; else they are refused.
+    encoding : str or None
+        How the characters of a text are written, where that is not UTF-8.
+    form : NumberForm
+        How numbers are written in the texts of a spreadsheet; those of other tables are read later.
+    numeric : tuple of str
+        Which of the columns hold numbers.
     """
 
     columns: tuple[str, ...]
@@ -80,6 +87,9 @@ class Request:
     missing: PartsMissing = "error"
     extraction: Extraction = NOTHING_ASKED
     evaluations: bool = True
+    encoding: str | None = None
+    form: NumberForm = PLAIN
+    numeric: tuple[str, ...] = ()
 
     @property
     def wanted(self) -> Wanted:

@@ -47,6 +47,7 @@ def tally(
     report: Report | None = None,
     meanwhile: Callable[[], object] | None = None,
     skip: int = 0,
+    encoding: str | None = None,
 ) -> Tally:
     """Count the equal rows of a log, and write the counts to a file, so that this part of a longer log is never read again.
 
@@ -64,7 +65,7 @@ def tally(
         Numeric columns to cut into intervals at these edges; the file says so, and with it the certificate.
     count : str
         What the column of the counts is called.
-    engine, table, query, memory, report, meanwhile, skip
+    engine, table, query, memory, report, meanwhile, skip, encoding
         As for `read_log`.
 
     Returns
@@ -99,7 +100,7 @@ def tally(
     if len({name.casefold() for name in (*wanted, count)}) < len(wanted) + 1:
         raise InputError(_alike(wanted, count))
     where = {"table": table, "query": query, "memory": memory, "report": report, "meanwhile": meanwhile, "skip": skip}
-    request = log_request(wanted, bins, **where, evaluations=False)
+    request = log_request(wanted, bins, **where, encoding=encoding, evaluations=False)
     found = counted_log(source, request, engine)
     made, said = _of_texts(found, count)
     write_atomically(Path(output), _parquet(made, said))
