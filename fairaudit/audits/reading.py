@@ -663,12 +663,12 @@ def _has_numbers(table: Any, name: str) -> bool:
 
 
 def _typed(source: Any) -> bool:
-    """Whether a source is a spreadsheet, whose cells say which are numbers: only texts were read as declared, when it was opened."""
+    """Whether the cells of a source say which are numbers, as in spreadsheets: only texts were read as declared, when it was opened."""
     from fairaudit.tables.engines.paths import form
 
     paths = [source] if isinstance(source, (str, os.PathLike)) else source if isinstance(source, (list, tuple)) else []
     try:
-        return any(os.path.isfile(path) and form(os.fspath(path)) == "spreadsheet" for path in paths)  # noqa: PTH113
+        return any(os.path.isfile(path) and form(os.fspath(path)) in ("spreadsheet", "statistics") for path in paths)  # noqa: PTH113
     except (InputError, OSError, ValueError, TypeError):
         return False
 

@@ -104,7 +104,7 @@ def _with_form(roles: Roles, forms: Mapping[str, Written]) -> Roles:
     name, says = next(((name, says) for name, (form, texts) in used.items() if (says := either(texts, form))), ("", ""))
     said = list(roles.said)
     if says and clear is None:
-        said.append(f"both readings exist in column '{name}': {says}; the command below has the first, and only you can say which is right")
+        said.append(f"both readings exist in column '{name}': {says}; the command has the first, and only you can say which is right")
     return replace(roles, form=NumberForm(None, thousands, signs), said=tuple(said))
 
 

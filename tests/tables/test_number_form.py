@@ -364,3 +364,16 @@ def test_intervals_are_refused_beside_a_decimal_comma(tmp_path: Path) -> None:
     path.write_text("age;fee\n1.306;1.306,5\n12;7,5\n")
     with pytest.raises(InputError, match="are cut from numbers with a decimal point"):
         fa.audit(path, group="age", bins={"age": [18]}, utility_column="fee", thousands=".")
+
+
+def test_numbers_of_statistics_programs_are_numbers(tmp_path: Path) -> None:
+    pyreadstat, pandas = pytest.importorskip("pyreadstat"), pytest.importorskip("pandas")
+    frame = pandas.DataFrame({"sex": ["f", "f", "m", "m"], "fee": [1.306, 1.251, 1.257, 2.125], "paid": ["1.306", "943", "1.257", "1.125"]})
+    pyreadstat.write_dta(frame, str(tmp_path / "fees.dta"))
+    roles: dict[str, Any] = {"group": "sex", "confidence": None}
+    fees, paid = Fraction("3.382") / Fraction("2.557"), Fraction(1257 + 1125, 1306 + 943)
+    for declared in ({}, {"thousands": "."}, {"decimal": ","}):
+        assert fa.audit(tmp_path / "fees.dta", utility_column="fee", **roles, **declared).global_.ratio == fees
+    assert fa.audit(tmp_path / "fees.dta", utility_column="paid", **roles, thousands=".").global_.ratio == paid
+    with pytest.raises(InputError, match="may have a decimal point or a thousands separator"):
+        fa.audit(tmp_path / "fees.dta", utility_column="paid", **roles)

@@ -297,7 +297,7 @@ def _from_statistics(path: str, copy: Path, request: Request) -> None:
         raise InputError("lines are skipped above the header of text and of spreadsheets; columns have names here")
     labels = about.variable_value_labels
     texts = [[labels[name].get(value, value) for value in held] if name in labels else held for name, held in columns.items()]
-    _write(copy, [list(columns), *zip(*texts, strict=True)], 0)
+    _write(copy, _with_plain_numbers([list(columns), *zip(*texts, strict=True)], request), 0)
 
 
 def _from_arrow(path: str, copy: Path, request: Request) -> None:
