@@ -6,7 +6,15 @@ import re
 
 __all__ = ["named", "says"]
 
-COUNT = r"n|freq(uency)?|counts?|num(ber)?|total|cases|size|anzahl|häufigkeit|effectifs?|nombre|cantidad"
+COUNT = (
+    r"n|freq(s|uency|uencies)?|counts?|num(ber)?|total|cases|size|anzahl|häufigkeit|fälle|effectifs?|nombre|fr[eé]quence|cantidad|"
+    r"frecuencia|conteo|conteggio|frequenza|quantidade|frequ[eê]ncia|contagem|aantal|liczba|liczebność"
+)
+SURVEY_WEIGHT = (
+    r"(?!f(req|requency)?[_ .-]?w)(.*[_ .-])?(p?wgtp\d*|(fnl|final|per|hh|asec|earn|_?llcp|d|p|a|an|psp|pspw)?(wt|wgt|wght|wghts|weights?)|"
+    r"wt(fin|int|mec|ss|s)[a-z0-9]*|expansion[_ .-]?factor|p?hrf|.*gewicht(e|ung)?|hochrechnung.*|poids|pond[eé]r.*|peso|waga|"
+    r"fexp|fac(tor)?[_ .-]?(de[_ .-]?)?exp.*|fator[_ .-]?(de[_ .-]?)?exp.*)([_ .-]?\d+)?"
+)
 PROBABILITY = r"p|pr|prob(ability|abilities)?|share|rate"
 WEIGHT = r"w|weights?|mass|population|prior"
 RUNNING = r"(row_?)?(names?|num|number|index)|column 1|unnamed.*|(.*[_ .-])?(id|ids|uuid|key)"
@@ -70,7 +78,7 @@ AMOUNT = (
 )
 COSTS = r".*(sentence|years|months|days|bail|bond|premium|fee|fine|penalty|interest|apr|wait|delay|severity|risk|recid|decile).*"
 HISTORY = (
-    r".*(since|service|exper|prior|previous|seniority|tenure|birth|born|educ|school|college|juv|employ).*|"
+    r".*(since|service|exper|prior|previous|seniority|tenure|birth|born|educ|school|college|juv|employ(?!ed$)).*|"
     r"(.*[_ .-])?(age|yrs)([_ .-].*)?"
 )
 WINNER = r".*(winner|won|chosen|choice|choose|chose|pick|selected|ranked|ranking|ranks|best|hired|preferred|answer).*"

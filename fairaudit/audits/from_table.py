@@ -20,12 +20,13 @@ from fairaudit.audits.reading import (
     MOST_ROWS,
     Access,
     Reading,
-    read_audited,
+    read_table_of,
     refuse_half_a_score,
     refuse_two_utilities,
     unfit_for_parts,
 )
 from fairaudit.audits.result import Result
+from fairaudit.audits.warned import columns_warned, warned
 from fairaudit.certificates.certificate import Certificate
 from fairaudit.errors import InputError, ManyRowsError, naming
 from fairaudit.exact.collecting import uncollected
@@ -328,7 +329,9 @@ def audit(
     if isinstance(source, (str, os.PathLike)) and is_audit_file(source):
         refuse_beside(os.fspath(source), {**beside, **filters, "releases": releases != 1, "utility": utility, "positive": positive})
         origin = origin_of(source)
-        return replace(_from_audit_file(read_audit(os.fspath(source), signed=signed), asked), origin=origin)
+        described = read_audit(os.fspath(source), signed=signed)
+        result = _from_audit_file(described, asked)
+        return replace(result, origin=origin, warnings=warned(result, described.utility))
     named = decision or score or utility_column or (None if wide is None else "decision")
     _refuse_unnamed(source, named, roles["group"])
     refuse_two_utilities(utility, utility_column)
@@ -369,14 +372,18 @@ def audit(
     with uncollected():
         if not in_parts:
             try:
-                law, read = read_audited(source, reading, given, most=None if unfit else MOST_ROWS)
+                table_, law, read = read_table_of(source, reading, given, most=None if unfit else MOST_ROWS)
+                of_columns = columns_warned(source, reading, table_, law)
+                del table_
             except ManyRowsError:
                 pass
             else:
                 with naming(_name(source)):
-                    return replace(asked.certify(_behind(law, **filters), read), origin=origin)
+                    result = asked.certify(_behind(law, **filters), read)
+                    return replace(result, origin=origin, warnings=warned(result, read, of_columns=of_columns))
         with naming(_name(source)):
-            return replace(asked.certify_in_parts(source, _needed(given), reading), origin=origin)
+            result = asked.certify_in_parts(source, _needed(given), reading)
+            return replace(result, origin=origin, warnings=warned(result, _needed(given)))
 
 
 def _refuse_unnamed(source: object, decision: str | None, group: Sequence[str]) -> None:

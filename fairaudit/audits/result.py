@@ -134,6 +134,8 @@ class Result(Faces):
         "changed" before "exceeds" before "inconclusive" before "within"; "none" without targets.
     notes : tuple of str
         What was noticed while reading.
+    warnings : tuple of str
+        What to know of how the table was read before any figure is believed, such as labels that look undecided; not in the certificate.
     deployment : Deployment or None
         The policy and its filters, if that is what was audited; `law` is then the law that they induce.
     unfiltered : tuple of (Ratio or None) or None
@@ -217,6 +219,7 @@ class Result(Faces):
     undecided: Undecided | None = None
     whatever: tuple[Whatever, ...] = ()
     origin: Origin | None = field(default=None, repr=False)
+    warnings: tuple[str, ...] = ()
 
     @property
     def exit_code(self) -> int:

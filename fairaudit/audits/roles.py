@@ -30,6 +30,7 @@ from fairaudit.audits.column_names import (
     SEX,
     SEXES,
     SLOT,
+    SURVEY_WEIGHT,
     UNIT,
     WEIGHT,
     WINNER,
@@ -40,17 +41,21 @@ from fairaudit.audits.column_names import (
 from fairaudit.errors import InputError
 from fairaudit.exact.rationals import parse_rational
 from fairaudit.tables.engines.survey import Seen
+from fairaudit.tables.label_meaning import looking_undecided
 from fairaudit.tables.number_form import PLAIN, NumberForm
 from fairaudit.tables.wide import Wide, is_total
 from fairaudit.words import brief
 
-__all__ = ["MANY", "NUMBERS", "Roles", "as_number", "cuts", "people", "proposed"]
+__all__ = ["MANY", "NUMBERS", "UNNAMED", "Roles", "as_number", "cuts", "people", "proposed"]
 
 MANY = 50
 """A column with more labels is neither a decision nor a context."""
 
 GROUPS = 500
 """A column with more labels is no group."""
+
+UNNAMED = "DECISION"
+"""Stands in a command for a label that nobody could guess."""
 
 CELL = 20
 """Rows that each combination of group and context has on average, or a context is left out."""
@@ -106,6 +111,10 @@ class Roles:
         Whether a log holds fewer samples than it should.
     form : NumberForm
         How the texts of numbers are written, as far as that has to be declared.
+    undecided : tuple of str
+        Labels of the decision that look as if nothing has been decided.
+    refused : tuple of str
+        Those of them that were decided, and are worth nothing.
     """
 
     decision: str | None
@@ -128,6 +137,8 @@ class Roles:
     where: tuple[str, ...] = ()
     missing_samples: bool = False
     form: NumberForm = PLAIN
+    undecided: tuple[str, ...] = ()
+    refused: tuple[str, ...] = ()
 
 
 def as_number(text: str) -> Fraction | None:
@@ -139,7 +150,7 @@ def as_number(text: str) -> Fraction | None:
     return Fraction(numerator, denominator)
 
 
-def proposed(columns: Sequence[Seen], rows: int) -> Roles:
+def proposed(columns: Sequence[Seen], rows: int, *, lexicon: Sequence[str] = ()) -> Roles:
     """Guess which column is which from names and labels.
 
     Parameters
@@ -148,6 +159,8 @@ def proposed(columns: Sequence[Seen], rows: int) -> Roles:
         What is in each column (`survey_log`).
     rows : int
         How many rows there are.
+    lexicon : sequence of str
+        Labels that look undecided besides those of the package.
 
     Returns
     -------
@@ -162,7 +175,7 @@ def proposed(columns: Sequence[Seen], rows: int) -> Roles:
     ('denied', 'yes', True, ('sex',))
     """
     whole = _without_totals(columns)
-    return _Guess([seen for seen in whole if seen.levels and not seen.fault], rows).roles()
+    return _Guess([seen for seen in whole if seen.levels and not seen.fault], rows, lexicon).roles()
 
 
 def _without_totals(columns: Sequence[Seen]) -> list[Seen]:
@@ -184,8 +197,8 @@ def _without_totals(columns: Sequence[Seen]) -> list[Seen]:
 class _Guess:
     """The columns that have no role yet."""
 
-    def __init__(self, columns: list[Seen], rows: int) -> None:
-        self.rows = rows
+    def __init__(self, columns: list[Seen], rows: int, lexicon: Sequence[str] = ()) -> None:
+        self.rows, self.lexicon = rows, lexicon
         spread = {seen.name for seen in _spread(columns, rows)}
         self.left = [seen for seen in columns if seen.name not in spread]
         self.numbers = {seen.name: [as_number(text) for text in seen.levels] for seen in columns}
@@ -225,6 +238,8 @@ class _Guess:
         probability = None if count else self.take(PROBABILITY, self._probabilities)
         weight = self.take(WEIGHT, self.numeric) if probability else None
         plain = count is None and probability is None
+        weights = [] if probability else [seen for seen in self.left if self._survey_weight(seen)]
+        self.left = [seen for seen in self.left if seen not in weights]
         unit = self._identifiers()
         decision = self._decision()
         scored = decision is None or (decision.different > 2 and self.positive(decision))
@@ -235,7 +250,8 @@ class _Guess:
         contexts = self._contexts(groups, rows=self.rows if plain else None)
         if decision is not None and not groups:
             groups, contexts = contexts[:1], contexts[1:]
-        good, burden = ("", False) if decision is None else ("", _costs(decision)) if scored else _good(decision)
+        undecided = () if decision is None or scored else looking_undecided(decision.levels, self.lexicon)
+        good, burden = ("", False) if decision is None else ("", _costs(decision)) if scored else _good(decision, undecided)
         chosen = [seen for seen in (decision, *groups, *contexts) if seen is not None]
         return Roles(
             None if scored else _name(decision),
@@ -250,7 +266,12 @@ class _Guess:
             unit=_name(unit) if plain else None,
             missing=any(seen.missing for seen in chosen),
             utility_column=_name(decision) if scored else None,
-            said=() if decision is None else self._said(decision, good, burden=burden, scored=scored),
+            said=(
+                *([f"column '{count.name}' looks like counts: --count {count.name}"] if count else []),
+                *(f"column '{seen.name}' looks like a survey weight, which is no count" for seen in weights),
+                *(() if decision is None else self._said(decision, good, burden=burden, scored=scored)),
+            ),
+            undecided=() if probability else undecided,
         )
 
     def _said(self, decision: Seen, good: str, *, burden: bool, scored: bool) -> tuple[str, ...]:
@@ -293,6 +314,10 @@ class _Guess:
         """Whether it may say how often a row occurred: whole numbers; where its name may mean something else, no measurements beside it."""
         whole = all(value is not None and value >= 0 and value.denominator == 1 for value in self.numbers[seen.name])
         return whole and not (named(seen.name, "total|num(ber)?|size") and self._measured_beside(seen))
+
+    def _survey_weight(self, seen: Seen) -> bool:
+        """Whether it may say for how many people a row stands: a measurement of no person, by its name."""
+        return named(seen.name, SURVEY_WEIGHT) and self.positive(seen) and seen.different > NUMBERS
 
     def _probabilities(self, seen: Seen) -> bool:
         """Whether it may be the probability of a row: from 0 to 1, with no measurements beside it."""
@@ -354,10 +379,16 @@ class _Guess:
         if found is not None:
             return found
         rest = [seen for seen in self.left if self.few(seen) and not named(seen.name, f"{RACE}|{SEX}|{AGE}|{OTHER}|{CONTEXT}|{HISTORY}")]
+        rest = [seen for seen in rest if self._still_open(seen)] or rest
         found = min(rest, key=lambda seen: seen.different, default=None)
         if found is not None:
             self.left.remove(found)
         return found
+
+    def _still_open(self, seen: Seen) -> bool:
+        """Whether some of its labels look undecided, and others say in a word what was decided."""
+        told = any(len(label) > 4 and says(label, f"{YES}|{HARM}") for label in seen.levels)
+        return told and bool(looking_undecided(seen.levels, self.lexicon))
 
     def _score(self, pattern: str) -> Seen | None:
         """A measurement whose name says that people get more or less of it."""
@@ -490,14 +521,18 @@ def _costs(decision: Seen) -> bool:
     return named(decision.name, COSTS) and not named(decision.name, GOOD)
 
 
-def _good(decision: Seen) -> tuple[str, bool]:
-    """The label that is worth something, and whether that is a harm: the name of the column says what its yes means."""
+def _good(decision: Seen, undecided: Sequence[str]) -> tuple[str, bool]:
+    """The label that is worth something, and whether that is a harm: the name of the column says what its yes means.
+
+    It is never one that looks undecided; where all do, a word in its place says that it is missing.
+    """
     harms = named(decision.name, BAD) and not named(decision.name, GOOD)
     wanted = f"{HARM}|{BAD}" if harms else f"{YES}|{GOOD}"
-    found = next((label for label in decision.levels if says(label, wanted)), None)
+    labels = [label for label in decision.levels if label not in undecided]
+    found = next((label for label in labels if says(label, wanted)), None)
     if found is None and not harms:
-        found, harms = next(((label, True) for label in decision.levels if says(label, f"{HARM}|{BAD}")), (None, False))
-    denied = [label for label in decision.levels if named(label, NOT)]
-    if found is None and len(denied) == 1 and decision.different == 2:
-        found = next(label for label in decision.levels if label not in denied)
-    return (next(iter(decision.levels)) if found is None else found), harms
+        found, harms = next(((label, True) for label in labels if says(label, f"{HARM}|{BAD}")), (None, False))
+    denied = [label for label in labels if named(label, NOT)]
+    if found is None and len(denied) == 1 and len(labels) == 2:
+        found = next(label for label in labels if label not in denied)
+    return (next(iter(labels), UNNAMED) if found is None else found), harms

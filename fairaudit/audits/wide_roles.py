@@ -11,6 +11,7 @@ from fractions import Fraction
 from fairaudit.audits.column_names import AGES, BAD, GOOD, HARM, ORIGINS, RUNNING, SEXES, YES, named, says
 from fairaudit.audits.roles import Roles, as_number, people
 from fairaudit.tables.engines.survey import Seen
+from fairaudit.tables.label_meaning import looking_undecided
 from fairaudit.tables.wide import Wide, is_total
 
 __all__ = ["ROWS", "wide_roles"]
@@ -227,6 +228,8 @@ def _roles(
 ) -> Roles:
     """The decision that is good for people, or a harm."""
     labels = list(dict.fromkeys(decision for decision, _, _ in wide.counts))
+    undecided = looking_undecided(labels)
+    labels = [label for label in labels if label not in undecided] or labels
     good = next(
         (label for label in labels if any(says(word, YES) or named(word, GOOD) for word in _words(label)) and not _negative(label)), None
     )

@@ -9,7 +9,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from fairaudit.cli.columns import Column, described, is_complete, looked_at, named, suggested, warnings, written
+from fairaudit.cli.columns import Column, described, is_complete, looked_at, named, open_questions, suggested, warnings, written
+from fairaudit.cli.source import lexicon_of
 from fairaudit.errors import FairauditError
 from fairaudit.words import noun, plain
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["ask_for_columns"]
 
 NOTHING, BACK = "-", "<"
-REPEATED = ("group", "context", "unit", "slots", "number_sign")
+REPEATED = ("group", "context", "unit", "slots", "undecided", "number_sign")
 HELP = "Answer with a name or its number. Enter takes what stands in brackets, - is none, < goes back, Ctrl-C leaves.\n"
 
 
@@ -35,17 +36,20 @@ def ask_for_columns(arguments: argparse.Namespace) -> None:
     InputError
         If nobody can be asked; the message has a command to try.
     """
+    from fairaudit.cli.options import column_list
     from fairaudit.errors import InputError
 
     survey, found, roles = looked_at(arguments)
     if sys.stdin is None or sys.stderr is None or not (sys.stdin.isatty() and sys.stderr.isatty()):
         command = plain(shlex.join(suggested(arguments, roles)))
-        said = "".join(f"; {plain(text)}" for text in roles.said)
+        said = "".join(f"; {plain(text)}" for text in (*roles.said, *open_questions(roles)))
         what = "to try" if is_complete(roles) else "to complete, with a name for each word in capitals"
         raise InputError(f"no column was named; what each is, only you can say{said}; {what}: {command}")
     _say(f"The table has {survey.rows:,} row{'s' * (survey.rows != 1)} and these columns:")
     technical = frozenset[str]() if survey.samples is None else survey.samples.technical - named(roles)
-    roles = _Dialogue(sorted(found, key=lambda column: column.name in technical), roles, hidden=len(technical)).asked()
+    roles = replace(roles, undecided=tuple(dict.fromkeys((*roles.undecided, *column_list(arguments.undecided)))))
+    shown = sorted(found, key=lambda column: column.name in technical)
+    roles = _Dialogue(shown, roles, hidden=len(technical), lexicon=lexicon_of(arguments)).asked()
     if roles.where:
         arguments.where = [*(arguments.where or ()), *roles.where]
     if roles.errors and arguments.errors == "refuse":
@@ -68,8 +72,8 @@ def _taken(roles: Roles) -> set[str | None]:
 class _Dialogue:
     """Questions about the columns, which people may go back to."""
 
-    def __init__(self, found: Sequence[Column], roles: Roles, *, hidden: int = 0) -> None:
-        self.columns = {column.name: column for column in found}
+    def __init__(self, found: Sequence[Column], roles: Roles, *, hidden: int = 0, lexicon: Sequence[str] = ()) -> None:
+        self.columns, self.lexicon = {column.name: column for column in found}, lexicon
         self.guess, self.hidden = roles, hidden
         self.place, self.spoke = 1, False
 
@@ -87,7 +91,8 @@ class _Dialogue:
         _say("\n" + HELP)
         for text in self.guess.said:
             _say(f"Note: {plain(text)}.\n")
-        steps: list[Callable[[Roles], Roles]] = [self.form, self.decision, self.label, self.good, self.group, self.cut, self.context]
+        steps: list[Callable[[Roles], Roles]] = [self.form, self.decision, self.label, self.good, self.meaning]
+        steps += [self.group, self.cut, self.context]
         behind: list[tuple[int, Roles]] = []
         roles, at = self.guess, 0
         while at < len(steps):
@@ -156,7 +161,7 @@ class _Dialogue:
             if roles.wide is not None
             else []
         )
-        default = roles.utility if roles.utility in labels else labels[0]
+        default = roles.utility if roles.utility in labels else self.decided(labels)[0]
         if len(labels) == 1:
             return replace(roles, utility=default)
         bare = any(label.strip().isdigit() for label in labels)
@@ -173,6 +178,26 @@ class _Dialogue:
             what = f"'{plain(roles.utility)}'"
         answer = self.one(f"Is {what} good for the person, or a harm?", "harm" if roles.burden else "good", ["good", "harm"])
         return replace(roles, burden=answer == "harm")
+
+    def decided(self, labels: Sequence[str]) -> Sequence[str]:
+        """The labels that do not look undecided, or all where each does."""
+        from fairaudit.tables.label_meaning import looking_undecided
+
+        undecided = looking_undecided(labels, self.lexicon)
+        return [label for label in labels if label not in undecided] or labels
+
+    def meaning(self, roles: Roles) -> Roles:
+        """Whether labels that look undecided are."""
+        asked = roles.decision and not (roles.wide or roles.slots or roles.probability)
+        labels = list(self.columns[roles.decision].levels) if roles.decision and asked else []
+        settled = {roles.utility, *self.decided(labels)} - {*self.guess.undecided}
+        found: dict[str, str] = {}
+        for label in labels:
+            if label not in settled and label != roles.utility:
+                no = "spared" if roles.burden else "refused"
+                found[label] = self.one(f"Does '{plain(label)}' mean {no}, or is it undecided?", "undecided", [no, "undecided"])
+        undecided = tuple(label for label, answer in found.items() if answer == "undecided")
+        return replace(roles, undecided=undecided, refused=tuple(label for label in found if label not in undecided))
 
     def group(self, roles: Roles) -> Roles:
         """Whose treatment is compared."""

@@ -10,7 +10,7 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.destinations import write_outputs
-from fairaudit.cli.output import Answer, in_colour
+from fairaudit.cli.output import Answer, in_colour, is_json
 
 if TYPE_CHECKING:
     from fairaudit.audits.drift import TableRadius
@@ -46,7 +46,12 @@ def certified(
         "certify",
         verdict=result.verdict,
         sentence=result.sentence,
-        notes=(*result.notes, *notes, *(() if kept is None else kept.notes)),
+        notes=(
+            *(() if _is_first_screen(arguments, findings) else result.warnings),
+            *result.notes,
+            *notes,
+            *(() if kept is None else kept.notes),
+        ),
         result=lambda: result.certificate.document,
         details=lambda: _details(result, arguments.top or TOP, findings, two_sided=arguments.two_sided),
         text=lambda: _text(arguments, result, findings, written),
@@ -69,19 +74,24 @@ def _text(arguments: argparse.Namespace, result: Result, findings: list[Finding]
     """The first screen, or, where it or a part of it was asked for, everything that was found."""
     from fairaudit.words import plain
 
-    two_sided, completions = arguments.two_sided, arguments.show_completions
-    asked = two_sided or completions or arguments.top is not None or any(finding.lines for finding in findings)
-    if arguments.verbose or asked:
+    if not _is_first_screen(arguments, findings):
         from fairaudit.reports.text import summary
 
         said = [plain(line) for found in findings for line in (found.sentence, *found.lines)]
-        return summary(result, arguments.top or TOP, written, said, two_sided=two_sided, completions=completions)
+        options = {"two_sided": arguments.two_sided, "completions": arguments.show_completions}
+        return summary(result, arguments.top or TOP, written, said, **options)
     from fairaudit.reports.overview import of_result
     from fairaudit.reports.screen import CONTEXTS, GROUPS, first_screen
 
     found = of_result(result, groups=GROUPS, contexts=CONTEXTS)
     said = [finding.sentence for finding in findings]
     return first_screen(found, source_of(arguments), next_step(result, written, arguments.attest), said, colour=in_colour())
+
+
+def _is_first_screen(arguments: argparse.Namespace, findings: Sequence[Finding]) -> bool:
+    """Whether the first screen is printed, which says itself what to know first, and neither everything nor JSON."""
+    asked = arguments.two_sided or arguments.show_completions or arguments.verbose or arguments.top is not None
+    return not (asked or any(finding.lines for finding in findings) or is_json(arguments.format))
 
 
 def source_of(arguments: argparse.Namespace) -> str:

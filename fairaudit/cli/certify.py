@@ -17,6 +17,7 @@ from fairaudit.cli.output import Answer, add_format, ready
 from fairaudit.cli.population import add_population, findings_beside, population_options
 from fairaudit.cli.source import (
     add_label_options,
+    add_lexicon,
     add_samples,
     add_score,
     add_source,
@@ -24,6 +25,7 @@ from fairaudit.cli.source import (
     add_wide,
     extraction_from,
     fill_recipe,
+    lexicon_of,
     option,
     progress,
     reading_of,
@@ -165,6 +167,7 @@ def _add_utility(parser: argparse.ArgumentParser) -> None:
         action="append",
         help="decisions whose meaning is not known, such as refused,unreadable: targets are judged whatever each of them meant",
     )
+    add_lexicon(worth)
     worth.add_argument(
         "--burden", action="store_true", help="the utility counts a burden: the group with more of it is disadvantaged, not favoured"
     )
@@ -312,6 +315,7 @@ def _certify_by_proxies(arguments: argparse.Namespace) -> Answer:
 def _certify(arguments: argparse.Namespace, kept: Kept | None = None) -> Answer:
     """Certify a table, a log or an audit file."""
     from fairaudit.audits.certify import certify
+    from fairaudit.audits.warned import warned
     from fairaudit.errors import InputError, ManyRowsError, naming
     from fairaudit.tables.scores import ABOVE
 
@@ -319,10 +323,10 @@ def _certify(arguments: argparse.Namespace, kept: Kept | None = None) -> Answer:
         arguments.utility = ABOVE
     if kept is None:  # whose options were looked at before its log was counted
         check_output(arguments)
-    stated = attesting(arguments)
+    stated, lexicon = attesting(arguments), lexicon_of(arguments)
     audit = _audit_file(arguments) if is_audit_file(arguments.table) else None
     try:
-        subject, utility = (audit.subject, audit.utility) if audit else _read(arguments)
+        subject, utility, of_columns = (audit.subject, audit.utility, ()) if audit else _read(arguments)
     except ManyRowsError:
         return _certify_in_parts(arguments, stated, kept)
     targets = given_limits(arguments)
@@ -352,6 +356,7 @@ def _certify(arguments: argparse.Namespace, kept: Kept | None = None) -> Answer:
             unknown_share=unknown_shares(arguments.unknown_share) or (audit.unknown_share if audit else None),
         )
         findings = findings_beside(arguments, result, utility, options)
+    result = replace(result, warnings=warned(result, utility, lexicon, of_columns))
     return certified(arguments, result, findings, attesting=stated, kept=kept)
 
 
@@ -383,14 +388,15 @@ def _unfit_for_parts(arguments: argparse.Namespace, reading: Reading) -> str:
 def _certify_in_parts(arguments: argparse.Namespace, stated: Attesting | None = None, kept: Kept | None = None) -> Answer:
     """Certify a log of very many contexts; its sources were perhaps looked at already."""
     from fairaudit.audits.in_parts import certify_in_parts
+    from fairaudit.audits.warned import warned
     from fairaudit.errors import InputError, naming
-    from fairaudit.model.utility import utility_values
+    from fairaudit.model.utility import Utility, utility_values
 
     if is_audit_file(arguments.table):
         raise InputError("--in-parts does not go with an audit file")
     if arguments.decision is None or arguments.utility is None or not arguments.group:
         raise InputError("contexts that are read in parts need --decision, --group and --utility")
-    reading = reading_of(arguments)
+    reading, worth, lexicon = reading_of(arguments), utility_values(arguments.utility, "--utility"), lexicon_of(arguments)
     if unfit := _unfit_for_parts(arguments, reading):
         raise InputError(f"--in-parts does not go with {unfit}")
     if kept is None:
@@ -399,7 +405,7 @@ def _certify_in_parts(arguments: argparse.Namespace, stated: Attesting | None = 
     with progress() as told, naming(source_name(arguments.table)):
         result = certify_in_parts(
             arguments.table,
-            utility_values(arguments.utility, "--utility"),
+            worth,
             decision=reading.decision,
             group=reading.group,
             context=reading.context,
@@ -417,6 +423,7 @@ def _certify_in_parts(arguments: argparse.Namespace, stated: Attesting | None = 
             count=reading.count,
             missing=reading.missing if reading.missing in ("drop", "group") else "error",
         )
+    result = replace(result, warnings=warned(result, Utility(worth), lexicon))
     return certified(arguments, result, [], attesting=stated, kept=kept)
 
 
@@ -481,8 +488,10 @@ def _take_example(arguments: argparse.Namespace) -> None:
         arguments.count, arguments.probability = entry.count or None, entry.probability or None
 
 
-def _read(arguments: argparse.Namespace) -> tuple[Law, Utility]:
-    from fairaudit.audits.reading import MOST_ROWS, read_audited
+def _read(arguments: argparse.Namespace) -> tuple[Law, Utility, tuple[str, ...]]:
+    """The law, what decisions are worth, and what to know of the columns."""
+    from fairaudit.audits.reading import MOST_ROWS, read_table_of
+    from fairaudit.audits.warned import columns_warned
     from fairaudit.errors import InputError
     from fairaudit.model.utility import Utility, utility_values
 
@@ -495,4 +504,5 @@ def _read(arguments: argparse.Namespace) -> tuple[Law, Utility]:
     given = None if arguments.utility is None else Utility(utility_values(arguments.utility, "--utility"), signed=signed)
     with progress() as told:
         most = None if _unfit_for_parts(arguments, reading) else MOST_ROWS
-        return read_audited(arguments.table, reading, given, report=told, most=most)
+        table, law, utility = read_table_of(arguments.table, reading, given, report=told, most=most)
+        return law, utility, columns_warned(arguments.table, reading, table, law)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from fairaudit.cli.source import option, progress
+from fairaudit.cli.source import lexicon_of, option, progress
 from fairaudit.tables.sources import source_name
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from fairaudit.tables.engines.survey import Seen, Survey
     from fairaudit.tables.number_form import NumberForm
 
-__all__ = ["Column", "described", "is_complete", "looked_at", "named", "quoted", "suggested", "warnings", "written"]
+__all__ = ["Column", "described", "is_complete", "looked_at", "named", "open_questions", "quoted", "suggested", "warnings", "written"]
 
 TITLE = re.compile(r"has (.*) where a header was expected, which looks like a title.*--skip (\d+)\)", re.DOTALL)
 MISSING_WORDS = {"na", "n/a", "nan", "null", "none", "unknown", "?", "-", "."}
@@ -70,7 +70,8 @@ def looked_at(arguments: argparse.Namespace) -> tuple[Survey, list[Column], Role
     if survey.samples is not None:
         return survey, [_look(seen, None) for seen in survey.columns], roles_of_samples(survey, survey.samples)
     written = {seen.name: guessed(seen.levels) for seen in survey.columns}
-    roles = _wide(arguments, survey) or proposed([_plainly(seen, written[seen.name]) for seen in survey.columns], survey.rows)
+    plainly = [_plainly(seen, written[seen.name]) for seen in survey.columns]
+    roles = _wide(arguments, survey) or proposed(plainly, survey.rows, lexicon=lexicon_of(arguments))
     roles = _with_form(roles, {name: found for name, found in written.items() if found is not None})
     if said:
         roles = replace(roles, said=(said, *roles.said))
@@ -205,15 +206,28 @@ def named(roles: Roles) -> frozenset[str]:
     return frozenset(filter(None, (roles.decision, roles.utility_column, roles.unit, *roles.group, *roles.context)))
 
 
+def open_questions(roles: Roles) -> list[str]:
+    """What to ask of labels that look undecided, and which options answer it."""
+    return [
+        f"is '{label}' in column '{roles.decision}' refused, or not decided yet? --undecided bounds the ratio whatever it becomes; "
+        f"{quoted(label)}=0 in --utility counts it as refused"
+        for label in roles.undecided
+    ]
+
+
 def is_complete(roles: Roles) -> bool:
     """Whether a command that is suggested names everything, and has no word in the place of a name that nobody could guess."""
     words = written(roles)
-    unknown = (("decision", "COL"), ("group", "COL"), ("unit", "PATH"), ("utility", "DECISION"))
+    from fairaudit.audits.roles import UNNAMED
+
+    unknown = (("decision", "COL"), ("group", "COL"), ("unit", "PATH"), ("utility", UNNAMED))
     return not any(words.get(name) == word for name, word in unknown)
 
 
 def written(roles: Roles) -> dict[str, str]:
     """What columns are, as the options of a command have it; empty for what there is not."""
+    from fairaudit.audits.roles import UNNAMED
+
     if roles.slots:
         return {
             "slots": ",".join(map(quoted, roles.slots)),
@@ -226,6 +240,8 @@ def written(roles: Roles) -> dict[str, str]:
 
         wide, total = written_wide(roles.wide)
     column = roles.utility_column or ""
+    if not roles.decision:
+        roles = replace(roles, utility=UNNAMED)
     edges = {name: ":" + ",".join(map(str, cut)) for name, cut in roles.bins.items()}
     return {
         "decision": "" if wide or column else roles.decision or "COL",
@@ -238,7 +254,8 @@ def written(roles: Roles) -> dict[str, str]:
         "probability": roles.probability or "",
         "weight": roles.weight or "",
         "unit": quoted(roles.unit or ""),
-        "utility": "" if column else quoted(roles.utility) if roles.decision else "DECISION",
+        "utility": "" if column else ",".join([quoted(roles.utility), *(f"{quoted(label)}=0" for label in roles.refused)]),
+        "undecided": ",".join(map(quoted, roles.undecided)),
         "missing": "drop" if roles.missing else "",
         "thousands": "space" if roles.form.thousands == " " else roles.form.thousands or "",
         "number_sign": ",".join(roles.form.signs),

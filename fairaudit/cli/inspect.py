@@ -9,10 +9,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from fairaudit.cli import CORE
-from fairaudit.cli.columns import Column, described, is_complete, looked_at, named, suggested, warnings
+from fairaudit.cli.columns import Column, described, is_complete, looked_at, named, open_questions, suggested, warnings
 from fairaudit.cli.options import add_command
 from fairaudit.cli.output import Answer, add_format
-from fairaudit.cli.source import add_source
+from fairaudit.cli.source import add_lexicon, add_source
 from fairaudit.tables.evaluations.extraction import FORMATS
 from fairaudit.words import noun
 
@@ -36,13 +36,14 @@ def add(commands: Any) -> None:
     add_source(rest)
     rest.add_argument("--all", action="store_true", help="also list the paths of a log that are hardly a decision, group, context or unit")
     rest.add_argument("--log-format", choices=FORMATS, help="the format of a log of an evaluation, where its content does not say it")
+    add_lexicon(rest)
     add_format(rest)
 
 
 def run(arguments: argparse.Namespace) -> Answer:
     """Do the work."""
     survey, found, roles = looked_at(arguments)
-    command = suggested(arguments, roles)
+    command, said = suggested(arguments, roles), (*roles.said, *open_questions(roles))
     size = f"{survey.rows} {noun(survey.rows, 'row')}, {len(found)} {noun(len(found), 'column')}"
     samples = survey.samples
     technical = frozenset[str]() if samples is None or arguments.all else samples.technical - named(roles)
@@ -55,11 +56,11 @@ def run(arguments: argparse.Namespace) -> Answer:
         result=lambda: {
             "rows": survey.rows,
             "columns": [_entry(column) for column in found],
-            "said": list(roles.said),
+            "said": list(said),
             "command": command,
             "complete": is_complete(roles),
         },
-        text=lambda: _text(size, listed, len(technical), roles.said, command, width, complete=is_complete(roles)),
+        text=lambda: _text(size, listed, len(technical), said, command, width, complete=is_complete(roles)),
     )
 
 

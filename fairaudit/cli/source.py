@@ -127,6 +127,20 @@ def add_wide(roles: argparse._ArgumentGroup) -> None:
     )
 
 
+def add_lexicon(group: argparse._ArgumentGroup) -> None:
+    """Declare the option that adds labels to the lexicon of those that look undecided."""
+    group.add_argument(
+        "--lexicon", metavar="FILE", help="labels, one a line, that look undecided besides those known, such as pending, offen, en attente"
+    )
+
+
+def lexicon_of(arguments: argparse.Namespace) -> tuple[str, ...]:
+    """The labels of `--lexicon`."""
+    from fairaudit.tables.label_meaning import read_lexicon
+
+    return () if arguments.lexicon is None else read_lexicon(arguments.lexicon)
+
+
 def add_label_options(rest: argparse._ArgumentGroup, *, unknown: bool = False) -> None:
     """Declare what becomes of labels that are missing, or spelt in several ways, and which of them name no group."""
     others = "; unknown: of group columns, the group is unknown; undecided: the decision may have been any" if unknown else ""

@@ -82,8 +82,8 @@ def write(page: Content, checked: str = "", provenance: Provenance | None = None
         rows = [(found.name, "" if found.face is None else found.face.decimal, found.ends, prose(found.of)) for found in page.meant]
         heads = ("what", "at face value", "whatever they meant", "of")
         blocks += [f"### Undecided decisions\n\n{prose(page.undecided)}", table(heads, rows)]
-    if views.left_out:
-        blocks.append("### How the table was read\n\n" + "\n".join(f"* {prose(line)}" for line in views.left_out))
+    if views.as_read:
+        blocks.append("### How the table was read\n\n" + "\n".join(f"* {prose(line)}" for line in views.as_read))
     if page.lost is not None and page.lost.groups:
         wide = bool(page.lost.cells)
         lost = [

@@ -194,8 +194,8 @@ def _data(page: Content, views: Views, provenance: Provenance | None) -> Iterato
     yield "\n".join(_stated(provenance))
     audited = "" if views.overview is None else f"* {prose(f'Audited: {views.overview.audited}.')}\n"
     yield f"{audited}* Digest of the table (SHA-256): {code(page.document['subject']['table']['sha256'])}."
-    if views.left_out:
-        yield "\n".join(f"* {prose(line)}" for line in views.left_out)
+    if views.as_read:
+        yield "\n".join(f"* {prose(line)}" for line in views.as_read)
     yield "#### Factors"
     facts = dict(page.facts)
     yield "\n".join(f"* {name}: {prose(facts[name])}" for name in ("Groups", "Contexts"))

@@ -46,7 +46,7 @@ def notebook(result: Result) -> str:
     """
     found = of_result(result, contexts=CONTEXTS)
     parts = [
-        _lines([f"{found.audited[:1].upper()}{found.audited[1:]}."]),
+        _lines([f"{found.audited[:1].upper()}{found.audited[1:]}.", *([found.others] if found.others else [])]),
         *_verdict(found),
         _groups(found),
         _contexts(found),

@@ -53,6 +53,8 @@ class Overview:
         Whether it is a rate, to be said in percent.
     audited : str
         What was audited, in numbers.
+    others : str
+        Which decisions count as the contrary of those that count; empty where all of them count, or each row has its own utility.
     columns : Columns
         The names of the columns.
     groups : tuple of GroupLine
@@ -88,6 +90,7 @@ class Overview:
     amount: str
     rates: bool
     audited: str
+    others: str
     columns: Columns
     groups: tuple[GroupLine, ...]
     more_groups: int
@@ -134,6 +137,7 @@ def overview(subject: Subject, seen: Seen, *, groups: int = GROUPS, contexts: in
         amount,
         rates,
         parts.audited(),
+        parts.others(),
         seen.columns,
         lines,
         more_groups,
@@ -219,6 +223,7 @@ def of_result(result: Result, *, groups: int = GROUPS, contexts: int = CONTEXTS)
         meant=None if result.undecided is None else {one.quantity: one.least for one in result.whatever},
         assumptions=_assumed([claim.entry for claim in result.claims], result.targets, of_windows),
         beside=beside,
+        warned=result.warnings,
         spelt=result.spellings,
         changed=_changed(result),
         further=_further(result),

@@ -42,6 +42,8 @@ MOST_DIGITS = 12  # of a rate that is nearly 100 %, which is then rounded down
 
 ROUNDINGS = {"nearest": ROUND_HALF_EVEN, "down": ROUND_FLOOR, "up": ROUND_CEILING}
 
+SHOW_OTHERS = 3  # decisions that do not count, which are named
+
 LEFT_OUT = 6  # entries of what was left out, in lines
 
 
@@ -81,6 +83,7 @@ class Seen:
     beside: tuple[str, ...] = ()
     further: str = ""
     changed: str = ""
+    warned: Sequence[str] = ()  # of how the table was read
     spelt: Sequence[dict[str, Any]] = ()
     lost: LostAnswers | None = None
     meant: Mapping[str, Extended] | None = None  # the least ratios of the table, whatever its undecided decisions meant
@@ -355,6 +358,30 @@ class Parts:
         if not columns.context:
             return f"{said}, no contexts"
         return f"{said}, {self.seen.contexts:,} {noun(self.seen.contexts, 'context')} ({_columns(columns.context)})"
+
+    def others(self) -> str:
+        """Which decisions count as the contrary of those that count, the most common first."""
+        law, utility = self.subject.law, self.subject.utility
+        if not utility.by_decision or self.signed:
+            return ""
+        values, weights = utility.values.tolist(), law.weights
+        worth = [u for u, value in enumerate(values) if value]
+        rest = [u for u, value in enumerate(values) if not value and law.decisions[u] not in self.seen.undecided and weights[:, u].any()]
+        if not rest or not worth:
+            return ""
+        one = len(worth) == 1 and values[worth[0]] == utility.scale
+        what = f"not {clip(law.decisions[worth[0]], 30)}" if one else "worth 0"
+        sizes = {u: Fraction(0) for u in rest}
+        counted = law.kind == "counts" and self.subject.deployment is None
+        if counted:
+            small = weights.dtype == np.int64 and float(weights.sum(dtype=np.float64)) < 2.0**62
+            sizes = {u: Fraction(int((weights[:, u] if small else weights[:, u].astype(object)).sum()), law.scale) for u in rest}
+            rest.sort(key=lambda u: -sizes[u])
+        named_ = [clip(law.decisions[u], 30) + (f" {how_many(sizes[u])}" if counted else "") for u in rest[:SHOW_OTHERS]]
+        if more := len(rest) - SHOW_OTHERS if len(rest) > SHOW_OTHERS else 0:
+            amount = f" ({how_many(sum((sizes[u] for u in rest[SHOW_OTHERS:]), Fraction(0)))})" if counted else ""
+            named_.append(f"and {more:,} more {noun(more, 'label')}{amount}")
+        return f"Counted as {what}: {', '.join(named_)}."
 
     def left_out(self) -> tuple[str, ...]:
         """What was left out, and why, in a few lines."""

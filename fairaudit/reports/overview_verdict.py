@@ -117,6 +117,7 @@ def cautions(parts: Parts) -> tuple[str, ...]:
     size = None if pair is None else seen.sizes([pair])[0]
     prepared = law if parts.subject.deployment is None else parts.subject.deployment.policy.law
     listed = (
+        *seen.warned,
         unequally_left_out(seen.preparation, prepared.groups),
         "" if seen.lost is not None else _undecided_by_group(seen.undecided, prepared),
         *said({"spellings": seen.spelt[:SHOW_SPELT]}),

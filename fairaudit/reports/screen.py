@@ -113,6 +113,7 @@ def first_screen(found: Overview, name: str, then: str, findings: Sequence[str] 
     targets = [line for verdict, limit in found.targets for line in wrapped(f"{verdict.upper():<13}{plain(limit)}", 13)]
     parts = {
         "audited": _text(wrapped(f"{shortened(clip(name), 50)}: {found.audited}"), 1),
+        "others": _text([shortened(plain(found.others), COLUMNS)] if found.others else []),
         "targets": _text(targets or ["NO TARGET was set."], 2),
         "cautions": _text([line for text in found.cautions for line in wrapped(text)], 1),
         "sentences": _text([line for text in found.sentences for line in wrapped(text)], 4),
@@ -135,7 +136,7 @@ def first_screen(found: Overview, name: str, then: str, findings: Sequence[str] 
 
 
 BLOCKS = (
-    ("audited",),
+    ("audited", "others"),
     ("targets", "cautions", "sentences", "chance"),
     ("findings", "beside"),
     ("groups",),

@@ -96,6 +96,11 @@ class Views:
         """What was left out or merged."""
         return self.page.prepared if self.overview is None else self.overview.left_out
 
+    @property
+    def as_read(self) -> Sequence[str]:
+        """The same, after which decisions count as the contrary of those that count."""
+        return (*([self.overview.others] if self.overview is not None and self.overview.others else []), *self.left_out)
+
     @cached_property
     def group_column(self) -> str:
         """The names of the columns of groups, as the labels stand in the rows."""

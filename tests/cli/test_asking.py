@@ -232,3 +232,18 @@ def test_of_a_log_of_an_evaluation_a_few_paths_are_shown(tmp_path: Path) -> None
     assert command[-4:] == ["--where", "promptIdx=0", "--errors", "bound"]
     assert main([*command, "-o", str(tmp_path / "named.json")]) == 0
     assert (tmp_path / "asked.json").read_bytes() == (tmp_path / "named.json").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("answer", "words"),
+    [("", ["--utility", "granted", "--undecided", "pending"]), ("refused", ["--utility", "granted,pending=0"])],
+)
+def test_a_label_that_looks_undecided_is_asked_about(answer: str, words: list[str], tmp_path: Path) -> None:
+    path = tmp_path / "pend.csv"
+    path.write_text("grp,dec,n\nA,pending,100\nA,granted,300\nA,refused,100\nB,pending,200\nB,granted,250\nB,refused,50\n")
+    said, code = on_terminal(["certify", str(path)], ["", "", "", answer, "", ""])
+    assert code == 0, said
+    assert "Does 'pending' mean refused, or is it undecided? [undecided]" in said
+    command = command_in(said)
+    assert command[2:] == ["--decision", "dec", "--group", "grp", "--count", "n", *words]
+    assert "looks undecided" not in said and main(command) == 0

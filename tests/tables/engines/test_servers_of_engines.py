@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import json
 import os
+import random
 import re
 import shutil
 import signal
@@ -12,7 +13,9 @@ import sqlite3
 import subprocess
 import sys
 import time
+from collections import Counter
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 import pandas as pd
@@ -148,6 +151,45 @@ def test_spark_gives_the_certificate_of_duckdb(spark: object, tmp_path: Path) ->
             read_log(tmp_path / name, COLUMNS, engine=spark)
     with pytest.raises(InputError, match="there is no column 'gender'"):
         read_log(tmp_path / "log.csv", ("answer", "gender"), engine=spark)
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize(
+    "engine",
+    ["python", "duckdb", "sqlite", pytest.param("postgres", marks=pytest.mark.deep), pytest.param("spark", marks=pytest.mark.deep)],
+)
+def test_every_engine_counts_by_group_what_was_left_out(engine: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+    """Counted here row by row, of one log in which labels of every column may be missing."""
+    pick = random.Random(7)
+    rows = [tuple(pick.choice([*labels, None]) for labels in (("yes", "no"), "fmd", "xy")) for _ in range(400)]
+    lost, of = Counter[str](), Counter[str]()
+    for answer, sex, dept in rows:
+        if sex is not None:
+            of[sex] += 1
+            lost[sex] += answer is None or dept is None
+    path, where = tmp_path / "log.csv", {}
+    pd.DataFrame(rows, columns=["answer", "sex", "dept"]).to_csv(path, index=False)
+    source: object = path
+    if engine == "sqlite":
+        with closing(sqlite3.connect(tmp_path / "log.db")) as database, database:
+            database.execute("create table log (answer, sex, dept)")
+            database.executemany("insert into log values (?, ?, ?)", rows)
+        source, where = f"sqlite:{tmp_path / 'log.db'}", {"table": "log"}
+    elif engine == "postgres":
+        import psycopg
+
+        source = url = request.getfixturevalue("postgres")
+        with psycopg.connect(url) as connection:
+            connection.execute("create table logs.lost (answer text, sex text, dept text)")
+            with connection.cursor() as cursor:
+                cursor.executemany("insert into logs.lost values (%s, %s, %s)", rows)
+        where = {"table": "logs.lost"}
+    else:
+        where = {"engine": request.getfixturevalue("spark") if engine == "spark" else engine}
+    made = audit(source, decision="answer", group="sex", context="dept", utility="yes", missing="drop", **where)
+    [entry] = made.preparation
+    assert entry["decisions"] == str(sum(None in row for row in rows)) and entry["of"] == "400"
+    assert entry["groups"] == [{"group": [sex], "decisions": str(lost[sex]), "of": str(of[sex])} for sex in sorted(of)]
 
 
 @pytest.mark.filterwarnings("ignore")
