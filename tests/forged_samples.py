@@ -11,7 +11,6 @@ from fractions import Fraction
 from functools import cache
 from typing import Any
 
-import tiers
 from certificate_changes import redigested
 from certificate_kinds import admissions, true_labels
 from plain_certificates import edited
@@ -36,7 +35,7 @@ def of_counts(counts: Any, **options: Any) -> fa.Result:
 
 def many_cells() -> fa.Result:
     """An interval that lists few of its cells: the ends of the others are in closed form."""
-    drawn = random.Random(tiers.fresh(7))
+    drawn = random.Random(7)
     return of_counts([[[drawn.randrange(40), drawn.randrange(1, 40)] for _ in range(3)] for _ in range(60)], confidence="19/20")
 
 

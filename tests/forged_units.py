@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
-import tiers
 from forged_samples import DRAWS, MADE, TINY, Change, Forged, claims_of, document, in_words, renamed, told_wrongly, written
 from paired_certificates import certified, law_of, logs, named, repaired, table
 
@@ -19,12 +18,12 @@ F = Fraction
 
 def units(**options: Any) -> Any:
     """Units that were seen in all groups of a context, with several rows in some."""
-    return json.loads(certified(logs(random.Random(tiers.fresh(1)), units=20, lost=0.0), **options).certificate.text)
+    return json.loads(certified(logs(random.Random(1), units=20, lost=0.0), **options).certificate.text)
 
 
 def unfair_units() -> Any:
     """Units with one row in each group, some of which were not seen everywhere."""
-    rows = logs(random.Random(tiers.fresh(5)), groups="fm", units=40, often=1, lost=0.03)
+    rows = logs(random.Random(5), groups="fm", units=40, often=1, lost=0.03)
     rows = [("yes" if a == "f" else "no" if i in "0123456789" else u, a, x, i) for u, a, x, i in rows]
     return json.loads(certified(rows, max_local_ratio="11/10", missing_units="drop").certificate.text)
 
@@ -39,7 +38,7 @@ def paired() -> Iterator[Forged]:
         true = document(kind)
         own = true["intervals"]["local"]
         at = "intervals.local"
-        pick = random.Random(tiers.fresh(3))
+        pick = random.Random(3)
 
         def both(what: str, profiles: Any, *changes: Change, true: Any = true, kind: str = kind) -> Iterator[Forged]:
             made = json.loads(written(true, ("intervals.local.profiles", profiles), *changes))
@@ -147,7 +146,7 @@ def paired() -> Iterator[Forged]:
         words = in_words(true, ("a utility between 0 and 1", f"a utility between {low} and {high}"))
         yield f"a range from {low} to {high}", written(words, ("intervals.local.limits", [low, high]))
     for often, alone in ((2, False), (2, True), (1, True)):
-        drawn = logs(random.Random(tiers.fresh(1)), units=20, often=often, lost=0.0)
+        drawn = logs(random.Random(1), units=20, often=often, lost=0.0)
         seen = [("yes" if u == "maybe" else u, a, x, i) for u, a, x, i in drawn]
         beside = json.loads(fa.certify(law_of(seen), {"yes": 1}).certificate.text)
         columns = {name: values for name, values in table(seen).items() if name != "unit"}

@@ -86,7 +86,7 @@ def claims_of(p: Policy, pick: random.Random) -> Iterator[dict[str, Any]]:
 
 def certificate(seed: int) -> dict[str, Any]:
     """A true certificate of a random policy, of which T13 claims all that it can."""
-    p, pick = Policy(seed), random.Random(tiers.fresh(f"over policies {seed}"))
+    p, pick = Policy(tiers.fresh(seed)), random.Random(tiers.fresh(f"over policies {seed}"))
     if pick.random() < 0.8:
         declare(p, seed)
     if pick.random() < 0.6:

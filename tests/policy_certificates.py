@@ -9,7 +9,6 @@ from itertools import chain, permutations, product
 from math import prod
 from typing import Any
 
-import tiers
 from assumptions import complete
 from jsonschema import Draft202012Validator
 from plain_certificates import INF, lines_of, make, ratio, text
@@ -87,7 +86,7 @@ class Policy:
     """A random policy behind random filters, and what follows from it."""
 
     def __init__(self, seed: int) -> None:
-        pick = self.pick = random.Random(tiers.fresh(seed))
+        pick = self.pick = random.Random(seed)
         self.group, group_columns = random_filter(pick, "a", 6)
         while len(self.group.inputs) < 2:
             self.group, group_columns = random_filter(pick, "a", 6)
@@ -137,7 +136,7 @@ class Policy:
             "context": [f"C{i}" for i in range(context_columns)],
         }
         self.declare(pick)
-        self.releases = random.Random(tiers.fresh(f"releases {seed}")).choice([1, 1, 1, 1, 2, 2, 3])
+        self.releases = random.Random(f"releases {seed}").choice([1, 1, 1, 1, 2, 2, 3])
 
     def cells(self) -> list[tuple[int, int]]:
         return [*product(range(len(self.true_x)), range(len(self.true_a)))]
@@ -397,7 +396,7 @@ def stated(
     p.g = {cell: [Fraction(v) for v in (given if isinstance(given, list) else given[cell])] for cell in p.cells()}
     p.mass = None if mass is None else {cell: Fraction(v) for cell, v in mass.items()}
     p.columns = {"decision": "D", "group": ["G"], "context": ["X"]}
-    p.declare(random.Random(tiers.fresh(0)))
+    p.declare(random.Random(0))
     p.declared, p.declared_in = {}, {}
     return p
 

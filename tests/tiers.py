@@ -51,6 +51,11 @@ def fresh(seed: int | str) -> int | str:
     return seed + SEED * 1_000_000
 
 
+def enough(held: object) -> bool:
+    """Whether random examples were of all kinds that a test wants, which is known only of those of every run."""
+    return bool(SEED or held)
+
+
 class Timed(NamedTuple):
     """What ``make durations`` measured of one function."""
 

@@ -280,7 +280,7 @@ def of_class(seed: int) -> bytes:
 
 
 def of_policy(seed: int) -> bytes:
-    return as_bytes(write(Policy(seed)))
+    return as_bytes(write(Policy(tiers.fresh(seed))))
 
 
 def of_other_policies(seed: int) -> bytes:

@@ -19,6 +19,7 @@ from fairaudit.audits.hidden_context import Explanation, Remaining, explanations
 from fairaudit.audits.sentences import (
     Deciding,
     Drivers,
+    Size,
     Sizes,
     caution,
     change_text,
@@ -35,7 +36,7 @@ from fairaudit.audits.sentences import (
 from fairaudit.audits.targets import Target
 from fairaudit.audits.undecided import Undecided, Whatever, whatever_text
 from fairaudit.errors import InputError
-from fairaudit.inference.comparisons import Comparison
+from fairaudit.inference.comparisons import Comparison, draws_of
 from fairaudit.inference.ends import Method
 from fairaudit.inference.interval import Interval
 from fairaudit.inference.ratio_intervals import default_region, ratio_interval
@@ -344,8 +345,13 @@ class Result(Faces):
     def sizes_of(self, witness: Witness) -> Sizes | None:
         """How many decisions, and sampling units, were recorded of the two groups of a pair; None where probabilities were given."""
         if self.partial is not None and witness.context is not None:
-            return self.partial.sizes.get(pair_key(witness))
+            return self.partial.sizes.get(pair_key(witness)) or self._drawn_of(witness)
         return sizes(self.law, [witness])[0]
+
+    def _drawn_of(self, witness: Witness) -> Sizes | None:
+        """Of a pair that was not kept while parts were read: as many as its interval knows."""
+        found = draws_of(self.comparisons["local"], witness) if "local" in self.comparisons else None
+        return None if found is None else (Size(Fraction(found[0])), Size(Fraction(found[1])))
 
     def _by_unit(self, deciding: Deciding) -> bool:
         return bool(deciding.quantity == "local" and self.law.units and self.law.units.repeated)

@@ -194,8 +194,9 @@ def _cells(source: Source, reading: Reading) -> dict[str, list[str]]:
     names: list[str] = []
     if not isinstance(source, (str, os.PathLike, list, tuple)):
         whole = hasattr(source, "__len__") or hasattr(source, "num_rows")  # and not a query that is still to be run
-        held: Any = source if isinstance(source, Mapping) else getattr(source, "column_names", None) or getattr(source, "columns", ())
-        names = [name for name in held if isinstance(name, str)] if whole else []
+        if whole:
+            held: Any = source if isinstance(source, Mapping) else getattr(source, "column_names", None) or getattr(source, "columns", ())
+            names = [name for name in held if isinstance(name, str)]
     elif all(Path(path).is_file() for path in (source if isinstance(source, (list, tuple)) else [source])):
         where: dict[str, Any] = {name: getattr(access, name) for name in ("engine", "table", "query", "skip", "encoding")}
         survey = survey_log(source, **where, same_content=access.same_content)

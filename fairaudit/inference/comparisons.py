@@ -202,6 +202,15 @@ def form_mean(comparison: Comparison, form: Form) -> Fraction:
     return sum((w * (cell.mean if cell.draws else cell.low) for cell, w in cells), Fraction(0))
 
 
+def draws_of(comparison: Comparison, witness: Witness) -> tuple[int, int] | None:
+    """How many draws the two groups of a pair have, each a cell of one block; None where the comparison has no such pair."""
+    for (context, groups), forms in zip(comparison.labels, comparison.blocks, strict=True):
+        if context == witness.context and witness.higher in groups and witness.lower in groups:
+            higher, lower = (forms[groups.index(group)][0][0] for group in (witness.higher, witness.lower))
+            return comparison.cells[higher].draws, comparison.cells[lower].draws
+    return None
+
+
 def witness_of(comparison: Comparison, found: Sequence[int] | None) -> Witness | None:
     """Name a block and the higher and the lower of its forms, with the means of their draws."""
     if found is None:

@@ -98,6 +98,26 @@ def test_the_certificate_is_that_of_the_log_in_memory(
     assert all(finding.true for finding in report.findings)
 
 
+@pytest.mark.parametrize("size", [1, 10**6])
+def test_labels_that_are_missing_in_several_ways_are_one_level(size: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(duckdb, "PART", size)
+    kinds = dict.fromkeys("uax", "varchar")
+    rows = [("yes", None, "x"), ("yes", "", "x"), ("yes", " ", "x"), ("no", "f", "x"), ("yes", "f", "x")]
+    path = write(tmp_path / "log.parquet", kinds, rows)
+    found = audit(path, decision="u", group="a", context="x", utility="yes", missing="group", in_parts=True, confidence=None)
+    rows_of_table = map(json.loads, table_text(found.certificate).splitlines()[1:])
+    assert [(row["group"], row["weights"]) for row in rows_of_table] == [(0, ["0", "3"]), (1, ["1", "1"])]
+
+
+@pytest.mark.parametrize("n", [1, 3])
+def test_a_pair_that_drives_an_end_is_told_with_its_sizes(n: int, tmp_path: Path) -> None:
+    """Also one that is not among the most unequal, as none is of 0 against 0."""
+    rows = [("yes", "f", 0), ("yes", "f", 0), *[("no", "f", 1)] * n, ("no", "m", 1)]
+    path = write(tmp_path / "log.parquet", {"u": "varchar", "a": "varchar", "x": "integer"}, rows)
+    found = certify_in_parts(path, {"yes": 1}, decision="u", group="a", context="x", max_local_ratio="3/2", confidence=0.95)
+    assert f"(n = 1 and {n})" in found.sentence
+
+
 @settings(max_examples=20, deadline=None)
 @given(
     logs(),

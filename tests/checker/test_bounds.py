@@ -41,7 +41,7 @@ def blocks(index: int) -> range:
 
 def judge(seed: int) -> None:
     """A true certificate is accepted; with a claim that is false, or a value that is a little too small, it is not."""
-    p = Policy(seed)
+    p = Policy(tiers.fresh(seed))
     certificate = write(p)
     assert false_statements(certificate) == [], seed
     assert seed % 4 or [error.message for error in SCHEMA.iter_errors(certificate)] == [], seed
@@ -76,14 +76,14 @@ def test_some_random_certificates_before_every_commit() -> None:
 def test_the_random_certificates_are_of_many_kinds() -> None:
     seen: dict[Any, list[int]] = {}
     for seed in SEEDS:
-        p = Policy(seed)
+        p = Policy(tiers.fresh(seed))
         for claim, least in bounds(p):
             counts = seen.setdefault((claim["by"], claim["scope"]), [0, 0, 0])
             counts[(least is None) + 2 * (least == INF)] += 1
     rules = [(key, rule) for key, rule in checker.claims.RULES.items() if not checker.claims.without_objection(key[3])[1]]
-    assert set(seen) == {
-        key[2:] for key, rule in rules if not rule.source and key[3] != checker.claims.UTILITIES and key[2] != "T13"
-    }  # all that judge this policy by a theorem about one release
+    assert tiers.enough(
+        set(seen) == {key[2:] for key, rule in rules if not rule.source and key[3] != checker.claims.UTILITIES and key[2] != "T13"}
+    )  # all that judge this policy by a theorem about one release
     for key, (true, none, infinite) in seen.items():
         assert true >= 40 and none + infinite >= 40, key
 
@@ -92,7 +92,7 @@ def test_the_random_certificates_are_of_many_kinds() -> None:
 def test_claims_hold_for_what_they_speak_of(block: int) -> None:
     """Search for counterexamples: other policies behind the filter, other group filters, other context filters."""
     for seed in blocks(block)[::3]:
-        p = Policy(seed)
+        p = Policy(tiers.fresh(seed))
         claims = [(claim, least) for claim, least in bounds(p) if least not in (None, INF)]
         e = exp_epsilon(p.A)
         for trial in range(3):
@@ -332,7 +332,7 @@ def test_every_value_of_a_wrong_type() -> None:
 def test_figures_that_are_a_little_different() -> None:
     """Each number in the subject and the metrics is changed; looser declared constants are true, nothing else is."""
     for seed in range(0, 60, 3):
-        certificate = write(Policy(seed))
+        certificate = write(Policy(tiers.fresh(seed)))
         places = list(numbers(certificate["subject"], ["subject"])) + list(numbers(certificate["metrics"], ["metrics"]))
         for path in places:
             parent: Any = certificate

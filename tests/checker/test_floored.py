@@ -37,7 +37,7 @@ def true(certificate: dict[str, Any], one: dict[str, Any]) -> bool:
 @pytest.mark.parametrize("block", range(BLOCKS))
 def test_the_greatest_ratio_with_floors_and_a_policy_that_attains_it(block: int) -> None:
     for seed in SEEDS[block::BLOCKS]:
-        p = Policy(seed)
+        p = Policy(tiers.fresh(seed))
         if len(p.must) * p.n > LARGEST:
             continue
         declare(p, seed)
@@ -82,7 +82,7 @@ def test_a_multiplier_is_enough_where_one_floor_is(block: int) -> None:
         return sum((max(x - k * y for x, y in zip(p, q, strict=True)) for p, q in zip(case.p, case.q, strict=True)), Fraction(0))
 
     for seed in SEEDS[block::BLOCKS]:
-        p = Policy(seed)
+        p = Policy(tiers.fresh(seed))
         declare(p, seed)
         certificate = write(p)
         for local in (True, False):

@@ -368,7 +368,7 @@ def deployments(count: int) -> list[Policy]:
     """Random deployments in which some policy is unfair, and of which linear programs are solved soon."""
     found: list[Policy] = []
     for seed in itertools.count():
-        p = Policy(seed)
+        p = Policy(tiers.fresh(seed))
         if len(p.must) * p.n <= 18 and len(p.true_a) <= 4 and max(map(by_steps, compared(p, True))) > 1:
             declare(p, seed)
             p.declared["max_drift"] = Fraction(p.pick.randint(0, 9), 10)

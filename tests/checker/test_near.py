@@ -37,7 +37,7 @@ def true(certificate: dict[str, Any], local: bool, value: Any, attained: Any) ->
 @pytest.mark.parametrize("block", range(BLOCKS))
 def test_the_greatest_ratio_nearby_and_where_it_is_attained(block: int) -> None:
     for seed in SEEDS[block::BLOCKS]:
-        p = Policy(seed)
+        p = Policy(tiers.fresh(seed))
         drift = random.Random(tiers.fresh(seed)).choice([Fraction(0), Fraction(1), *[Fraction(i, 12) for i in range(1, 9)]])
         p.declared = {"max_drift": drift}
         certificate, laws = write(p), laws_of(p)

@@ -39,7 +39,7 @@ def true(certificate: dict[str, Any], *claims: dict[str, Any]) -> bool:
 @pytest.mark.parametrize("block", range(BLOCKS))
 def test_a_value_is_accepted_from_the_least_one_that_holds(block: int) -> None:
     for seed in SEEDS[block::BLOCKS]:
-        p = Policy(seed)
+        p = Policy(tiers.fresh(seed))
         declare(p, seed)
         certificate = write(p)
         for local in (True, False):
@@ -60,7 +60,7 @@ def test_a_value_is_accepted_from_the_least_one_that_holds(block: int) -> None:
 def test_with_floors_a_value_is_accepted_where_the_multipliers_prove_it(block: int) -> None:
     pick = random.Random(tiers.fresh(block))
     for seed in SEEDS[block::BLOCKS]:
-        p = Policy(seed)
+        p = Policy(tiers.fresh(seed))
         declare(p, seed)
         certificate = write(p)
         for local in (True, False):
@@ -80,7 +80,7 @@ def test_with_floors_a_value_is_accepted_where_the_multipliers_prove_it(block: i
 def test_no_policy_and_no_utility_of_the_range_exceeds_it() -> None:
     pick = random.Random(tiers.fresh(0))
     for seed in SEEDS:
-        p = Policy(seed)
+        p = Policy(tiers.fresh(seed))
         declare(p, seed)
         p.T = {place: [pick.choice([0, 0, 1, 2]) for _ in row] for place, row in p.T.items()}
         p.T = {place: [Fraction(w, sum(row)) for w in row] if any(row) else [Fraction(1, p.n)] * p.n for place, row in p.T.items()}

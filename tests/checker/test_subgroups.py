@@ -71,7 +71,7 @@ def test_true_certificates_are_accepted(confidence: float | None) -> None:
         report = check(json.dumps(document).encode())
         assert report.ok, [finding for finding in report.findings if not finding.true]
         seen.add(report.verdict)
-    assert seen >= {"none", "within", "exceeds"}
+    assert tiers.enough(seen >= {"none", "within", "exceeds"})
 
 
 def of_frontiers(rng: Random, document: dict[str, Any]) -> Iterator[dict[str, Any]]:
@@ -113,7 +113,7 @@ def test_an_altered_frontier_is_rejected() -> None:
             assert rejected(altered), (document, altered["frontier"])
         if tried >= wanted:
             break
-    assert tried >= wanted
+    assert tiers.enough(tried >= wanted)
 
 
 def leaves(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:

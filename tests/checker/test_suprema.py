@@ -6,6 +6,7 @@ from fractions import Fraction
 from typing import Any
 
 import pytest
+import tiers
 from assumptions import complete
 from hypothesis import given
 from hypothesis import strategies as st
@@ -32,7 +33,7 @@ def accepted(certificate: dict[str, Any], claim: dict[str, Any]) -> bool:
 @pytest.mark.parametrize("block", range(BLOCKS))
 def test_the_greatest_ratio_and_where_it_is_attained(block: int) -> None:
     for seed in SEEDS[block::BLOCKS]:
-        p = Policy(seed)
+        p = Policy(tiers.fresh(seed))
         certificate = write(p)
         for local in (True, False):
             values = {case: by_steps(case) for case in compared(p, local)}

@@ -59,7 +59,7 @@ def test_weak_duality_bounds_every_optimum(simplices: bool) -> None:
             tight += bound - best < F(1, 10**9)
         else:
             empty += 1
-    assert tight > 20
+    assert tiers.enough(tight > 20)
     assert empty
 
 
@@ -102,7 +102,7 @@ def test_elimination_solves_what_it_was_given() -> None:
             assert eliminate([*equations, ({0: F(1)}, found[0])], found) == found
         else:
             assert alone == found
-    assert min(solved, refused, free) > 20
+    assert tiers.enough(min(solved, refused, free) > 20)
 
 
 def test_elimination_gives_up_long_numbers() -> None:

@@ -100,7 +100,7 @@ def test_linked_tables_leave_every_small_count_open_and_say_nothing_but_what_is_
                     other = can_be(cells, rows, place, kind, value)
                     assert other is not None and count_at(other, place, kind) == value
                     assert four_fifths(decisions_of(other), ["yes"], BOTH, withholding) == found
-    assert attacked > 3 * TABLES and hidden < 10 * TABLES
+    assert tiers.enough(attacked > 3 * TABLES and hidden < 10 * TABLES)
 
 
 def test_margins_are_worth_more_than_cells() -> None:

@@ -188,7 +188,7 @@ def test_means_within_intervals_are_those_of_linear_programs_and_sharp_where_two
                 together = most_beyond(rows, [(higher, found.means[higher][1], 1), (lower, found.means[lower][0], -1)])
                 assert sharp == (together > -1e-7)
                 said.add(sharp)
-    assert said == {True, False}
+    assert tiers.enough(said == {True, False})
 
 
 def test_an_end_that_is_called_sharp_is_reached() -> None:

@@ -402,4 +402,4 @@ def test_coq_agrees_with_the_checker_on_tampered_evidence(compiled: Path, tmp_pa
             (proved,) = (finding.true for finding in found if 'by "lp-dual"' in finding.statement)
             assert (by_coq(compiled, tmp_path, without_figures(document)) == CLOSED) is proved, seed
             both[proved] += 1
-    assert all(both.values())
+    assert tiers.enough(all(both.values()))

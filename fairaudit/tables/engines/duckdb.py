@@ -290,6 +290,9 @@ def _levels(connection: Any, counted: _Counted, columns: Sequence[str]) -> list[
         connection.execute(f"update counted set {key} = null where {missing}")  # noqa: S608
         if amount:
             done.append(level(name, MISSING_LABEL, "decisions", Fraction(int(amount))))
+    keys = ", ".join(map(counted.key, counted.columns))  # rows that differed in how a label was missing are one row now
+    again = f"select {keys}, sum({COUNT_COLUMN})::bigint as {COUNT_COLUMN} from counted group by {keys}"  # noqa: S608
+    connection.execute(f"create or replace temporary table counted as {again}")
     return done
 
 
