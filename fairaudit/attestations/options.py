@@ -17,6 +17,7 @@ from fairaudit.tables.binning import Bins
 from fairaudit.tables.columns import Missing
 from fairaudit.tables.evaluations.extraction import NAMES, NOTHING_ASKED, Extraction, extraction_of
 from fairaudit.tables.label_text import label_text
+from fairaudit.tables.number_form import number_form
 from fairaudit.tables.scores import ABOVE, Cut, score_cut
 from fairaudit.tables.sources import SameContent
 from fairaudit.tables.wide import Wide, wide_of, written_wide
@@ -25,25 +26,12 @@ __all__ = ["options_of", "reading_of"]
 
 ASKED = tuple(name for name in NAMES if name not in ("options", "join", "where"))
 TEXTS = (
-    *(
-        "decision",
-        "truth",
-        "positive",
-        "count",
-        "probability",
-        "weight",
-        "wide",
-        "total",
-        "utility_column",
-        "missing",
-        "table",
-        "query",
-        "same_content",
-    ),
+    *("decision", "truth", "positive", "count", "probability", "weight", "wide", "total", "utility_column", "missing", "table", "query"),
+    *("same_content", "encoding", "decimal", "thousands"),
     *ASKED,
 )
 ROLES = ("group", "context", "unit", "unknown")
-LISTS = (*ROLES, "options")
+LISTS = (*ROLES, "options", "number_sign")
 FLAGS = ("fold_labels", "signed")
 OBJECTS = {"score": ("column", "above"), "join": ("file", "column")}
 CONDITION = ("path", "value")
@@ -109,6 +97,10 @@ def options_of(reading: Reading, utility: Utility | None, *, positive: str | Non
         "query": access.query,
         "signed": reading.signed,
         "same_content": None if access.same_content == "refuse" else access.same_content,
+        "encoding": access.encoding,
+        "decimal": access.form.decimal,
+        "thousands": access.form.thousands,
+        "number_sign": list(access.form.signs),
         **_extraction(access.extraction),
     }
     found = {name: value for name, value in said.items() if value}
@@ -171,6 +163,8 @@ def reading_of(options: Mapping[str, Any], *, spelled: Callable[[str], str] = st
             skip=options.get("skip", 0),
             extraction=_extraction_in(options),
             same_content=same_content,
+            encoding=options.get("encoding"),
+            form=number_form(options.get("decimal"), options.get("thousands"), options.get("number_sign", ())),
         ),
         spelled=spelled,
         signed=signed,

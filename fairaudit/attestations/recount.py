@@ -46,7 +46,9 @@ NOT_SHOWN = "No recount shows whether the log is what really happened, or whethe
 Lines = Callable[[], Iterable[bytes]]
 """Gives the lines of a table, each time that it is asked."""
 
-UNSAID = ("count", "probability", "weight", "wide", "total", "unit", "skip", "table", "query")
+FORM = ("encoding", "decimal", "thousands", "number_sign")
+
+UNSAID = ("count", "probability", "weight", "wide", "total", "unit", "skip", "table", "query", *FORM)
 """Options that make another table of the same log, and of which its certificate says nothing."""
 
 

@@ -69,6 +69,10 @@ OPTIONS = (
     "missing_samples",
     "recipe",
     "same_content",
+    "encoding",
+    "decimal",
+    "thousands",
+    "number_sign",
 )
 """What `options` may say of how the table of a certificate was made."""
 

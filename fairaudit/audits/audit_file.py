@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, get_args
 
-from fairaudit.audits.reading import read_text_table
+from fairaudit.audits.reading import Access, read_table, read_text_table
 from fairaudit.audits.sections import ATTESTATION_KEYS, check_targets
 from fairaudit.errors import InputError, naming, nearest, shown
 from fairaudit.exact.rationals import Number
@@ -27,6 +27,7 @@ from fairaudit.tables.engines.logs import read_log
 from fairaudit.tables.engines.paths import form
 from fairaudit.tables.evaluations.extraction import NAMES
 from fairaudit.tables.labels import merge_labels, read_label_map, spelt_alike
+from fairaudit.tables.number_form import NumberKind, number_form
 from fairaudit.tables.sources import Table
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import Label, LabelLike, column, names
@@ -34,7 +35,8 @@ from fairaudit.tables.values import Label, LabelLike, column, names
 __all__ = ["SAID_THERE", "Audit", "audit_of", "read_audit", "read_policy", "refuse_beside"]
 
 SECTIONS = ("law", "policy", "filter", "population", "utility", "targets", "confidence", "attestation")
-TABLE_KEYS = ("table", "decision", "group", "context", "count", "probability", "weight", "missing", "fold_labels", "map")
+FORM_KEYS = ("encoding", "decimal", "thousands", "number_sign")
+TABLE_KEYS = ("table", "decision", "group", "context", "count", "probability", "weight", "missing", "fold_labels", "map", *FORM_KEYS)
 PLUGIN_KEYS = ("plugin", "files", "options", "trials", "max_drift")
 LAW_KEYS = (*TABLE_KEYS, "unit", "truth", "positive", "unknown", "unknown_share", "hidden_context", *NAMES)
 FILTER_KEYS = ("kind", "values", "keep_probability", "epsilon", "exp_epsilon", "table", "output")
@@ -304,6 +306,9 @@ def _read_table(section: Mapping[str, Any], where: str, folder: Path, valued: tu
     path = folder / _text(section, "table", where)
     samples = _samples(section, where, folder)
     keys = ("decision", "group", "context", "truth", "unit", "count", "probability", "weight")
+    if any(key in section for key in FORM_KEYS):
+        written: CsvTable | Tally = _as_written(path, section, where, keys, valued)
+        return written
     if (path.is_file() or path.is_dir()) and (samples or form(str(path)) != "csv"):
         roles: dict[str, Any] = {key: _columns(section, key, where) for key in ("group", "unit")} | {"count": section.get("count")}
         wanted = [*(name for key in keys for name in _columns(section, key, where)), *valued]
@@ -317,6 +322,23 @@ def _read_table(section: Mapping[str, Any], where: str, folder: Path, valued: tu
         for name in wanted:
             column(dict.fromkeys(found.columns, ()), name)
         return found.with_numbers(numeric)
+
+
+def _as_written(path: Path, section: Mapping[str, Any], where: str, keys: tuple[str, ...], valued: tuple[str, ...]) -> Any:
+    """A table of which the file says how its characters or numbers are written."""
+    extracted = next((key for key in NAMES if key in section), None)
+    if extracted is not None:
+        raise InputError(f"[{where}] {extracted} is of an evaluation log, whose texts and numbers need none of {', '.join(FORM_KEYS)}")
+    texts = {key: _text(section, key, where) for key in FORM_KEYS[:3] if key in section}
+    signs = _texts(section, "number_sign", where, "a sign such as %")
+    form = number_form(texts.get("decimal"), texts.get("thousands"), signs, spelled=lambda key: f"[{where}] {key}")
+    amounts: dict[str, NumberKind] = {name: "amount" for key in ("count", "weight") for name in _columns(section, key, where)}
+    shares: dict[str, NumberKind] = dict.fromkeys(_columns(section, "probability", where), "share")
+    wanted = list(dict.fromkeys((*(name for key in keys for name in _columns(section, key, where)), *valued)))
+    numbers: dict[str, NumberKind] = dict.fromkeys((name for name in valued if name != section.get("decision")), "label")
+    access = Access(encoding=texts.get("encoding"), form=form)
+    plain = "count" in section or "probability" in section
+    return read_table(str(path), wanted, {}, {**numbers, **amounts, **shares}, access, plain=plain)
 
 
 def _samples(section: Mapping[str, Any], where: str, folder: Path) -> dict[str, Any]:

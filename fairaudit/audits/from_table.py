@@ -46,6 +46,7 @@ from fairaudit.tables.engines.logs import Engine
 from fairaudit.tables.evaluations.extraction import Errors, MissingSamples, extraction_of
 from fairaudit.tables.evaluations.recipes.known import recipe_of
 from fairaudit.tables.labels import LabelMap, read_label_map
+from fairaudit.tables.number_form import number_form
 from fairaudit.tables.scores import ABOVE, score_cut
 from fairaudit.tables.sources import SameContent, Source, is_audit_file, source_name
 from fairaudit.tables.values import Label, LabelLike, names
@@ -115,6 +116,10 @@ def audit(
     query: str | None = None,
     memory: str | None = None,
     skip: int = 0,
+    encoding: str | None = None,
+    decimal: str | None = None,
+    thousands: str | None = None,
+    number_sign: str | Sequence[str] = (),
     in_parts: bool = False,
     group_probability: Source | None = None,
     log_format: str | None = None,
@@ -189,8 +194,13 @@ def audit(
         As for `certify`.
     all_bounds, burden, embed_table
         As for `certify`. A confidence that is given needs counts; without one, a table that has none is judged as it stands.
-    engine, table, query, memory, skip, same_content
+    engine, table, query, memory, skip, same_content, encoding
         As for `read_log`.
+    decimal, thousands : str, optional
+        The decimal mark of numbers in texts, ``"."`` or ``","``, and what separates groups of three digits, ``"."``, ``","``, ``"'"`` or
+        ``" "``. Numbers such as ``1.306`` and ``1,306`` are refused where nothing says which of the two a mark is.
+    number_sign : str or sequence of str
+        Signs that numbers bear: ``"%"`` for hundredths, or a currency such as ``"€"``.
     in_parts : bool
         Whether to read some contexts at a time, in little memory; done anyway beyond 20 million different rows.
     group_probability : Source, optional
@@ -298,6 +308,7 @@ def audit(
     )
     beside = {**roles, "missing": missing != "error", "table": table, "query": query, "in_parts": in_parts, "skip": skip}
     beside |= {"same_content": same_content != "refuse"}
+    beside |= {"encoding": encoding, "decimal": decimal, "thousands": thousands, "number_sign": number_sign}
     beside |= {"group_probability": group_probability is not None, "unknown": bool(unknown)}
     extraction = extraction_of(
         log_format=log_format,
@@ -326,7 +337,8 @@ def audit(
     refuse_two_utilities(utility, utility_column)
     roles["decision"] = named
     _refuse_shares_of_nobody(unknown_share, unknown=bool(unknown) or missing == "unknown")
-    reached = Access(engine, table, query, memory, skip, extraction, same_content=same_content)
+    form = number_form(decimal, thousands, number_sign)
+    reached = Access(engine, table, query, memory, skip, extraction, same_content=same_content, encoding=encoding, form=form)
     reading = Reading(**roles, missing=missing, unknown=names(unknown), signed=signed, access=reached)
     if utility_column is None:
         _needed(given)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,9 +19,10 @@ from fairaudit.tables.columns import LabelledRows, Missing, read_labels
 from fairaudit.tables.csv import SMALL, CsvTable, decimal_commas, read_csv
 from fairaudit.tables.evaluations.extraction import NOTHING_ASKED, Extraction
 from fairaudit.tables.labels import LabelMap, PreparedTable, merge_labels, spelt_alike
+from fairaudit.tables.number_form import PLAIN, NumberForm, NumberKind, plain_numbers
 from fairaudit.tables.sources import SameContent, Source, is_database
-from fairaudit.tables.tally import Tally
-from fairaudit.tables.values import column
+from fairaudit.tables.tally import Tally, merged
+from fairaudit.tables.values import column, locator
 from fairaudit.tables.wide import LongTable, Wide, lengthened
 
 if TYPE_CHECKING:
@@ -68,6 +69,10 @@ class Access:
         What is asked of an evaluation log beyond columns.
     evaluations : bool
         Whether evaluation logs are read; else they are refused.
+    encoding : str or None
+        How the characters of a text are written, where that is not UTF-8.
+    form : NumberForm
+        How the texts of numbers are written.
     """
 
     engine: Engine = "auto"
@@ -78,6 +83,8 @@ class Access:
     extraction: Extraction = NOTHING_ASKED
     evaluations: bool = True
     same_content: SameContent = "refuse"
+    encoding: str | None = None
+    form: NumberForm = PLAIN
 
 
 @dataclass(frozen=True)
@@ -155,7 +162,18 @@ class Reading:
         """Columns of numbers."""
         return tuple(name for name in (self.count, self.probability, self.weight) if name is not None)
 
-    def check(self) -> None:
+    @property
+    def numbers(self) -> dict[str, NumberKind]:
+        """Columns of numbers, and what they are."""
+        whole = () if self.wide is None else self.wide.columns
+        share: NumberKind = "amount" if self.wide is None or self.wide.of is None else "share"
+        found: dict[str, NumberKind] = {name: "share" if name == self.probability else "amount" for name in self.numeric}
+        found |= dict.fromkeys(whole, share)
+        return found | {
+            name: "label" for name in (self.utility_column, self.decision if self.above is not None else None) if name is not None
+        }
+
+    def check(self) -> None:  # noqa: C901
         """Refuse roles that do not go together.
 
         Raises
@@ -182,6 +200,11 @@ class Reading:
             for name, given in (("unit", self.unit), ("truth", self.truth)):
                 if given:
                     raise InputError(f"{what} does not go with {spelled(name)}; leave one of them out")
+        if self.bins and self.access.form.point == ",":
+            raise InputError(
+                f"intervals such as {next(iter(self.bins))}:… are cut from numbers with a decimal point, not a comma; "
+                "put labels of intervals into the column instead"
+            )
         shares = self.wide is not None and self.wide.of is not None
         if self.wide is not None:
             others = ("count", "probability", "utility_column", "truth", "unit", *(["unknown"] if shares else []))
@@ -190,6 +213,8 @@ class Reading:
                     raise InputError(
                         f"{spelled('wide')} does not go with {spelled(name)}: its columns say how often each decision was taken"
                     )
+            if "%" in self.access.form.signs:
+                raise InputError(f"{spelled('wide')} reads percentages with {spelled('total')} 100, without {spelled('number_sign')} %")
             if shares and self.missing == "unknown":
                 raise InputError(
                     f"{spelled('missing')} unknown goes with counts and logs; shares do not say how many decisions have no group"
@@ -357,8 +382,7 @@ def _prepared(source: Source, reading: Reading, report: Report | None, most: int
     scored = [] if reading.above is None else [reading.decision]
     labelled = reading.decision if not scored and reading.decision != reading.utility_column else None
     roles: dict[str, Any] = {"decision": labelled, "group": reading.group, "unit": reading.unit, "count": reading.count}
-    numbers = (*reading.numeric, *valued, *scored)
-    table = read_table(source, wanted, reading.bins, numbers, reading.access, plain=plain, **options, **roles)
+    table = read_table(source, wanted, reading.bins, reading.numbers, reading.access, plain=plain, **options, **roles)
     if plain and isinstance(table, Tally) and table.evaluation is not None:
         name = reading.spelled("count" if reading.count is not None else "probability")
         raise InputError(f"{table.name}: {name} goes with a table of counts or probabilities; a sample of an evaluation log is one answer")
@@ -390,7 +414,9 @@ def _long(source: Source, reading: Reading, wide: Wide, report: Report | None) -
 
     rows = (*(reading.group[1:] if wide.headers else reading.group), *reading.context)
     numeric = (*wide.columns, *([] if reading.weight is None else [reading.weight]))
-    table = read_table(source, (*rows, *numeric), reading.bins, numeric, reading.access, plain=True, spelled=reading.spelled, report=report)
+    table = read_table(
+        source, (*rows, *numeric), reading.bins, reading.numbers, reading.access, plain=True, spelled=reading.spelled, report=report
+    )
     roles: dict[str, Any] = {"decision": reading.decision, "group": reading.group, "context": reading.context, "weight": reading.weight}
     with naming(_name(table)):
         if isinstance(table, Tally):
@@ -428,7 +454,7 @@ def read_table(
     source: Source,
     columns: Sequence[str],
     bins: Mapping[str, Sequence[Number] | Bins],
-    numeric: Sequence[str],
+    numeric: Mapping[str, NumberKind],
     access: Access,
     *,
     plain: bool = False,
@@ -448,8 +474,8 @@ def read_table(
         The columns that are wanted.
     bins : mapping of str to sequence of number
         Edges of columns that are cut into intervals.
-    numeric : sequence of str
-        Columns of numbers, in which decimal commas are understood.
+    numeric : mapping of str to {"amount", "label", "share"}
+        Columns of numbers, and what they are.
     access : Access
         How the table is reached.
     plain : bool
@@ -477,20 +503,26 @@ def read_table(
     if isinstance(source, CsvTable):
         found = source
     elif isinstance(source, (Tally, PreparedTable)) or _in_memory(source, plain=plain):
-        return _held(source, bins, access, plain=plain, spelled=spelled)
-    elif not plain or not isinstance(source, (str, os.PathLike)) or access.skip or not _is_csv(os.fspath(source)):
+        with naming(_name(source)):
+            return _with_numbers(_held(source, bins, access, plain=plain, spelled=spelled), numeric, access.form)
+    elif not plain or not isinstance(source, (str, os.PathLike)) or access.skip or access.encoding or not _is_csv(os.fspath(source)):
         from fairaudit.tables.engines.logs import counted_log, log_request
 
-        where = {name: getattr(access, name) for name in ("table", "query", "memory", "skip", "extraction", "evaluations", "same_content")}
-        request = log_request(columns, bins, **where, **roles, report=report, meanwhile=_warm, most=most, by=tuple(by))
-        return _with_numbers(counted_log(source, request, access.engine), numeric)
+        reached = ("table", "query", "memory", "skip", "extraction", "evaluations", "same_content", "encoding", "form")
+        where = {name: getattr(access, name) for name in reached}
+        request = log_request(
+            columns, bins, **where, **roles, numeric=tuple(numeric), report=report, meanwhile=_warm, most=most, by=tuple(by)
+        )
+        tally = counted_log(source, request, access.engine)
+        with naming(tally.name):
+            return _with_numbers(tally, numeric, PLAIN if _typed(source) else access.form)
     else:
         found = read_text_table(source, columns, numeric, access, report, count=roles.get("count"))
     _refuse_what_logs_have(bins, access, spelled)
     try:
         for name in columns:
             column(dict.fromkeys(found.columns, ()), name)
-        return found.with_numbers(numeric)
+        return found.with_numbers(numeric, access.form)
     except InputError as error:
         raise InputError(f"{found.name}: {error}") from None
 
@@ -498,7 +530,7 @@ def read_table(
 def read_text_table(
     source: str | os.PathLike[str],
     columns: Sequence[str],
-    numeric: Sequence[str],
+    numeric: Collection[str],
     access: Access = Access(),
     report: Report | None = None,
     *,
@@ -597,18 +629,48 @@ def _held(
     return PreparedTable(source, labels, (*getattr(source, "preparation", ()), *cut_columns(cut)))
 
 
-def _with_numbers(tally: Tally, columns: Sequence[str]) -> Tally:
-    """Turn decimal commas into points where commas do not separate columns."""
-    levels, notes = dict(tally.levels), list(tally.notes)
-    if not any("separated by" in note for note in notes):
-        return tally
-    for name in columns:
-        at = tally.codes[name]
-        found = decimal_commas(name, levels[name], lambda level, at=at: tally.locate(int(np.flatnonzero(at == level)[0])))  # type: ignore[misc]
+def _with_numbers(table: Any, columns: Mapping[str, NumberKind], form: NumberForm) -> Any:
+    """Write the numbers of some columns with decimal points, without separators and signs."""
+    if isinstance(table, CsvTable):
+        return table.with_numbers(columns, form)
+    if not isinstance(table, Tally):
+        texts = {name: column(table, name) for name in columns if not _has_numbers(table, name)}
+        plain = {name: plain_numbers(name, cells, locator(table), form, columns[name]) for name, cells in texts.items()}
+        changed: dict[str, Any] = {name: found for name, found in plain.items() if found is not None}
+        return PreparedTable(table, changed, getattr(table, "preparation", ())) if changed else table
+    levels, notes = dict(table.levels), list(table.notes)
+    for name, kind in columns.items():
+        column(dict.fromkeys(levels, ()), name)
+        at, held = table.codes[name], levels[name]
+
+        def first(level: int, at: Any = at) -> str:
+            return table.locate(int(np.flatnonzero(at == level)[0]))
+
+        found = plain_numbers(name, held, first, form, kind)
         if found is not None:
             levels[name] = found
-            notes.append(f"the numbers in column {shown(name)} have decimal commas")
-    return replace(tally, levels=levels, notes=tuple(notes))
+            commas = form == PLAIN and any("," in text for text in held if isinstance(text, str))
+            notes += [decimal_commas(name)] if commas else []
+    again = any(len(held) > len({(type(value), value) for value in held}) for held in levels.values())
+    found_ = replace(table, levels=levels, notes=tuple(notes))
+    return merged(found_) if again else found_
+
+
+def _has_numbers(table: Any, name: str) -> bool:
+    """Whether a column of a frame holds numbers and no texts."""
+    known = [own for own in (table.columns if hasattr(table, "columns") else table) if isinstance(own, str)]
+    return name in known and getattr(getattr(table[name], "dtype", None), "kind", "O") in "iufb"
+
+
+def _typed(source: Any) -> bool:
+    """Whether the cells of a source say which are numbers, as in spreadsheets: only texts were read as declared, when it was opened."""
+    from fairaudit.tables.engines.paths import form
+
+    paths = [source] if isinstance(source, (str, os.PathLike)) else source if isinstance(source, (list, tuple)) else []
+    try:
+        return any(os.path.isfile(path) and form(os.fspath(path)) in ("spreadsheet", "statistics") for path in paths)  # noqa: PTH113
+    except (InputError, OSError, ValueError, TypeError):
+        return False
 
 
 def _is_csv(table: str) -> bool:

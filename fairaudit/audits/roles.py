@@ -42,6 +42,7 @@ from fairaudit.errors import InputError
 from fairaudit.exact.rationals import parse_rational
 from fairaudit.tables.engines.survey import Seen
 from fairaudit.tables.label_meaning import looking_undecided
+from fairaudit.tables.number_form import PLAIN, NumberForm
 from fairaudit.tables.wide import Wide, is_total
 from fairaudit.words import brief
 
@@ -108,6 +109,8 @@ class Roles:
         Conditions on the samples of a log that count.
     missing_samples : bool
         Whether a log holds fewer samples than it should.
+    form : NumberForm
+        How the texts of numbers are written, as far as that has to be declared.
     undecided : tuple of str
         Labels of the decision that look as if nothing has been decided.
     refused : tuple of str
@@ -133,20 +136,21 @@ class Roles:
     errors: bool = False
     where: tuple[str, ...] = ()
     missing_samples: bool = False
+    form: NumberForm = PLAIN
     undecided: tuple[str, ...] = ()
     refused: tuple[str, ...] = ()
 
 
-def as_number(text: str, *, decimal_comma: bool = False) -> Fraction | None:
+def as_number(text: str) -> Fraction | None:
     """The number that a label says, if it says one."""
     try:
-        numerator, denominator = parse_rational(text.replace(",", ".", 1) if decimal_comma else text)
+        numerator, denominator = parse_rational(text)
     except InputError:
         return None
     return Fraction(numerator, denominator)
 
 
-def proposed(columns: Sequence[Seen], rows: int, *, decimal_comma: bool = False, lexicon: Sequence[str] = ()) -> Roles:
+def proposed(columns: Sequence[Seen], rows: int, *, lexicon: Sequence[str] = ()) -> Roles:
     """Guess which column is which from names and labels.
 
     Parameters
@@ -155,8 +159,6 @@ def proposed(columns: Sequence[Seen], rows: int, *, decimal_comma: bool = False,
         What is in each column (`survey_log`).
     rows : int
         How many rows there are.
-    decimal_comma : bool
-        Whether numbers may have one.
     lexicon : sequence of str
         Labels that look undecided besides those of the package.
 
@@ -172,18 +174,18 @@ def proposed(columns: Sequence[Seen], rows: int, *, decimal_comma: bool = False,
     >>> found.decision, found.utility, found.burden, found.group
     ('denied', 'yes', True, ('sex',))
     """
-    whole = _without_totals(columns, decimal_comma=decimal_comma)
-    return _Guess([seen for seen in whole if seen.levels and not seen.fault], rows, decimal_comma, lexicon).roles()
+    whole = _without_totals(columns)
+    return _Guess([seen for seen in whole if seen.levels and not seen.fault], rows, lexicon).roles()
 
 
-def _without_totals(columns: Sequence[Seen], *, decimal_comma: bool) -> list[Seen]:
+def _without_totals(columns: Sequence[Seen]) -> list[Seen]:
     """Where rows say that they are totals: columns of words without the numbers that stand in as few rows, which are no labels."""
     totals = max((sum(count for label, count in seen.levels.items() if is_total(label)) for seen in columns), default=0)
     if not totals:
         return list(columns)
 
     def labels(seen: Seen) -> dict[str, int]:
-        numbers = {label for label in seen.levels if as_number(label, decimal_comma=decimal_comma) is not None}
+        numbers = {label for label in seen.levels if as_number(label) is not None}
         few = sum(seen.levels[label] for label in numbers) <= totals and len(numbers) < len(seen.levels)
         return {label: count for label, count in seen.levels.items() if not (few and label in numbers)}
 
@@ -195,11 +197,11 @@ def _without_totals(columns: Sequence[Seen], *, decimal_comma: bool) -> list[See
 class _Guess:
     """The columns that have no role yet."""
 
-    def __init__(self, columns: list[Seen], rows: int, decimal_comma: bool, lexicon: Sequence[str] = ()) -> None:
+    def __init__(self, columns: list[Seen], rows: int, lexicon: Sequence[str] = ()) -> None:
         self.rows, self.lexicon = rows, lexicon
         spread = {seen.name for seen in _spread(columns, rows)}
         self.left = [seen for seen in columns if seen.name not in spread]
-        self.numbers = {seen.name: [as_number(text, decimal_comma=decimal_comma) for text in seen.levels] for seen in columns}
+        self.numbers = {seen.name: [as_number(text) for text in seen.levels] for seen in columns}
 
     def numeric(self, seen: Seen) -> bool:
         return all(value is not None for value in self.numbers[seen.name])
@@ -450,7 +452,7 @@ def people(columns: Sequence[Seen], rows: int) -> tuple[tuple[str, ...], tuple[s
     >>> people([Seen("dept", {"x": 2, "y": 2}, 2, 0), Seen("sex", {"f": 2, "m": 2}, 2, 0)], 4)
     (('sex',), ('dept',))
     """
-    guess = _Guess(list(columns), rows, decimal_comma=False)
+    guess = _Guess(list(columns), rows)
     groups, _ = guess._groups(cut=False)
     contexts = [seen for seen in guess.left if 2 <= seen.different <= MANY]
     if not groups:

@@ -30,6 +30,7 @@ from fairaudit.tables.columns import Missing
 from fairaudit.tables.engines.logs import Engine
 from fairaudit.tables.engines.request import Report
 from fairaudit.tables.labels import LabelMap, read_label_map
+from fairaudit.tables.number_form import number_form
 from fairaudit.tables.sources import Source
 from fairaudit.tables.values import names
 from fairaudit.theorems.t18 import Side
@@ -245,6 +246,10 @@ def subgroups(
     table: str | None = None,
     query: str | None = None,
     memory: str | None = None,
+    encoding: str | None = None,
+    decimal: str | None = None,
+    thousands: str | None = None,
+    number_sign: str | Sequence[str] = (),
 ) -> Subgroups:
     """Find the subgroups of a log that fare most unequally beside everybody else, and prove that none is worse.
 
@@ -258,7 +263,8 @@ def subgroups(
         Column of what was decided; with `utility_column` it may be left out.
     attributes : str or sequence of str
         Columns whose values subgroups share.
-    utility, utility_column, count, bins, missing, fold_labels, label_map, engine, table, query, memory
+    utility, utility_column, count, bins, missing, fold_labels, label_map, engine, table, query, memory, encoding, decimal, thousands,
+    number_sign
         As for `audit`.
     depth : int
         How many conditions a subgroup has at most.
@@ -306,7 +312,9 @@ def subgroups(
         missing=missing,
         fold_labels=fold_labels,
         label_map=read_label_map(Path(label_map)) if isinstance(label_map, (str, os.PathLike)) else label_map,
-        access=Access(engine, table, query, memory, evaluations=False),
+        access=Access(
+            engine, table, query, memory, evaluations=False, encoding=encoding, form=number_form(decimal, thousands, number_sign)
+        ),
     )
     values = utility_values(utility) if isinstance(utility, str) else utility
     given = Utility(values) if isinstance(values, Mapping) else values

@@ -198,12 +198,12 @@ def _cells(source: Source, reading: Reading) -> dict[str, list[str]]:
             held: Any = source if isinstance(source, Mapping) else getattr(source, "column_names", None) or getattr(source, "columns", ())
             names = [name for name in held if isinstance(name, str)]
     elif all(Path(path).is_file() for path in (source if isinstance(source, (list, tuple)) else [source])):
-        where: dict[str, Any] = {"engine": access.engine, "table": access.table, "query": access.query, "skip": access.skip}
+        where: dict[str, Any] = {name: getattr(access, name) for name in ("engine", "table", "query", "skip", "encoding")}
         survey = survey_log(source, **where, same_content=access.same_content)
         names = [seen.name for seen in survey.columns if not seen.fault]
     if not any(named(name, COUNT) for name in names):
         return {}
-    table = read_table(source, names, {}, (), access)
+    table = read_table(source, names, {}, {}, access)
     if isinstance(table, Tally) and table.rows > len(table):
         return {}
     return {name: [label_text(value) or "" for value in column(table, name)] for name in names}

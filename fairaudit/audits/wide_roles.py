@@ -51,15 +51,13 @@ class _Part:
         return all(value.denominator == 1 for value in self.values)
 
 
-def wide_roles(cells: Mapping[str, Sequence[str]], *, decimal_comma: bool = False) -> Roles | None:
+def wide_roles(cells: Mapping[str, Sequence[str]]) -> Roles | None:
     """Guess which columns count what.
 
     Parameters
     ----------
     cells : mapping of str to sequence of str
         The whole table, as texts.
-    decimal_comma : bool
-        Whether numbers may have one.
 
     Returns
     -------
@@ -77,16 +75,16 @@ def wide_roles(cells: Mapping[str, Sequence[str]], *, decimal_comma: bool = Fals
     if not rows:
         return None
     cells = dict(zip(cells, map(list, zip(*rows, strict=True)), strict=True))
-    parts = [part for name in cells if (part := _part(name, cells[name], decimal_comma)) is not None]
+    parts = [part for name in cells if (part := _part(name, cells[name])) is not None]
     if len(parts) < 2:
         return None
     return _in_headers(cells, parts) or _in_rows(cells, parts)
 
 
-def _part(name: str, column: Sequence[str], decimal_comma: bool) -> _Part | None:
+def _part(name: str, column: Sequence[str]) -> _Part | None:
     """A column of numbers of at least 0."""
     percent = [text.rstrip().removesuffix("%") for text in column]
-    values = [as_number(text, decimal_comma=decimal_comma) for text in percent]
+    values = [as_number(text) for text in percent]
     if not values or named(name, RUNNING) or any(value is None or value < 0 for value in values):
         return None
     words = _words(name)

@@ -27,6 +27,7 @@ OPTIONS = (
     *("decision", "group", "context", "truth", "positive", "count", "probability", "weight", "wide", "total", "unit", "utility"),
     *("utility_column", "score", "missing", "unknown", "fold_labels", "label_map", "bins", "skip", "table", "query", "signed", "audit"),
     *("log_format", "extract", "options", "join", "where", "errors", "missing_samples", "recipe", "same_content"),
+    *("encoding", "decimal", "thousands", "number_sign"),
 )
 RUN = ("format", "producer", "model", "task", "status")  # of an evaluation log, the first of them always
 _CONTROL = re.compile("[\x00-\x1f\x7f-\x9f]")

@@ -43,7 +43,7 @@ def certify_choices(arguments: argparse.Namespace) -> Answer:
     slots, context = column_list(arguments.slots), column_roles(arguments.context)
     with progress() as told:
         wanted = (*slots, arguments.winner, *context.names)
-        table = read_table(arguments.table, wanted, context.edges, [], access_of(arguments), spelled=option, report=told)
+        table = read_table(arguments.table, wanted, context.edges, {}, access_of(arguments), spelled=option, report=told)
     if getattr(table, "evaluation", None) is not None:
         raise InputError(f"{table.name}: --slots goes with a log of choices, and not with what is asked of samples of an evaluation log")
     targets = given_limits(arguments)

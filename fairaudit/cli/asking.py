@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["ask_for_columns"]
 
 NOTHING, BACK = "-", "<"
-REPEATED = ("group", "context", "unit", "slots", "undecided")
+REPEATED = ("group", "context", "unit", "slots", "undecided", "number_sign")
 HELP = "Answer with a name or its number. Enter takes what stands in brackets, - is none, < goes back, Ctrl-C leaves.\n"
 
 

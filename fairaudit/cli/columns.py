@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import islice
 from typing import TYPE_CHECKING
@@ -14,6 +15,7 @@ from fairaudit.tables.sources import source_name
 if TYPE_CHECKING:
     from fairaudit.audits.roles import Roles
     from fairaudit.tables.engines.survey import Seen, Survey
+    from fairaudit.tables.number_form import NumberForm
 
 __all__ = ["Column", "described", "is_complete", "looked_at", "named", "open_questions", "quoted", "suggested", "warnings", "written"]
 
@@ -40,6 +42,7 @@ def looked_at(arguments: argparse.Namespace) -> tuple[Survey, list[Column], Role
     from fairaudit.errors import InputError
     from fairaudit.tables.engines.databases import tables_of
     from fairaudit.tables.engines.logs import survey_log
+    from fairaudit.tables.number_form import guessed
 
     given = _listed(arguments.table)
     said = ""
@@ -50,7 +53,7 @@ def looked_at(arguments: argparse.Namespace) -> tuple[Survey, list[Column], Role
             said = f"{found[0]} is the only table"
 
     def survey_of(skip: int) -> Survey:
-        where = {name: getattr(arguments, name) for name in ("engine", "query", "memory", "log_format", "same_content")}
+        where = {name: getattr(arguments, name) for name in ("engine", "query", "memory", "log_format", "same_content", "encoding")}
         with progress() as report:
             return survey_log(given if len(given) > 1 else given[0], **where, skip=skip, table=arguments.database_table, report=report)
 
@@ -64,31 +67,66 @@ def looked_at(arguments: argparse.Namespace) -> tuple[Survey, list[Column], Role
         survey = survey_of(arguments.skip)
         lines = "line looks" if arguments.skip == 1 else f"{arguments.skip} lines look"
         said = f"the first {lines} like a title ({title.group(1)}) and {'is' if arguments.skip == 1 else 'are'} skipped"
-    comma = any("separated by" in note for note in survey.notes)
     if survey.samples is not None:
-        return survey, [_look(seen, decimal_comma=False) for seen in survey.columns], roles_of_samples(survey, survey.samples)
-    roles = _wide(arguments, survey, decimal_comma=comma)
-    roles = roles or proposed(survey.columns, survey.rows, decimal_comma=comma, lexicon=lexicon_of(arguments))
+        return survey, [_look(seen, None) for seen in survey.columns], roles_of_samples(survey, survey.samples)
+    written = {seen.name: guessed(seen.levels) for seen in survey.columns}
+    plainly = [_plainly(seen, written[seen.name]) for seen in survey.columns]
+    roles = _wide(arguments, survey) or proposed(plainly, survey.rows, lexicon=lexicon_of(arguments))
+    roles = _with_form(roles, {name: found for name, found in written.items() if found is not None})
     if said:
         roles = replace(roles, said=(said, *roles.said))
-    return survey, [_look(seen, decimal_comma=comma) for seen in survey.columns], roles
+    return survey, [_look(seen, written[seen.name]) for seen in survey.columns], roles
 
 
-def _wide(arguments: argparse.Namespace, survey: Survey, *, decimal_comma: bool) -> Roles | None:
+Written = tuple["NumberForm", dict[str, str]]
+"""How the numbers of a column are written, and the same written plainly."""
+
+
+def _plainly(seen: Seen, written: Written | None) -> Seen:
+    """A column whose numbers are written plainly."""
+    if written is None:
+        return seen
+    levels: dict[str, int] = {}
+    for text, count in seen.levels.items():
+        plain = written[1][text]
+        levels[plain] = levels.get(plain, 0) + count
+    return replace(seen, levels=levels)
+
+
+def _with_form(roles: Roles, forms: Mapping[str, Written]) -> Roles:
+    """What has to be declared of the numbers that are taken for something, with what that means."""
+    from fairaudit.tables.number_form import NumberForm, either
+
+    numbers = [roles.count, roles.probability, roles.weight, roles.utility_column, *(roles.wide.columns if roles.wide else ())]
+    used = {name: forms[name] for name in numbers if name is not None and name in forms}
+    thousands = next((form.thousands for form, _ in used.values() if form.thousands), None)
+    signs = tuple(dict.fromkeys(sign for form, _ in used.values() for sign in form.signs))
+    clear = next((name for name, (form, texts) in used.items() if form.thousands == thousands and not either(texts, form)), None)
+    name, says = next(((name, says) for name, (form, texts) in used.items() if (says := either(texts, form))), ("", ""))
+    said = list(roles.said)
+    if says and clear is None:
+        said.append(f"both readings exist in column '{name}': {says}; the command has the first, and only you can say which is right")
+    return replace(roles, form=NumberForm(None, thousands, signs), said=tuple(said))
+
+
+def _wide(arguments: argparse.Namespace, survey: Survey) -> Roles | None:
     """What columns of counts there are in a small table; it is read as a whole, because counts and totals stand beside each other."""
     from fairaudit.audits.reading import read_table
     from fairaudit.audits.wide_roles import ROWS, wide_roles
     from fairaudit.cli.source import access_of
     from fairaudit.errors import InputError
     from fairaudit.tables.label_text import label_text
+    from fairaudit.tables.number_form import guessed
     from fairaudit.tables.values import column
 
     if survey.rows > ROWS or len(survey.columns) > 200 or any(seen.fault for seen in survey.columns):
         return None
     names = [seen.name for seen in survey.columns]
     try:
-        table = read_table(arguments.table, names, {}, (), access_of(arguments))
-        return wide_roles({name: [label_text(value) or "" for value in column(table, name)] for name in names}, decimal_comma=decimal_comma)
+        table = read_table(arguments.table, names, {}, {}, access_of(arguments))
+        cells = {name: [label_text(value) or "" for value in column(table, name)] for name in names}
+        plain = {name: found[1] for name, texts in cells.items() if (found := guessed(texts)) is not None and "%" not in found[0].signs}
+        return wide_roles({name: [plain[name][text] for text in texts] if name in plain else texts for name, texts in cells.items()})
     except InputError:
         return None
 
@@ -97,10 +135,10 @@ def _listed(table: str | list[str]) -> list[str]:
     return [table] if isinstance(table, str) else table
 
 
-def _look(seen: Seen, *, decimal_comma: bool) -> Column:
+def _look(seen: Seen, written: Written | None) -> Column:
     from fairaudit.audits.roles import as_number
 
-    numeric = bool(seen.levels) and all(as_number(text, decimal_comma=decimal_comma) is not None for text in seen.levels)
+    numeric = written is not None or (bool(seen.levels) and all(as_number(text) is not None for text in seen.levels))
     return Column(seen.name, seen.levels, seen.different, seen.missing, numeric, seen.fault)
 
 
@@ -151,6 +189,7 @@ def suggested(arguments: argparse.Namespace, roles: Roles) -> list[str]:
         "query": arguments.query or "",
         "memory": arguments.memory or "",
         "skip": str(arguments.skip or ""),
+        "encoding": arguments.encoding or "",
         "log_format": arguments.log_format or "",
     }
     for name, value in (where | written(roles)).items():
@@ -218,6 +257,8 @@ def written(roles: Roles) -> dict[str, str]:
         "utility": "" if column else ",".join([quoted(roles.utility), *(f"{quoted(label)}=0" for label in roles.refused)]),
         "undecided": ",".join(map(quoted, roles.undecided)),
         "missing": "drop" if roles.missing else "",
+        "thousands": "space" if roles.form.thousands == " " else roles.form.thousands or "",
+        "number_sign": ",".join(roles.form.signs),
     }
 
 

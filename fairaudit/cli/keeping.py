@@ -95,7 +95,7 @@ def keeping(arguments: argparse.Namespace) -> Iterator[Kept]:
             named = map(quoted, column_roles(getattr(arguments, name)).names)
             setattr(arguments, name, [",".join(named)] if getattr(arguments, name) else None)
         arguments.table, arguments.engine, arguments.skip = [*tallies, held], "auto", 0
-        arguments.database_table = arguments.query = None
+        arguments.database_table = arguments.query = arguments.encoding = None
         try:
             yield Kept(Path(arguments.keep), Path(held), _notes(made, logs, arguments.keep))
         except InputError as error:
@@ -120,7 +120,7 @@ def count(arguments: argparse.Namespace, source: Sequence[str], output: str, tol
     if decision is None or not group.names:
         role = "decision" if decision is None else "group"
         raise InputError(f"no {role} column was named; use --{role} COL")
-    where = {name: getattr(arguments, name) for name in ("engine", "query", "memory", "skip", "count", "same_content")}
+    where = {name: getattr(arguments, name) for name in ("engine", "query", "memory", "skip", "encoding", "count", "same_content")}
     columns, bins = (decision, *group.names, *context.names, *names(arguments.truth)), {**group.edges, **context.edges}
     return tally(source, output, columns, bins=bins, table=arguments.database_table, report=told, **where)
 

@@ -40,6 +40,10 @@ SETTLED = (
     "burden",
     "fold_labels",
     "map",
+    "encoding",
+    "decimal",
+    "thousands",
+    "number_sign",
     *OF_SAMPLES,
     *LIMITS,
 )

@@ -31,6 +31,7 @@ def add_source(parser: argparse._ArgumentGroup) -> None:
         "--table", dest="database_table", metavar="NAME", help="of a database: the table that holds the log; of a spreadsheet: the sheet"
     )
     parser.add_argument("--skip", type=int, default=0, metavar="N", help="how many lines stand above the header, such as a title")
+    parser.add_argument("--encoding", metavar="NAME", help="how the characters of a text are written, if not UTF-8: cp1252, latin-1, …")
     parser.add_argument("--query", metavar="SQL", help="of a database: a query whose result is the log")
     parser.add_argument(
         "--same-content",
@@ -81,6 +82,21 @@ def add_table_form(roles: argparse._ArgumentGroup) -> None:
     form.add_argument("--count", metavar="COL", help="how often the row occurred")
     form.add_argument("--probability", metavar="COL", help="P(decision | context, group)")
     roles.add_argument("--weight", metavar="COL", help="P(context, group) up to a factor, with --probability")
+    add_number_form(roles)
+
+
+def add_number_form(roles: argparse._ArgumentGroup) -> None:
+    """Declare how the texts of numbers are written."""
+    roles.add_argument("--decimal", choices=(".", ","), help="the decimal mark of numbers in texts, where 1.306 or 1,306 could be either")
+    roles.add_argument(
+        "--thousands", metavar="MARK", help="what separates groups of three digits in numbers: . or , or ' or space (1.306 is then 1306)"
+    )
+    roles.add_argument(
+        "--number-sign",
+        metavar="SIGN",
+        action="append",
+        help="signs that numbers bear: %% (51.2%% is 0.512), or a currency such as € or EUR",
+    )
 
 
 def add_score(roles: argparse._ArgumentGroup) -> None:
@@ -170,16 +186,22 @@ def option(name: str) -> str:
 def access_of(arguments: argparse.Namespace) -> Access:
     """How the table is reached, as the options say."""
     from fairaudit.audits.reading import Access
+    from fairaudit.cli.options import column_list
+    from fairaudit.tables.number_form import number_form
 
+    given = vars(arguments)
+    signs = column_list(given.get("number_sign"))
     return Access(
         arguments.engine,
         arguments.database_table,
         arguments.query,
         arguments.memory,
         arguments.skip,
-        extraction_from(vars(arguments)),
+        extraction_from(given),
         evaluations="log_format" in arguments,
         same_content=arguments.same_content,
+        encoding=arguments.encoding,
+        form=number_form(given.get("decimal"), given.get("thousands"), signs, spelled=option),
     )
 
 

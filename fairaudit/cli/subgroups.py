@@ -9,7 +9,7 @@ from fairaudit.cli import CORE
 from fairaudit.cli.destinations import add_output, check_output, write_outputs
 from fairaudit.cli.options import add_command, confidence_option
 from fairaudit.cli.output import Answer, add_format, aligned
-from fairaudit.cli.source import add_label_options, add_source, progress, reading_of
+from fairaudit.cli.source import add_label_options, add_number_form, add_source, progress, reading_of
 
 if TYPE_CHECKING:
     from fairaudit.audits.subgroups import Subgroup, Subgroups
@@ -64,6 +64,7 @@ def add(commands: Any) -> None:
     rest = parser.add_argument_group("input and output")
     add_label_options(rest)
     add_source(rest)
+    add_number_form(rest)
     add_output(rest)
     add_format(rest)
     parser.set_defaults(context=None, probability=None, weight=None)

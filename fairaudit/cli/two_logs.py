@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.options import column_list, confidence_option, utility_range
 from fairaudit.cli.output import aligned
-from fairaudit.cli.source import add_label_options, add_samples, add_score, add_source, fill_recipe, option, progress, reading_of
+from fairaudit.cli.source import (
+    add_label_options,
+    add_number_form,
+    add_samples,
+    add_score,
+    add_source,
+    fill_recipe,
+    option,
+    progress,
+    reading_of,
+)
 
 if TYPE_CHECKING:
     from fairaudit.audits.two_logs import ComparedLogs
@@ -28,6 +38,7 @@ def add_logs(parser: argparse.ArgumentParser) -> None:
     columns = parser.add_argument_group("two logs in the place of two certificates: their columns, the same in both")
     columns.add_argument("--decision", metavar="COL", help="what was decided")
     add_score(columns)
+    add_number_form(columns)
     columns.add_argument("--group", metavar="COL", action="append", help="sensitive attribute; several form intersections")
     columns.add_argument("--context", metavar="COL", action="append", help="what may legitimately matter")
     columns.add_argument("--count", metavar="COL", help="how often the row occurred")

@@ -677,7 +677,7 @@ def _counts(coded: CodedTable, value: str) -> tuple[NDArray[Any], int]:
 def _probabilities(coded: CodedTable, value: str) -> NDArray[np.float64] | NumberColumn:
     """The probabilities of a column, of which each row occurs once."""
     floats = float_numbers(coded.values[value], value, coded.locate)
-    column = exact_numbers(coded.values[value], value, coded.locate) if floats is None else floats
+    column = exact_numbers(coded.values[value], value, coded.locate, "share") if floats is None else floats
     if (coded.counts > 1).any():
         at = int(np.flatnonzero(coded.counts > 1)[0])
         raise InputError(f"{coded.locate(at)} occurs {coded.counts[at]} times; each combination has one row")

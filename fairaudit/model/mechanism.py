@@ -168,7 +168,7 @@ class Mechanism:
         for side in (names(input), names(output)):
             cells = [column(table, name) for name in side]
             sides.append([_label(parts, f"column {shown(side[0])}, {where(i)}") for i, parts in enumerate(zip(*cells, strict=True))])
-        values, bottom = numbers(column(table, probability), probability, where)
+        values, bottom = numbers(column(table, probability), probability, where, "share")
         pairs = [v.as_integer_ratio() for v in values.tolist()] if values.dtype.kind == "f" else [(int(v), bottom) for v in values.tolist()]
         inputs = list(dict.fromkeys(sides[0]))
         released, known = dict.fromkeys(sides[1]), set(inputs)

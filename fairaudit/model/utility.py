@@ -22,6 +22,7 @@ from fairaudit.exact.rationals import Number, common_denominator, option_value, 
 from fairaudit.model.law import Law
 from fairaudit.tables.columns import MISSING_LABEL, Missing
 from fairaudit.tables.label_text import label_text
+from fairaudit.tables.number_form import bears_sign, plain_numbers
 from fairaudit.tables.sources import Table
 from fairaudit.tables.values import INT64, ByLabel, Label, column, locator, names
 from fairaudit.words import brief
@@ -142,12 +143,13 @@ class Utility:
         where = locator(table)
         groups, contexts = names(group), names(context)
         lists = {name: column(table, name) for name in (decision, *groups, *contexts, utility)}
+        worth = plain_numbers(utility, lists[utility], where) or lists[utility]
         entries: dict[Entry, tuple[int, int]] = {}
         cache: dict[Any, tuple[int, int]] = {}
         empty: list[list[Any]] = []
         a_rows = list(zip(*[lists[g] for g in groups], strict=True)) if groups else empty
         x_rows = list(zip(*[lists[c] for c in contexts], strict=True)) if contexts else empty
-        for position, (u, value) in enumerate(zip(lists[decision], lists[utility], strict=True)):
+        for position, (u, value) in enumerate(zip(lists[decision], worth, strict=True)):
             labels = [label_text(v) for v in (u, *(x_rows[position] if contexts else ()), *(a_rows[position] if groups else ()))]
             needed = {"unknown": labels[: 1 + len(contexts)], "undecided": labels[1:], "group": []}.get(missing, labels)
             if None in needed:
@@ -164,7 +166,7 @@ class Utility:
                     if pair[0] < 0 and not signed:
                         raise InputError(f"{shown(value)} is negative; utilities are at least 0 ({SIGNED})")
                 except InputError as error:
-                    raise InputError(f"column {shown(utility)}, {where(position)}: {error}") from None
+                    raise InputError(f"column {shown(utility)}, {where(position)}: {error}{bears_sign(value)}") from None
                 cache[cached] = pair
             known = entries.setdefault(key, pair)
             if known != pair:

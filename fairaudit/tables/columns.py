@@ -358,7 +358,7 @@ class _Weights:
         places = [i for i in np.flatnonzero(rows).tolist() if not self.unlabelled[i] or label_text(values[i]) is not None]
         if not places:
             return [], [], 1
-        listed, scale = numbers([values[i] for i in places], self.column, lambda position: self.locate(places[position]))
+        listed, scale = numbers([values[i] for i in places], self.column, lambda position: self.locate(places[position]), "share")
         if listed.dtype.kind == "f":
             listed, scale = exact_floats(listed)
         return places, [n * times for n, times in zip(listed.tolist(), self.counts[places].tolist(), strict=True)], scale

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from fairaudit.arguments import answered
 from fairaudit.errors import InputError, shown
 from fairaudit.tables import compressed
+from fairaudit.tables.number_form import PLAIN, NumberForm, NumberKind, plain_numbers
 from fairaudit.tables.preparation import Entry
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column
@@ -54,8 +55,6 @@ NO_TEXT = dict.fromkeys((b"\xff\xfe", b"\xfe\xff"), "the file is UTF-16; save it
     "the file is not text (it looks like Zstandard, a spreadsheet or Parquet); save it as CSV",
 )
 DELIMITERS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars"}
-_DECIMAL_COMMA = re.compile(r"\s*[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?\s*", re.ASCII)
-_THOUSANDS = re.compile(r"\s*[+-]?[1-9]\d{0,2}(,\d{3})+\s*", re.ASCII)
 
 
 @brief
@@ -110,52 +109,32 @@ class CsvTable:
         """Name the line of a row."""
         return f"line {self.lines[position]}"
 
-    def with_numbers(self, columns: Iterable[str]) -> CsvTable:
-        """Turn decimal commas into points in columns that hold numbers.
+    def with_numbers(self, columns: Iterable[str] | Mapping[str, NumberKind], form: NumberForm = PLAIN) -> CsvTable:
+        """Write the numbers of columns with decimal points, without separators and signs (`plain_numbers`).
 
-        A decimal comma is accepted only where commas do not separate the columns and where it cannot be a thousands separator: ``0,25``
-        is, ``1,234`` alone is not.
+        A mapping says what kind of numbers each column holds; else they are taken for shares.
 
         Raises
         ------
         InputError
-            If a column's commas could be either.
+            If the marks of a column could be either, or a number is not written as declared.
         """
+        kinds: Mapping[str, NumberKind] = columns if isinstance(columns, Mapping) else dict.fromkeys(columns, "share")
         texts, notes = dict(self.texts), list(self.notes)
-        for name in columns:
+        for name, kind in kinds.items():
             cells = texts.get(name)
-            if self.delimiter == "," or cells is None or isinstance(cells, np.ndarray):
+            if cells is None or isinstance(cells, np.ndarray) or (form == PLAIN and kind == "share" and "," not in "".join(cells)):
                 continue
-            found = decimal_commas(name, cells, self.locate)
+            found = plain_numbers(name, cells, self.locate, form, kind)
             if found is not None:
                 texts[name] = found
-                notes.append(f"the numbers in column {shown(name)} have decimal commas")
+                notes += [decimal_commas(name)] if form == PLAIN and any("," in cell for cell in cells) else []
         return replace(self, texts=texts, notes=tuple(notes))
 
 
-def decimal_commas(name: str, cells: Sequence[str], locate: Callable[[int], str]) -> list[str] | None:
-    """Cells with points for decimal commas; None if there are none.
-
-    Raises
-    ------
-    InputError
-        If the commas could be either, or only some numbers have them.
-    """
-    with_comma = [i for i, cell in enumerate(cells) if "," in cell]
-    if not with_comma:
-        return None
-    mixed = next((i for i, cell in enumerate(cells) if "." in cell), None)
-    if mixed is not None:
-        raise InputError(
-            f"column {shown(name)}, {locate(mixed)}: {shown(cells[mixed])} has a decimal point, and "
-            f"{shown(cells[with_comma[0]])} on {locate(with_comma[0])} a comma; use one of the two"
-        )
-    if all(_THOUSANDS.fullmatch(cells[i]) for i in with_comma):
-        raise InputError(
-            f"column {shown(name)}, {locate(with_comma[0])}: {shown(cells[with_comma[0]])} may have a decimal comma or a "
-            "thousands separator; write it with a decimal point, or without separators"
-        )
-    return [cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell) else cell for cell in cells]
+def decimal_commas(name: str) -> str:
+    """Say that the commas of a column were taken for decimal commas."""
+    return f"the numbers in column {shown(name)} have decimal commas"
 
 
 @dataclass(frozen=True)
@@ -340,9 +319,9 @@ def _wrong_width(line: int, cells: int, width: int) -> str:
     return f"line {line} has {cells} {'cell' if cells == 1 else 'cells'} where the header has {width}"
 
 
-def opened(path: Path) -> AbstractContextManager[IO[bytes]]:
+def opened(path: Path, unfit: Mapping[bytes, str] = NO_TEXT) -> AbstractContextManager[IO[bytes]]:
     """Open a file of text, or what is inside if it is compressed."""
-    return compressed.opened(path, NO_TEXT)
+    return compressed.opened(path, unfit)
 
 
 def _text(path: Path) -> str:
@@ -407,7 +386,8 @@ def _first_bad_byte(path: Path) -> tuple[int, int]:
 
 
 def _not_utf8(line: int, byte: int) -> str:
-    return f"line {line} is not UTF-8 (byte 0x{byte:02x}); save the file as UTF-8"
+    proposed = "name its encoding, such as encoding='cp1252' (--encoding cp1252)"
+    return f"line {line} is not UTF-8 (byte 0x{byte:02x}); save the file as UTF-8, or {proposed}"
 
 
 def _nul(line: int) -> str:

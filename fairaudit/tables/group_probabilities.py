@@ -172,7 +172,7 @@ def _labels(table: Any, columns: Sequence[str], locate: Callable[[int], str]) ->
 
 
 def _numbers(table: Any, name: str, locate: Callable[[int], str]) -> list[Fraction]:
-    tops, bottom = numbers(column(table, name), name, locate)
+    tops, bottom = numbers(column(table, name), name, locate, "share")
     found = [Fraction(top) / bottom for top in tops.tolist()]
     for i, value in enumerate(found):
         if not 0 <= value <= 1:

@@ -17,6 +17,7 @@ from fairaudit.exact.rationals import Number, decimal_text, option_value, parse_
 from fairaudit.tables.columns import Missing, label_codes
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.labels import with_labels
+from fairaudit.tables.number_form import bears_sign, plain_numbers
 from fairaudit.tables.preparation import above, above_median
 from fairaudit.tables.tally import Tally, counted
 from fairaudit.tables.values import Locate, column, exact_floats, integers, locator, numbers
@@ -96,7 +97,12 @@ def cut_scores(
     """
     where = locator(table)
     codes, values = _levels(table, score, where)
-    keys = np.append(_floats(values, score, lambda place: where(int(np.flatnonzero(codes == place)[0]))), nan)
+
+    def first(place: int) -> str:
+        return where(int(np.flatnonzero(codes == place)[0]))
+
+    values = plain_numbers(score, values, first) or values
+    keys = np.append(_floats(values, score, first), nan)
     absent = np.isnan(keys)[codes]
     if absent.any() and missing in ("error", "undecided"):
         at, amount = where(int(np.flatnonzero(absent)[0])), int(counted(table, len(codes))[absent].sum())
@@ -145,7 +151,7 @@ def _floats(values: Sequence[Any], score: str, where: Callable[[int], str]) -> N
             text = label_text(value)
             found.append(nan if text is None else _float(*parse_rational(text)))
         except InputError as error:
-            raise InputError(f"column {shown(score)}, {where(place)}: {error}; scores are numbers") from None
+            raise InputError(f"column {shown(score)}, {where(place)}: {error}; scores are numbers{bears_sign(value)}") from None
     return np.array(found)
 
 
@@ -171,7 +177,7 @@ def _weights(table: Any, count: str | None, kept: NDArray[np.bool_], where: Loca
         raise InputError(
             f"column {shown(count)} has {len(held)} {noun(len(held), 'value')} and the scores {len(kept)}; they must be equally long"
         )
-    weights, scale = numbers([held[place] for place in places], count, lambda position: where(places[position]))
+    weights, scale = numbers([held[place] for place in places], count, lambda position: where(places[position]), "share")
     if weights.dtype.kind == "f":
         weights, scale = exact_floats(weights)
     return integers([weight * n for weight, n in zip(weights.tolist(), times.tolist(), strict=True)]), scale

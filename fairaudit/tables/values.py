@@ -16,6 +16,7 @@ from fairaudit.errors import InputError, kind_of, nearest, shown
 from fairaudit.exact.number_columns import NumberColumn
 from fairaudit.exact.rationals import common_denominator, rational
 from fairaudit.tables.label_text import PLAIN, label_text, native_values
+from fairaudit.tables.number_form import NumberKind, bears_sign, plain_numbers
 
 __all__ = ["MARK", "column", "combine", "distinct", "integers", "locator", "names", "numbers", "refuse_part_of_tally", "refuse_tally"]
 
@@ -209,15 +210,15 @@ def combine(parts: Sequence[tuple[NDArray[np.int64], list[str]]], rows: int) -> 
     return joined, labels
 
 
-def numbers(values: list[Any] | NDArray[np.int64], name: str, locate: Locate) -> tuple[NDArray[Any], int]:
+def numbers(values: list[Any] | NDArray[np.int64], name: str, locate: Locate, kind: NumberKind = "amount") -> tuple[NDArray[Any], int]:
     """Numbers of a column, exact: float64 as they are, everything else as integers over one denominator.
 
-    Negative numbers are an error. An array of integers was looked at before.
+    Negative numbers are an error, and so are texts that could be two numbers. An array of integers was looked at before.
     """
     if isinstance(values, np.ndarray):
         return values, 1
     floats = float_numbers(values, name, locate)
-    return exact_numbers(values, name, locate).over_one_denominator() if floats is None else (floats, 1)
+    return exact_numbers(values, name, locate, kind).over_one_denominator() if floats is None else (floats, 1)
 
 
 def float_numbers(values: list[Any] | NDArray[np.int64], name: str, locate: Locate) -> NDArray[np.float64] | None:
@@ -235,12 +236,16 @@ def float_numbers(values: list[Any] | NDArray[np.int64], name: str, locate: Loca
     return floats
 
 
-def exact_numbers(values: list[Any] | NDArray[np.int64], name: str, locate: Locate) -> NumberColumn:
-    """Numbers of a column, each exactly as it is. Negative numbers are an error."""
+def exact_numbers(values: list[Any] | NDArray[np.int64], name: str, locate: Locate, kind: NumberKind = "amount") -> NumberColumn:
+    """Numbers of a column, each exactly as it is. Negative numbers are an error, and so are texts that could be two numbers."""
     if isinstance(values, np.ndarray):
         return NumberColumn(values, np.zeros_like(values), np.ones_like(values))
     texts = values if set(map(type, values)) == {str} else list(map(number_text, values))
     column, left = NumberColumn.of_texts(texts)
+    if _unclear(column, [values[position] for position in left]):
+        plain = plain_numbers(name, values, locate, kind=kind)
+        if plain is not None:
+            return exact_numbers(plain, name, locate, "share")
     others: dict[int, tuple[int, int]] = {}
     cache: dict[tuple[type, Any], tuple[int, int]] = {}
     for position in left:
@@ -255,11 +260,20 @@ def exact_numbers(values: list[Any] | NDArray[np.int64], name: str, locate: Loca
                 if pair[0] < 0:
                     raise InputError(f"{shown(value)} is negative; numbers of at least 0 are accepted")
             except InputError as error:
-                raise InputError(f"column {shown(name)}, {locate(position)}: {error}") from None
+                raise InputError(f"column {shown(name)}, {locate(position)}: {error}{bears_sign(value)}") from None
             if key is not None:
                 cache[key] = pair
         others[position] = pair
     return replace(column, others=others)
+
+
+def _unclear(column: NumberColumn, left: Sequence[Any]) -> bool:
+    """Whether a look at each text is needed to say what its marks mean: all numbers of few decimals have three, or some have commas."""
+    if any(isinstance(value, str) and ("," in value or "." in value) for value in left):
+        return True
+    decimals = column.tops[column.powers < 0]
+    thousands = (decimals >= 1_000) & (decimals < 1_000_000) & (column.powers[column.powers < 0] == -3)
+    return bool(len(decimals)) and bool(thousands.all())
 
 
 def number_text(value: Any) -> str:

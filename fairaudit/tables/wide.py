@@ -363,7 +363,7 @@ def _counts(table: Any, name: str, wide: Wide, spelled: Callable[[str], str]) ->
         raise InputError(f"column {shown(name)}, {where(percent)}: {shown(values[percent])} is a percentage; {_shares(spelled)}")
     if percent is not None:
         values = [value.rstrip().removesuffix("%") if isinstance(value, str) else value for value in values]
-    found, scale = numbers(values, name, where)
+    found, scale = numbers(values, name, where, "amount" if wide.of is None else "share")
     exact = [Fraction(value) / scale for value in found.tolist()]
     broken = next((i for i, value in enumerate(exact) if wide.of is None and value.denominator > 1), None)
     if broken is not None:

@@ -231,7 +231,7 @@ NUMBERS = [
     ("0x10", "'0x10' is not a number"),
     ("1_000", "'1_000' is not a number"),
     ("1 000", "'1 000' is not a number"),
-    ('"1,000"', "'1,000' is not a number"),
+    ('"1,000"', "'1,000' may have a decimal comma or a thousands separator"),
     ("٣", "'٣' is not a number"),
     ("３", "'３' is not a number"),
     ("½", "'½' is not a number"),
@@ -467,10 +467,13 @@ def test_other_separators(bench: Bench) -> None:
 @pytest.mark.parametrize(
     ("numbers", "words"),
     [
-        (("1,234", "2", "3", "4"), ["column 'n', line 2: '1,234' may have a decimal comma or a thousands separator", "decimal point"]),
+        (
+            ("1,234", "2", "3", "4"),
+            ["column 'n', line 2: '1,234' may have a decimal comma or a thousands separator", "thousands=',' (--thousands ,) as 1234"],
+        ),
         (("2", "1,234", "3", "12,345,678"), ["column 'n', line 3: '1,234' may have a decimal comma"]),
-        (("1,5", "1.5", "3", "4"), ["column 'n', line 3: '1.5' has a decimal point", "'1,5' on line 2 a comma", "use one of the two"]),
-        (("1,234.5", "1", "3", "4"), ["column 'n', line 2: '1,234.5' has a decimal point"]),
+        (("1,5", "1.5", "3", "4"), ["column 'n', line 3: '1.5' has a decimal point", "'1,5' a comma", "use one of the two"]),
+        (("1,234.5", "1", "3", "4"), ["column 'n', line 2: '1,234.5' has a dot and a comma", "--thousands ,"]),
         (("1,2,3", "1,5", "3", "4"), ["column 'n', line 2: '1,2,3' is not a number"]),
         (("1,5", "a,b", "3", "4"), ["column 'n', line 3: 'a,b' is not a number"]),
     ],

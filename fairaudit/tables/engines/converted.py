@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import os
 import shutil
 import tempfile
@@ -18,13 +19,14 @@ from fairaudit.tables.csv import TOP, opened, title_rows, titled
 from fairaudit.tables.engines.paths import Form, form
 from fairaudit.tables.engines.request import Request
 from fairaudit.tables.label_text import label_text
+from fairaudit.tables.number_form import plain_numbers, unmistakable
 from fairaudit.tables.tally import refuse_loss
 from fairaudit.words import noun
 
 if TYPE_CHECKING:
     from fairaudit.tables.evaluations.samples import Format
 
-__all__ = ["converted", "format_of_file", "refuse_another_format"]
+__all__ = ["check_encoding", "converted", "format_of_file", "refuse_another_format"]
 
 BLOCK = 1 << 20
 MOST_INSIDE = 1000  # times the size of an archive that its file may have: more is a trap, not a table
@@ -152,7 +154,9 @@ def _copied(path: str, place: Path, request: Request) -> str:
         _refuse_log(inside, "unpack it first, and name what comes out")
         return _copied(inside, place / "inside", request)
     convert = CONVERSIONS.get(kind)
-    if convert is None and not request.skip:
+    if request.encoding is not None and kind not in ("csv", "utf-16", "zip"):
+        raise InputError(f"an encoding is that of a text that is not UTF-8; this is {kind}")
+    if convert is None and not request.skip and request.encoding is None:
         return path
     if request.table is not None and kind != "spreadsheet":
         raise InputError(f"a table is that of a database, or a sheet of a spreadsheet; this is {kind}")
@@ -162,6 +166,8 @@ def _copied(path: str, place: Path, request: Request) -> str:
         convert(path, copy, request)
         if kind == "utf-16":
             _refuse_log(str(copy), "save it as UTF-8 first")
+    elif request.encoding is not None:
+        _decoded(path, copy, request)
     elif kind == "csv":
         _below(path, copy, request.skip)
     else:
@@ -200,6 +206,39 @@ def _below(path: str, copy: Path, skip: int) -> None:
         shutil.copyfileobj(source, target, BLOCK)
 
 
+def _decoded(path: str, copy: Path, request: Request) -> None:
+    """The same text in UTF-8, of which the encoding was named."""
+    encoding, line = check_encoding(request.encoding or ""), 0
+    with opened(Path(path), {}) as source, copy.open("w", encoding="utf-8", newline="") as target:
+        try:
+            with io.TextIOWrapper(source, encoding=encoding, newline="") as lines:
+                for line, text in enumerate(lines):
+                    target.write("\n" if line < request.skip else text.removeprefix("\ufeff") if line == 0 else text)
+        except UnicodeError as error:
+            raise InputError(f"the text is not {encoding} (after line {line}: {error}); name the encoding in which it was saved") from None
+
+
+def check_encoding(name: str) -> str:
+    """Refuse an encoding that Python does not know, or that is not one of texts.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+
+    Examples
+    --------
+    >>> check_encoding("latin-1")
+    'latin-1'
+    """
+    try:
+        if "a,\n".encode(name).decode(name) == "a,\n" and "escape" not in name.lower():
+            return name
+    except (LookupError, UnicodeError, ValueError):
+        pass
+    raise InputError(f"the encoding {shown(name)} is not known; cp1252, latin-1, utf-16 or another that Python knows is accepted")
+
+
 def _from_utf16(path: str, copy: Path, request: Request) -> None:
     """The same text in UTF-8."""
     try:
@@ -227,7 +266,22 @@ def _from_spreadsheet(path: str, copy: Path, request: Request) -> None:
     if not filled:
         raise InputError("the sheet is empty; a header line and at least one row were expected")
     (sheet,) = filled.values()
-    _write(copy, sheet.to_python(skip_empty_area=False), request.skip)
+    _write(copy, _with_plain_numbers(sheet.to_python(skip_empty_area=False), request), request.skip)
+
+
+def _with_plain_numbers(rows: Sequence[Sequence[Any]], request: Request) -> Sequence[Sequence[Any]]:
+    """Cells of columns of numbers that are texts, with the numbers that they say; cells of numbers as texts that no mark makes unclear."""
+    top = next((place for place, row in enumerate(rows) if place >= request.skip and any(cell != "" for cell in row)), len(rows))
+    places = [place for place, cell in enumerate(rows[top] if top < len(rows) else ()) if cell in request.numeric]
+    found = [list(row) for row in rows] if places else rows
+    for place in places:
+        lines = [line for line in range(top + 1, len(rows)) if place < len(rows[line])]
+        held = [rows[line][place] for line in lines]
+        texts = [cell if isinstance(cell, str) else "" for cell in held]
+        plain = plain_numbers(str(rows[top][place]), texts, lambda at, lines=lines: f"line {lines[at] + 1}", request.form) or texts  # type: ignore[misc]
+        for line, cell, text in zip(lines, held, plain, strict=True):
+            found[line][place] = text if isinstance(cell, str) else unmistakable(cell)  # type: ignore[index]
+    return found
 
 
 def _from_statistics(path: str, copy: Path, request: Request) -> None:
@@ -243,7 +297,7 @@ def _from_statistics(path: str, copy: Path, request: Request) -> None:
         raise InputError("lines are skipped above the header of text and of spreadsheets; columns have names here")
     labels = about.variable_value_labels
     texts = [[labels[name].get(value, value) for value in held] if name in labels else held for name, held in columns.items()]
-    _write(copy, [list(columns), *zip(*texts, strict=True)], 0)
+    _write(copy, _with_plain_numbers([list(columns), *zip(*texts, strict=True)], request), 0)
 
 
 def _from_arrow(path: str, copy: Path, request: Request) -> None:

@@ -61,6 +61,7 @@ def read_log(
     most: int | None = None,
     by: Sequence[str] = (),
     skip: int = 0,
+    encoding: str | None = None,
     decision: str | None = None,
     group: str | Sequence[str] = (),
     unit: str | Sequence[str] = (),
@@ -103,6 +104,8 @@ def read_log(
         The columns for `read_parts` to keep together; if it cannot, all rows come back however many they are.
     skip : int
         How many lines stand above the header of a text or a spreadsheet.
+    encoding : str, optional
+        How the characters of a text are written, where that is not UTF-8: ``"cp1252"``, ``"latin-1"``.
     decision, group, unit : str or sequence of str
         Of an evaluation log: which of the columns is the decision, which are groups, and which the sampling unit.
     count : str, optional
@@ -143,6 +146,7 @@ def read_log(
         most=most,
         by=tuple(by),
         skip=skip,
+        encoding=encoding,
         decision=decision,
         group=names(group),
         unit=names(unit),
@@ -184,6 +188,8 @@ def counted_log(source: Source, request: Request, engine: Engine = "auto") -> Ta
     request.extraction.refuse("a frame")
     if request.skip:
         raise InputError("lines are skipped above the header of text and of spreadsheets, not of a frame")
+    if request.encoding:
+        raise InputError("an encoding is that of a text, not of a frame")
     found = tally_frame(source, request.columns, request.bins)
     if found is None:
         if hasattr(source, "columns"):
@@ -303,6 +309,7 @@ def survey_log(
     skip: int = 0,
     log_format: str | None = None,
     same_content: SameContent = "refuse",
+    encoding: str | None = None,
 ) -> Survey:
     r"""Look at every column of a log: its most common labels, how many different values there are, and how many labels are missing.
 
@@ -310,7 +317,7 @@ def survey_log(
     ----------
     source : path, sequence of paths, or URL
         What `read_log` reads, frames excepted.
-    engine, table, query, memory, report, skip, log_format, same_content
+    engine, table, query, memory, report, skip, log_format, same_content, encoding
         As for `read_log`.
 
     Returns
@@ -334,7 +341,8 @@ def survey_log(
     (3, [('hired', {'yes': 2, 'no': 1}, 0), ('sex', {'f': 2}, 1)])
     """
     extraction = extraction_of(log_format=log_format)
-    request = Request((), {}, table, query, memory, report, skip=skip, extraction=extraction, same_content=same_content)
+    where: dict[str, Any] = {"skip": skip, "encoding": encoding, "extraction": extraction, "same_content": same_content}
+    request = Request((), {}, table, query, memory, report, **where)
     _check(request, engine)
     found: Survey = _from_text(source, request, engine, "survey")
     if not found.rows:
@@ -349,6 +357,10 @@ def _check(request: Request, engine: Any) -> None:
         raise InputError("both a table and a query were given; give one")
     if request.skip < 0:
         raise InputError(f"{request.skip} lines above the header cannot be skipped; name a number from 0")
+    if request.encoding is not None:
+        from fairaudit.tables.engines.converted import check_encoding
+
+        check_encoding(request.encoding)
     if request.memory is not None and not re.fullmatch(r"[0-9]{1,6}(\.[0-9]+)? ?[KMGT]i?B", request.memory, re.IGNORECASE):
         raise InputError(f"the memory {shown(request.memory)} is not an amount such as 500MB or 2GB")
     if isinstance(engine, str) and engine not in ENGINES:
@@ -370,10 +382,9 @@ def _from_text(source: Any, request: Request, engine: Any, task: Task) -> Any:
     if kind in FAR:
         raise InputError(f"{source_name(sources[0])} is not on this machine; fetch the file, and name it where it is")
     database = kind in ("sqlite", "duckdb", "postgres", "postgresql") or "://" in sources[0]
-    if request.skip and (database or kind == "delta" or not isinstance(engine, str) or engine == "spark"):
-        raise InputError(
-            "lines are skipped above the header of text and of spreadsheets that are read here, by no database and not by Spark"
-        )
+    if (request.skip or request.encoding) and (database or kind == "delta" or not isinstance(engine, str) or engine == "spark"):
+        what = "lines are skipped above the header of text and of spreadsheets" if request.skip else "an encoding is that of texts"
+        raise InputError(f"{what} that are read here, by no database and not by Spark")
     if kind and database:
         request.extraction.refuse("a database")
         if len(sources) > 1:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, overload
@@ -50,7 +50,7 @@ class Lines(Sequence[int]):
         return line_of_row(self.path, position)
 
 
-def read_ordered(path: str, request: Request, numeric: Sequence[str]) -> CsvTable | None:
+def read_ordered(path: str, request: Request, numeric: Collection[str]) -> CsvTable | None:
     """Read columns of a delimited text as the CSV reader does; None if the text is for that reader.
 
     Parameters
@@ -59,7 +59,7 @@ def read_ordered(path: str, request: Request, numeric: Sequence[str]) -> CsvTabl
         The file.
     request : Request
         Which columns are wanted, and which of them holds counts; it is asked for nothing else but memory and progress.
-    numeric : sequence of str
+    numeric : collection of str
         Columns of numbers, of which there may be as many different ones as rows.
 
     Raises

@@ -10,6 +10,7 @@ from typing import Any, Literal, TypeVar
 from fairaudit.errors import InputError
 from fairaudit.tables.binning import Bins
 from fairaudit.tables.evaluations.extraction import NOTHING_ASKED, Extraction, Wanted
+from fairaudit.tables.number_form import PLAIN, NumberForm
 from fairaudit.tables.sources import SameContent
 from fairaudit.tables.sql import table_name
 
@@ -67,6 +68,12 @@ class Request:
         Whether evaluation logs are read; else they are refused.
     same_content : {"refuse", "accept"}
         What becomes of several files with the same content.
+    encoding : str or None
+        How the characters of a text are written, where that is not UTF-8.
+    form : NumberForm
+        How numbers are written in the texts of a spreadsheet; those of other tables are read later.
+    numeric : tuple of str
+        Which of the columns hold numbers.
     """
 
     columns: tuple[str, ...]
@@ -87,6 +94,9 @@ class Request:
     extraction: Extraction = NOTHING_ASKED
     evaluations: bool = True
     same_content: SameContent = "refuse"
+    encoding: str | None = None
+    form: NumberForm = PLAIN
+    numeric: tuple[str, ...] = ()
 
     @property
     def read(self) -> Literal["apart", "once"]:

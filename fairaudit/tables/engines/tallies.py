@@ -50,6 +50,7 @@ def tally(
     meanwhile: Callable[[], object] | None = None,
     skip: int = 0,
     same_content: SameContent = "refuse",
+    encoding: str | None = None,
 ) -> Tally:
     """Count the equal rows of a log, and write the counts to a file, so that this part of a longer log is never read again.
 
@@ -67,7 +68,7 @@ def tally(
         Numeric columns to cut into intervals at these edges; the file says so, and with it the certificate.
     count : str
         What the column of the counts is called.
-    engine, table, query, memory, report, meanwhile, skip, same_content
+    engine, table, query, memory, report, meanwhile, skip, same_content, encoding
         As for `read_log`. The file has the digests of the files that were counted, so that none of them is counted again beside it.
 
     Returns
@@ -102,7 +103,7 @@ def tally(
     if len({name.casefold() for name in (*wanted, count)}) < len(wanted) + 1:
         raise InputError(_alike(wanted, count))
     where = {"table": table, "query": query, "memory": memory, "report": report, "meanwhile": meanwhile, "skip": skip}
-    where |= {"same_content": same_content}
+    where |= {"same_content": same_content, "encoding": encoding}
     request = log_request(wanted, bins, **where, evaluations=False)
     files = _files(source)
     states, digests = _states(files), digests_of(files)

@@ -409,7 +409,8 @@ def test_a_cut_byte_order_mark_is_not_utf8(tmp_path: Path, capsys: pytest.Captur
     path.write_bytes(content)
     for more in ([], ["--engine", "duckdb"], ["--count", "c"] if len(command) > 1 else []):
         assert main([command[0], str(path), *command[1:], *more]) == 2
-        assert capsys.readouterr().err == f"fairaudit: {path}: line 1 is not UTF-8 (byte 0xef); save the file as UTF-8\n"
+        said = f"fairaudit: {path}: line 1 is not UTF-8 (byte 0xef); save the file as UTF-8, or name its encoding"
+        assert capsys.readouterr().err == f"{said}, such as encoding='cp1252' (--encoding cp1252)\n"
 
 
 @pytest.mark.parametrize("text", ["", ".", "a.", "a b; drop", 'a"b', '"a'])
