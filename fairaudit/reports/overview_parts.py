@@ -25,7 +25,7 @@ from fairaudit.model.law import Law
 from fairaudit.model.layout import Columns
 from fairaudit.model.utility import UtilityTable
 from fairaudit.reports.words import Value, clip, named, quotient
-from fairaudit.tables.preparation import Entry, said
+from fairaudit.tables.preparation import Entry, is_uncounted, said
 from fairaudit.words import approximate, noun, percent, plain
 
 if TYPE_CHECKING:
@@ -386,7 +386,8 @@ class Parts:
     def left_out(self) -> tuple[str, ...]:
         """What was left out, and why, in a few lines."""
         of_log = () if self.seen.lost is None else self.seen.lost.read
-        lines = [clip(plain(text), 600) for text in (*of_log, *said({"preparation": self.seen.preparation}))]
+        steps = sorted(self.seen.preparation, key=is_uncounted)  # first who is not in the figures: a screen may show no more
+        lines = [clip(plain(text), 600) for text in (*of_log, *said({"preparation": steps}))]
         reasons: dict[str, list[Mapping[str, Any]]] = {}
         for entry in self.seen.not_compared:
             reasons.setdefault(entry["reason"], []).append(entry)

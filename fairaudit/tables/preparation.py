@@ -19,6 +19,7 @@ __all__ = [
     "assumption",
     "in_order",
     "intervals",
+    "is_uncounted",
     "left_out",
     "level",
     "merged_labels",
@@ -284,7 +285,20 @@ def uncounted(about: Mapping[str, Any]) -> tuple[str, ...]:
     >>> uncounted({"preparation": entries})
     ("a number in column 'points' above 70 counts as 'above', any other as 'not above'",)
     """
-    return tuple(words(entry) for entry in about.get("preparation", ()) if entry["step"] in ("above", "intervals", "mapped", "folded"))
+    return tuple(words(entry) for entry in about.get("preparation", ()) if is_uncounted(entry))
+
+
+def is_uncounted(entry: Entry) -> bool:
+    """Whether an entry does not say how many decisions something was done to.
+
+    Examples
+    --------
+    >>> is_uncounted(above("points", Fraction(70)))
+    True
+    >>> is_uncounted(unread("unreadable", 12000))
+    False
+    """
+    return entry["step"] in ("above", "intervals", "mapped", "folded")
 
 
 def parted(entry: Mapping[str, Any]) -> Entry:

@@ -319,3 +319,14 @@ def test_a_report_of_a_log_to_which_nothing_was_done_says_nothing() -> None:
     certificate = fa.certify(law, {"yes": 1}).certificate
     assert not {"preparation", "spellings"} & certificate.document["subject"].keys()
     assert "Before it was counted" not in markdown(certificate.document)
+
+
+def test_what_was_left_out_stands_before_what_was_cut(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Three columns in intervals fill the lines of the first screen: who is not in the figures must stand above them."""
+    path = tmp_path / "log.csv"
+    rows = [f"{'yes' if i % 3 else 'no'},{25 + i % 30},{20 + i % 7},{'' if i % 10 == 0 else 60 + i % 17}" for i in range(60)]
+    path.write_text("ill,age,weight,pressure\n" + "\n".join(rows) + "\n")
+    columns = ("--decision", "ill", "--group", "age:30,40", "--context", "weight:23,25,pressure:70", "--utility", "yes")
+    assert run("certify", path, *columns, "--missing", "drop") == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "As read: 6 of 60 decisions have a missing label and were left out ('pressure': 6; by group: " in said
