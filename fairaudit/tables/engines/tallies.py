@@ -17,9 +17,11 @@ from fairaudit.exact.rationals import Number
 from fairaudit.files import write_atomically
 from fairaudit.tables.binning import Bins
 from fairaudit.tables.columns import label_codes
+from fairaudit.tables.csv import layout
 from fairaudit.tables.engines.contents import digests_of
 from fairaudit.tables.engines.logs import Engine, counted_log, log_request
-from fairaudit.tables.engines.paths import expand
+from fairaudit.tables.engines.nested import columns_of
+from fairaudit.tables.engines.paths import expand, form
 from fairaudit.tables.engines.request import Report, Request
 from fairaudit.tables.engines.tally_files import KEY, Said
 from fairaudit.tables.sources import SameContent, Source, is_database, source_name
@@ -67,7 +69,7 @@ def tally(
     bins : mapping of str to sequence of number, optional
         Numeric columns to cut into intervals at these edges; the file says so, and with it the certificate.
     count : str
-        What the column of the counts is called.
+        What the column of the counts is called; none of the log may be called so.
     engine, table, query, memory, report, meanwhile, skip, same_content, encoding
         As for `read_log`. The file has the digests of the files that were counted, so that none of them is counted again beside it.
 
@@ -108,6 +110,7 @@ def tally(
     files = _files(source)
     states, digests = _states(files), digests_of(files)
     found = counted_log(source, request, engine)
+    _refuse_counts(source, files, request, count)
     if _states(files) != states:
         raise InputError(f"{source_name(source)} changed while it was counted; count it when nobody writes there")
     made, said = _of_texts(found, count)
@@ -122,6 +125,39 @@ def _files(source: Source) -> list[str]:
     names_ = [os.fspath(name) for name in named if isinstance(name, (str, os.PathLike))]
     listed = expand([name for name in names_ if not is_database(name) or os.path.exists(name)])  # noqa: PTH110
     return [path for path in listed if os.path.isfile(path)]  # noqa: PTH113
+
+
+def _refuse_counts(source: Source, files: Sequence[str], request: Request, count: str) -> None:
+    """Refuse a log that has a column of the name of the counts already: if it holds counts, they would be ignored.
+
+    Raises
+    ------
+    InputError
+        If the columns can be known without reading the log, and this is one of them.
+    """
+    for name, columns in ((source_name(path), _columns_of(path, request)) for path in files) if files else (("the table", _held(source)),):
+        for column in columns:
+            if column.casefold() == count.casefold():
+                raise InputError(
+                    f"{name} has a column {shown(column)}, and a tally counts each row once, whatever stands there; if it holds counts, "
+                    "certify the table itself with that column as its count, else call the counts otherwise with count (--count NAME)"
+                )
+
+
+def _columns_of(path: str, request: Request) -> Sequence[str]:
+    """The columns of a file whose beginning or end names them; none where only its reader knows them."""
+    kind = form(path)
+    if kind == "parquet":
+        return [*columns_of(path, request)]
+    try:
+        return layout(path).columns if kind == "csv" and not request.skip else ()
+    except InputError:
+        return ()  # which the reader says
+
+
+def _held(source: Source) -> Sequence[str]:
+    whole = hasattr(source, "__len__")  # and not a query that is still to be run
+    return [name for name in getattr(source, "columns", ()) if isinstance(name, str)] if whole else []
 
 
 def _states(files: Sequence[str]) -> list[tuple[int, int]]:

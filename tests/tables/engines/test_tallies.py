@@ -7,6 +7,7 @@ import sqlite3
 from contextlib import closing
 from datetime import date
 from decimal import Decimal
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -213,7 +214,7 @@ def test_wrong_uses_are_one_sentence(tmp_path: Path) -> None:
         (["u", "a", "n"], {}, "'n' is a column of the log, and would be that of the counts; call them otherwise with count"),
         (["u", "A", "a"], {}, "the columns 'A' and 'a' differ in capitals alone"),
         (["u", "a", "a"], {}, "the column 'a' is named twice"),
-        (["u", "b"], {}, "there is no column 'b'"),
+        (["u", "b"], {"count": "m"}, "there is no column 'b'"),
         (["u", "a"], {"bins": {"b": [1]}}, "intervals were given for column 'b'"),
     ):
         with pytest.raises(fa.InputError, match=said):
@@ -271,6 +272,27 @@ def test_whatever_reads_a_tally_or_a_copy_of_it_does_not_take_its_rows_for_decis
             fa.audit(several, **ASKED | {"utility": "yes"})
     assert main(["inspect", str(part)]) == 2
     assert "is a tally of the columns 'a', 'u'; certify takes it with count (--count n)" in capsys.readouterr().err
+
+
+def test_a_log_that_holds_counts_is_not_counted_by_rows(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A table of counts, one row a cell: counted by rows, all groups would be alike."""
+    (tmp_path / "cells.csv").write_text("hair;eye;sex;Freq\nred;blue;f;7\nred;brown;f;30\nred;blue;m;10\nred;brown;m;24\n")
+    frame_ = pd.read_csv(tmp_path / "cells.csv", sep=";")
+    frame_.to_parquet(tmp_path / "cells.parquet")
+    new = tmp_path / "new.parquet"
+    said = "has a column 'Freq', and a tally counts each row once"
+    for source in (tmp_path / "cells.csv", [tmp_path / "cells.parquet"], frame_):
+        with pytest.raises(fa.InputError, match=said):
+            fa.tally(source, new, ["eye", "sex"], count="freq")
+    words = ["--decision", "eye", "--group", "sex", "--count", "Freq"]
+    assert main(["tally", str(tmp_path / "cells.csv"), *words, "-o", str(new)]) == 2
+    assert said in capsys.readouterr().err
+    assert main(["certify", str(tmp_path / "cells.csv"), *words, "--utility", "blue", "--keep", str(new)]) == 2
+    assert said in capsys.readouterr().err
+    assert not new.exists()
+    assert fa.tally(tmp_path / "cells.csv", new, ["eye", "sex"]).rows == 4
+    result = fa.audit(tmp_path / "cells.csv", decision="eye", group="sex", count="Freq", utility="blue")
+    assert result.global_.ratio == Fraction(10, 34) / Fraction(7, 37)
 
 
 def test_a_label_that_could_be_two_values_is_refused(tmp_path: Path) -> None:
