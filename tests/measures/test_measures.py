@@ -3,19 +3,30 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from itertools import permutations
 from math import inf
+from random import Random
 from typing import Any
 
 import numpy as np
 import oracle
 import pytest
+import tiers
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from fairaudit import Law, Utility, certify
 from fairaudit.measures.distances import demographic_parity, equalized_odds, most_unequal_distances
 from fairaudit.measures.expectations import least_expectation
-from fairaudit.measures.ratios import global_fairness, global_supremum, local_fairness, local_supremum, most_unequal_ratios
+from fairaudit.measures.ratios import (
+    Ratio,
+    global_fairness,
+    global_supremum,
+    local_fairness,
+    local_supremum,
+    most_unequal_contexts,
+    most_unequal_ratios,
+)
 from fairaudit.testing import laws, utilities
 
 
@@ -367,3 +378,29 @@ def test_floats_that_look_equal_may_differ() -> None:
     plain = oracle.plain(law, Utility({"yes": 1}))
     assert local_fairness(law, Utility({"yes": 1}).on(law)).ratio == oracle.local(plain)[0] > 1
     assert equalized_odds(law).value == oracle.equalized_odds(plain)[0] > 0
+
+
+def test_ranks_are_those_of_all_pairs_also_among_zeros_and_ties() -> None:
+    """Groups of which many get nothing, and ratios that many pairs share: the first in the order of the table count."""
+    pick = Random(tiers.fresh(5))
+    for _ in range(tiers.size(300, 1500)):
+        shape = (pick.choice((1, 1, 2, 3)), pick.choice((2, 5, 9, 40)))
+        yes = [[pick.choice((0, 0, 0, 1, 2, 4)) for _ in range(shape[1])] for _ in range(shape[0])]
+        times = [[pick.choice((1, 1, 3)) for _ in range(shape[1])] for _ in range(shape[0])]
+        weights = [[[k * n, (4 - k) * n] for k, n in zip(*rows, strict=True)] for rows in zip(yes, times, strict=True)]
+        law, count = Law.from_array(weights, kind="counts", decisions=["yes", "no"]), pick.choice((1, 2, 3, 7))
+        table = Utility({"yes": 1}).on(law)
+        places = [
+            (-inf if not row[low] else -Fraction(row[high], row[low]), x, high, low)
+            for x, row in enumerate(yes)
+            for high, low in permutations(range(len(row)), 2)
+            if row[high] > row[low]
+        ]
+
+        def named(found: tuple[Ratio, ...]) -> list[tuple[object, ...]]:
+            return [(-r.ratio, *(int(*of.values()) for of in (r.witness.context or {}, r.witness.higher, r.witness.lower))) for r in found]
+
+        found = most_unequal_ratios(law, table, count, within_context=True)
+        assert named(found) == sorted(places)[:count] if places else found[0].ratio == 1
+        first = [min(own) for x in range(len(yes)) if (own := [place for place in places if place[1] == x])]
+        assert named(most_unequal_contexts(law, table, count)) == sorted(first)[:count]
