@@ -9,7 +9,6 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
-import tiers
 from assumptions import complete
 from certificate_changes import put
 from plain_certificates import INF, checker, text
@@ -86,7 +85,7 @@ def claims_of(p: Policy, pick: random.Random) -> Iterator[dict[str, Any]]:
 
 def certificate(seed: int) -> dict[str, Any]:
     """A true certificate of a random policy, of which T13 claims all that it can."""
-    p, pick = Policy(tiers.fresh(seed)), random.Random(tiers.fresh(f"over policies {seed}"))
+    p, pick = Policy(seed), random.Random(f"over policies {seed}")
     if pick.random() < 0.8:
         declare(p, seed)
     if pick.random() < 0.6:

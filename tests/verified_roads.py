@@ -284,7 +284,7 @@ def of_policy(seed: int) -> bytes:
 
 
 def of_other_policies(seed: int) -> bytes:
-    return as_bytes(over_policies.certificate(seed))
+    return as_bytes(over_policies.certificate(tiers.fresh(seed)))
 
 
 def of_writer(seed: int) -> bytes:

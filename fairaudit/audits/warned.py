@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -190,7 +191,7 @@ def _cells(source: Source, reading: Reading) -> dict[str, list[str]]:
     from fairaudit.audits.reading import read_table
     from fairaudit.tables.engines.logs import survey_log
 
-    access = reading.access
+    access = replace(reading.access, engine="auto")  # which starts nothing for a small file
     names: list[str] = []
     if not isinstance(source, (str, os.PathLike, list, tuple)):
         whole = hasattr(source, "__len__") or hasattr(source, "num_rows")  # and not a query that is still to be run
