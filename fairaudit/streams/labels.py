@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any
@@ -62,6 +62,10 @@ class LabelResolver:
         if not isinstance(found, str) and found[0] not in self._cells and len(self._cells) >= MAX_CELLS:
             return f"more than {MAX_CELLS} combinations of context and group"
         return found
+
+    def room_for(self, new: Collection[tuple[Label, Label]]) -> bool:
+        """Whether cells that were not counted yet can all be."""
+        return len(self._cells) + len(new) <= MAX_CELLS
 
     def group(self, key: tuple[Any, ...]) -> Label | None:
         """The group of a line, whatever else it lacks; None if one of its labels is missing or is none."""

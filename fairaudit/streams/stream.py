@@ -6,7 +6,7 @@ import contextlib
 import json
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, replace
 from fractions import Fraction
 from typing import Any
@@ -133,6 +133,7 @@ class Monitor:
         self._pending: dict[int, Counts] = {}
         self._uncounted: Counter[Any] = Counter()
         self._known: set[Any] = set()
+        self._new_cells: set[tuple[Label, Label]] = set()
         self._truth: tuple[bool, ...] = ()
         self._new_alarms: list[dict[str, Any]] = []
         self.events = self.total.events
@@ -420,17 +421,28 @@ class Monitor:
             if self._decoder.truth != self._truth:  # 1 and true are equal keys, and different labels
                 self._flush()
                 self._truth = self._decoder.truth
-            if not any(
-                isinstance(self._labels.resolve(key), str)
-                for key in batch.counts
-                if key not in self._known  # in order of appearance
-            ):
+            if self._countable(batch.counts):
                 self._known.update(batch.counts)
                 self._uncounted.update(batch.counts)
                 return
             batch = self._decoder.batch(data, line, itemise=True)
         self._flush()
         self._take_rows(batch, data, line)
+
+    def _countable(self, keys: Iterable[Key]) -> bool:
+        """Whether every line of a chunk can be counted, besides those that were gathered before."""
+        new = set(self._new_cells)
+        for key in keys:  # in order of appearance
+            if key not in self._known:
+                what = self._labels.resolve(key)
+                if isinstance(what, str):
+                    return False
+                if what[0] not in self.total.order:
+                    new.add(what[0])
+        if not self._labels.room_for(new):
+            return False
+        self._new_cells = new
+        return True
 
     def _flush(self) -> None:
         """Count what was gathered from chunks that were decoded as a whole."""
@@ -440,6 +452,7 @@ class Monitor:
                 self._count(*what, n)
         self._uncounted.clear()
         self._known.clear()
+        self._new_cells.clear()
 
     def _take_header(self, data: bytes, line: int) -> tuple[bytes, int]:
         if line == 1:

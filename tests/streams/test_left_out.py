@@ -15,7 +15,8 @@ import pytest
 from envelopes import result_of
 
 from fairaudit.cli import main
-from fairaudit.streams import left_out
+from fairaudit.streams import labels as resolver
+from fairaudit.streams import left_out, tail
 from fairaudit.streams.left_out import LeftOut
 from fairaudit.streams.settings import Settings
 from fairaudit.streams.state import State
@@ -230,3 +231,18 @@ def test_screen_lists_the_groups_that_lost_most() -> None:
     assert said.startswith("g=8 9 (5 counted), g=7 8 (0 counted), ")
     assert said.endswith("g=3 4 (0 counted), other groups 6") and said.count("g=") == left_out.SHOWN
     assert not left_out.said(found.entry(["g"], {}), "dead_letters")
+
+
+@pytest.mark.parametrize("chunk", [40, 1_000, 200_000])
+def test_lines_of_more_cells_than_are_held_are_said_and_not_lost(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, chunk: int) -> None:
+    """Also where cells come to be too many among lines that were gathered and not counted yet."""
+    monkeypatch.setattr(resolver, "MAX_CELLS", 10)
+    monkeypatch.setattr(tail, "CHUNK", chunk)
+    rng = random.Random(chunk)
+    drawn = [str(rng.randrange(k // 10 + 1)) for k in range(300)]
+    first = list(dict.fromkeys(drawn))[:10]
+    settings = Settings(group=("sex",), decision="answer", utility={"yes": "1"})
+    found = read(written(tmp_path / "log", [{"sex": sex, "answer": "yes"} for sex in drawn], settings), settings)
+    assert found.total.by_group() == Counter((sex,) for sex in drawn if sex in first)
+    assert lost_of(found.left_out) == Counter(((sex,), "dead") for sex in drawn if sex not in first)
+    assert found.events + found.tally["dead"] == len(drawn)
