@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from typing import TYPE_CHECKING
@@ -67,14 +68,15 @@ def looked_at(arguments: argparse.Namespace) -> tuple[Survey, list[Column], Role
     comma = any("separated by" in note for note in survey.notes)
     if survey.samples is not None:
         return survey, [_look(seen, decimal_comma=False) for seen in survey.columns], roles_of_samples(survey, survey.samples)
-    roles = _wide(arguments, survey, decimal_comma=comma)
-    roles = roles or proposed(survey.columns, survey.rows, decimal_comma=comma, lexicon=lexicon_of(arguments))
+    lexicon = lexicon_of(arguments)
+    roles = _wide(arguments, survey, decimal_comma=comma, lexicon=lexicon)
+    roles = roles or proposed(survey.columns, survey.rows, decimal_comma=comma, lexicon=lexicon)
     if said:
         roles = replace(roles, said=(said, *roles.said))
     return survey, [_look(seen, decimal_comma=comma) for seen in survey.columns], roles
 
 
-def _wide(arguments: argparse.Namespace, survey: Survey, *, decimal_comma: bool) -> Roles | None:
+def _wide(arguments: argparse.Namespace, survey: Survey, *, decimal_comma: bool, lexicon: Sequence[str]) -> Roles | None:
     """What columns of counts there are in a small table; it is read as a whole, because counts and totals stand beside each other."""
     from fairaudit.audits.reading import read_table
     from fairaudit.audits.wide_roles import ROWS, wide_roles
@@ -88,7 +90,8 @@ def _wide(arguments: argparse.Namespace, survey: Survey, *, decimal_comma: bool)
     names = [seen.name for seen in survey.columns]
     try:
         table = read_table(arguments.table, names, {}, (), access_of(arguments))
-        return wide_roles({name: [label_text(value) or "" for value in column(table, name)] for name in names}, decimal_comma=decimal_comma)
+        cells = {name: [label_text(value) or "" for value in column(table, name)] for name in names}
+        return wide_roles(cells, decimal_comma=decimal_comma, lexicon=lexicon)
     except InputError:
         return None
 
