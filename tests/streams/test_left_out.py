@@ -40,7 +40,7 @@ def lines(number: int, seed: int) -> list[Line]:
     for k in range(number):
         group = {"sex": rng.choice("fm"), "origin": rng.choice(["1", "2", "é"])}
         line = {"job": rng.choice(["cook", "clean"]), **group, "answer": rng.choice(["yes", "no", "later"]), "t": "200"}
-        line["id"] = f"{sorted(group.values())} {rng.randrange(number) if rng.random() < 0.3 else f'new {k}'}"
+        line["id"] = f"{sorted(group.values())} {rng.randrange(20) if rng.random() < 0.3 else f'new {k}'}"
         fault = rng.choice([*COLUMNS, "early", "future", "broken", *[None] * 18])
         if fault in COLUMNS:
             line[fault] = ""
