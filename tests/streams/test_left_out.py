@@ -147,7 +147,7 @@ def test_of_many_groups_those_with_short_names_are_held_in_whatever_order(monkey
     monkeypatch.setattr(left_out, "GROUPS", 5)
     rng = random.Random(seed)
     drawn = [(str(rng.randrange(30)), rng.choice("xy")) for _ in range(300)] + [("long" * 100, "z")] * 3
-    lost = Counter((group, rng.choice(["dead", "repeats"])) for group in drawn)
+    lost = Counter((group, rng.choice(["dead", "repeats"])) for group in [*drawn, *[None] * 30])
     names = sorted({group for group in drawn if group[1] != "z"}, key=lambda group: (len(group[0]), group))[:5]
     found = []
     for _ in range(3):
@@ -161,12 +161,14 @@ def test_of_many_groups_those_with_short_names_are_held_in_whatever_order(monkey
         found.append(whole.kept())
         for why in ("dead", "repeats"):
             assert {group: whole.groups[group][why] for group in names} == {group: lost[group, why] for group in names}
-            assert whole.other[why] == sum(n for (group, reason), n in lost.items() if reason == why and group not in names)
+            assert whole.other[why] == sum(n for (group, reason), n in lost.items() if reason == why and group not in [*names, None])
+            assert whole.unknown[why] == lost[None, why]
         after, later = whole.since(earlier), Counter(adding[151:])
         assert {(group, why): n for group in names for why, n in after.groups[group].items()} == {
             at: n for at, n in later.items() if at[0] in names
         }
-        assert after.other.total() == sum(n for (group, _), n in later.items() if group not in names)
+        assert after.other.total() == sum(n for (group, _), n in later.items() if group not in [*names, None])
+        assert after.unknown == Counter({why: n for (group, why), n in later.items() if group is None})
     assert len(whole.groups) == 5 and found[0] == found[1] == found[2]
 
 
@@ -220,6 +222,14 @@ def test_a_group_is_read_where_the_path_of_another_column_leads_nowhere(tmp_path
     ]
     found = read(written(tmp_path / "log", listed, settings), settings).left_out
     assert lost_of(found) == Counter({(("f",), "dead"): 2, (("1.5",), "dead"): 1, (None, "dead"): 2})
+
+
+def test_a_group_with_a_long_name_is_one_of_the_others() -> None:
+    """Of whatever size a label is, the state stays small."""
+    found = LeftOut()
+    for length in (100, 101):
+        found.add("dead", ("x" * 100, "y" * length))
+    assert found.kept() == {"groups": [[["x" * 100, "y" * 100], {"dead": 1}]], "other": {"dead": 1}, "unknown": found.unknown}
 
 
 def test_screen_lists_the_groups_that_lost_most() -> None:
