@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from fairaudit.audits.column_names import AGES, BAD, GOOD, HARM, ORIGINS, RUNNING, SEXES, YES, named, says
-from fairaudit.audits.roles import Roles, as_number, people
+from fairaudit.audits.roles import UNNAMED, Roles, as_number, people
 from fairaudit.tables.engines.survey import Seen
 from fairaudit.tables.label_meaning import looking_undecided
 from fairaudit.tables.wide import Wide, is_total
@@ -51,13 +51,15 @@ class _Part:
         return all(value.denominator == 1 for value in self.values)
 
 
-def wide_roles(cells: Mapping[str, Sequence[str]]) -> Roles | None:
+def wide_roles(cells: Mapping[str, Sequence[str]], *, lexicon: Sequence[str] = ()) -> Roles | None:
     """Guess which columns count what.
 
     Parameters
     ----------
     cells : mapping of str to sequence of str
         The whole table, as texts.
+    lexicon : sequence of str
+        Labels that look undecided besides those known.
 
     Returns
     -------
@@ -78,7 +80,7 @@ def wide_roles(cells: Mapping[str, Sequence[str]]) -> Roles | None:
     parts = [part for name in cells if (part := _part(name, cells[name])) is not None]
     if len(parts) < 2:
         return None
-    return _in_headers(cells, parts) or _in_rows(cells, parts)
+    return _in_headers(cells, parts, lexicon) or _in_rows(cells, parts, lexicon)
 
 
 def _part(name: str, column: Sequence[str]) -> _Part | None:
@@ -100,7 +102,7 @@ def _words(name: str) -> list[str]:
     return [word for word in re.split(r"[^\w%]+|_", apart.lower()) if word]
 
 
-def _in_headers(cells: Mapping[str, Sequence[str]], parts: list[_Part]) -> Roles | None:
+def _in_headers(cells: Mapping[str, Sequence[str]], parts: list[_Part], lexicon: Sequence[str]) -> Roles | None:
     """Where each group has columns of its own."""
     groups = list(dict.fromkeys(part.group for part in parts if part.group))
     if len(groups) < 2:
@@ -108,7 +110,7 @@ def _in_headers(cells: Mapping[str, Sequence[str]], parts: list[_Part]) -> Roles
     held = {(part.stem, part.group): part for part in parts if part.group}
     stems = [stem for stem in dict.fromkeys(part.stem for part in parts) if all((stem, group) in held for group in groups)]
     of = {group: [held[stem, group] for stem in stems] for group in groups}
-    chosen = _chosen(of[groups[0]])
+    chosen = _chosen(of[groups[0]], lexicon)
     if chosen is None:
         return None
     outcomes, whole = chosen
@@ -123,13 +125,13 @@ def _in_headers(cells: Mapping[str, Sequence[str]], parts: list[_Part]) -> Roles
     contexts = _labels(cells, rest)
     kind = "gender" if re.fullmatch(SEXES, groups[0]) else "origin" if re.fullmatch(ORIGINS, groups[0]) else "age group"
     names = tuple(seen.name for seen in contexts if seen.different >= 2)[:2]
-    return _roles(Wide(counts, totals), (kind,), names, missing=any(seen.missing for seen in contexts if seen.name in names))
+    return _roles(Wide(counts, totals), (kind,), names, lexicon, missing=any(seen.missing for seen in contexts if seen.name in names))
 
 
-def _in_rows(cells: Mapping[str, Sequence[str]], parts: list[_Part]) -> Roles | None:
+def _in_rows(cells: Mapping[str, Sequence[str]], parts: list[_Part], lexicon: Sequence[str]) -> Roles | None:
     """Where each group has rows of its own."""
     parts = [_Part(part.name, "", " ".join(_words(part.name)), part.values) for part in parts]
-    chosen = _chosen(parts)
+    chosen = _chosen(parts, lexicon)
     if chosen is None:
         return None
     outcomes, whole = chosen
@@ -144,13 +146,13 @@ def _in_rows(cells: Mapping[str, Sequence[str]], parts: list[_Part]) -> Roles | 
     counts = tuple((part.name, "", part.name) for part in outcomes)
     if _fit(outcomes, whole):
         wide = Wide(counts, (("", whole.name),) if whole is not None else ())
-        return _roles(wide, groups, contexts, missing=missing)
+        return _roles(wide, groups, contexts, lexicon, missing=missing)
     most = max(value for part in outcomes for value in part.values)
     if whole is None or most > 100 or len(outcomes) > 1:
         return None
     of = Fraction(1 if most <= 1 else 100)
     said = _why(outcomes[0], whole, of)
-    return _roles(Wide(counts, (), of), groups, contexts, weight=whole.name, said=(said,), missing=missing)
+    return _roles(Wide(counts, (), of), groups, contexts, lexicon, weight=whole.name, said=(said,), missing=missing)
 
 
 def _why(part: _Part, whole: _Part, of: Fraction) -> str:
@@ -164,7 +166,7 @@ def _why(part: _Part, whole: _Part, of: Fraction) -> str:
     return f"the numbers in '{part.name}' {why}, so that they are taken for {what}; counts are not made of them"
 
 
-def _chosen(parts: list[_Part]) -> tuple[list[_Part], _Part | None] | None:
+def _chosen(parts: list[_Part], lexicon: Sequence[str]) -> tuple[list[_Part], _Part | None] | None:
     """The columns of decisions, and that of all of them if it is needed."""
     whole = next((part for part in parts if part.whole and part.counts), None)
     outcomes = [part for part in parts if not part.whole and not part.rate]
@@ -177,7 +179,13 @@ def _chosen(parts: list[_Part]) -> tuple[list[_Part], _Part | None] | None:
         return (said, None) if len(said) == 2 and len(outcomes) == 2 else None
     if not said:
         said = [part for part in parts if part.rate and not part.whole and _decides(part.stem)]
+    said.sort(key=lambda part: _undecided(part.stem, lexicon))
     return (said[:1], whole) if said else None
+
+
+def _undecided(label: str, lexicon: Sequence[str]) -> bool:
+    """Whether a label looks undecided, as it is or as its words."""
+    return bool(looking_undecided((label, " ".join(_words(label))), lexicon))
 
 
 def _decides(stem: str) -> bool:
@@ -221,15 +229,15 @@ def _roles(
     wide: Wide,
     group: tuple[str, ...],
     context: tuple[str, ...],
+    lexicon: Sequence[str],
     *,
     weight: str | None = None,
     said: tuple[str, ...] = (),
     missing: bool = False,
 ) -> Roles:
-    """The decision that is good for people, or a harm."""
+    """The decision that is good for people, or a harm; where all look undecided, a word in its place says that it is missing."""
     labels = list(dict.fromkeys(decision for decision, _, _ in wide.counts))
-    undecided = looking_undecided(labels)
-    labels = [label for label in labels if label not in undecided] or labels
+    labels = [label for label in labels if not _undecided(label, lexicon)]
     good = next(
         (label for label in labels if any(says(word, YES) or named(word, GOOD) for word in _words(label)) and not _negative(label)), None
     )
@@ -237,7 +245,8 @@ def _roles(
         (label for label in labels if any(says(word, HARM) or named(word, BAD) for word in _words(label)) and not _negative(label)), None
     )
     burden = good is None and harm is not None
-    return Roles("decision", good or harm or labels[0], burden, group, context, weight=weight, wide=wide, said=said, missing=missing)
+    counted = good or harm or next(iter(labels), UNNAMED)
+    return Roles("decision", counted, burden, group, context, weight=weight, wide=wide, said=said, missing=missing)
 
 
 def _negative(label: str) -> bool:

@@ -161,8 +161,9 @@ class _Dialogue:
             if roles.wide is not None
             else []
         )
-        default = roles.utility if roles.utility in labels else self.decided(labels)[0]
-        if len(labels) == 1:
+        decided = () if roles.wide is not None else self.decided(labels)
+        default = roles.utility if roles.utility in labels else next(iter(decided), "")
+        if len(labels) == 1 and default:
             return replace(roles, utility=default)
         bare = any(label.strip().isdigit() for label in labels)
         listed = ", ".join(plain(label) if bare else f"{place} {plain(label)}" for place, label in enumerate(labels[:20], 1))
@@ -180,11 +181,11 @@ class _Dialogue:
         return replace(roles, burden=answer == "harm")
 
     def decided(self, labels: Sequence[str]) -> Sequence[str]:
-        """The labels that do not look undecided, or all where each does."""
+        """The labels that do not look undecided."""
         from fairaudit.tables.label_meaning import looking_undecided
 
         undecided = looking_undecided(labels, self.lexicon)
-        return [label for label in labels if label not in undecided] or labels
+        return [label for label in labels if label not in undecided]
 
     def meaning(self, roles: Roles) -> Roles:
         """Whether labels that look undecided are."""

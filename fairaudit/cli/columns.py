@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from typing import TYPE_CHECKING
@@ -69,9 +69,10 @@ def looked_at(arguments: argparse.Namespace) -> tuple[Survey, list[Column], Role
         said = f"the first {lines} like a title ({title.group(1)}) and {'is' if arguments.skip == 1 else 'are'} skipped"
     if survey.samples is not None:
         return survey, [_look(seen, None) for seen in survey.columns], roles_of_samples(survey, survey.samples)
+    lexicon = lexicon_of(arguments)
     written = {seen.name: guessed(seen.levels) for seen in survey.columns}
     plainly = [_plainly(seen, written[seen.name]) for seen in survey.columns]
-    roles = _wide(arguments, survey) or proposed(plainly, survey.rows, lexicon=lexicon_of(arguments))
+    roles = _wide(arguments, survey, lexicon) or proposed(plainly, survey.rows, lexicon=lexicon)
     roles = _with_form(roles, {name: found for name, found in written.items() if found is not None})
     if said:
         roles = replace(roles, said=(said, *roles.said))
@@ -109,7 +110,7 @@ def _with_form(roles: Roles, forms: Mapping[str, Written]) -> Roles:
     return replace(roles, form=NumberForm(None, thousands, signs), said=tuple(said))
 
 
-def _wide(arguments: argparse.Namespace, survey: Survey) -> Roles | None:
+def _wide(arguments: argparse.Namespace, survey: Survey, lexicon: Sequence[str]) -> Roles | None:
     """What columns of counts there are in a small table; it is read as a whole, because counts and totals stand beside each other."""
     from fairaudit.audits.reading import read_table
     from fairaudit.audits.wide_roles import ROWS, wide_roles
@@ -126,7 +127,8 @@ def _wide(arguments: argparse.Namespace, survey: Survey) -> Roles | None:
         table = read_table(arguments.table, names, {}, {}, access_of(arguments))
         cells = {name: [label_text(value) or "" for value in column(table, name)] for name in names}
         plain = {name: found[1] for name, texts in cells.items() if (found := guessed(texts)) is not None and "%" not in found[0].signs}
-        return wide_roles({name: [plain[name][text] for text in texts] if name in plain else texts for name, texts in cells.items()})
+        written = {name: [plain[name][text] for text in texts] if name in plain else texts for name, texts in cells.items()}
+        return wide_roles(written, lexicon=lexicon)
     except InputError:
         return None
 

@@ -42,6 +42,13 @@ CONFOUNDS = "time confounds"
 
 ADVICE = "make the time (the hour, the month) a context, or go by the pairs in time"
 
+LEFT_OUT = {
+    "dead_letters": "could not be read",
+    "repeats": "repeats left out",
+    "before_since": "before --since",
+    "clock_went_back": "with a clock that went back",
+}
+
 HEADLINES = {
     "within": "WITHIN the targets",
     "exceeds": "EXCEEDS a target",
@@ -63,9 +70,13 @@ class Screen:
 
     def alarm(self, alarm: dict[str, Any]) -> Answer:
         """Say that a target is exceeded for the first time, or that a window contradicts the stream."""
+        from fairaudit.streams.left_out import LeftOut
+        from fairaudit.streams.subjects import alarm_counts
         from fairaudit.words import plain
 
         entry = {key: value for key, value in alarm.items() if not key.endswith(("order", "counts"))}
+        if "left_out" in alarm:
+            entry["left_out"] = LeftOut(alarm["left_out"]).entry(self.monitor.settings.group, alarm_counts(alarm).by_group())
         if "detected" in alarm:
             entry["readings"] = limit_readings("ratio", Fraction(alarm["limit"]))
             said = _detected(alarm)
@@ -153,6 +164,8 @@ class Screen:
             "before_since": monitor.tally["early"],
             "clock_went_back": monitor.tally["back"],
         }
+        if any(entry[name] for name in ("dead_letters", "repeats", "before_since")):
+            entry["left_out"] = monitor.left_out.entry(settings.group, monitor.total.by_group())
         if found.by_time is not None:
             paired = found.by_time
             entry["by_time"] = {
@@ -230,6 +243,7 @@ def _window(window: Mapping[str, Any]) -> str:
 
 
 def _lines(entry: dict[str, Any]) -> list[str]:
+    from fairaudit.streams.left_out import said as left_out_of
     from fairaudit.words import plain
 
     size = ", ".join(f"{entry[f'{what}s']} {noun(entry[f'{what}s'], what)}" for what in ("context", "group"))
@@ -262,9 +276,9 @@ def _lines(entry: dict[str, Any]) -> list[str]:
     for quantity, change in entry.get("change", {}).items():
         lines.append(f"  {quantity} ratio against the baseline: {change['verdict']} (at confidence {change['confidence']})")
     lines += [f"  {plain(radius['sentence'])} (the decisions so far)" for radius in entry.get("radii", ())]
-    counted = [(entry["dead_letters"], "could not be read"), (entry["repeats"], "repeats left out")]
-    counted += [(entry["before_since"], "before --since"), (entry["clock_went_back"], "with a clock that went back")]
-    lines += [f"  {n} {noun(n, 'line')} {what}" for n, what in counted if n]
+    for name, what in LEFT_OUT.items():
+        groups = left_out_of(entry["left_out"], name) if entry[name] and name != "clock_went_back" else ""
+        lines += [f"  {entry[name]} {noun(entry[name], 'line')} {what}{groups and f': {groups}'}"] if entry[name] else []
     return lines
 
 

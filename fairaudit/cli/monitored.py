@@ -67,6 +67,7 @@ def certify_state(arguments: argparse.Namespace) -> Answer:
     from fairaudit.errors import InputError
     from fairaudit.inference.levels import window_share
     from fairaudit.inference.time_pairs import TimePairs
+    from fairaudit.streams.left_out import LeftOut, said
     from fairaudit.streams.letters import reasons
     from fairaudit.streams.seasons import by_time
     from fairaudit.streams.state import State
@@ -81,7 +82,7 @@ def certify_state(arguments: argparse.Namespace) -> Answer:
     tally, alarms = state.get("tally", {}), state.alarms()
     part = state.counts(-tally["parts"]) if tally.get("parts") else None
     tallies = TimePairs(state.get("time_pairs")) if settings.pair_by_time else None
-    whole = counts
+    whole, lost = counts, LeftOut(state.get("left_out"), tally)
     state.close()
     if arguments.at_alarm:
         if not alarms:
@@ -98,11 +99,14 @@ def certify_state(arguments: argparse.Namespace) -> Answer:
         moment = changes[0]
         counts = alarm_counts(moment)
     confidence, dead = Fraction(settings.confidence), reasons(tally, moment)
+    if moment is not None:
+        lost = LeftOut(moment.get("left_out"), moment)
     detected = None if changes else next((alarm for alarm in reversed(alarms) if "changed" in alarm and part is not None), None)
     if detected is not None and part is not None:
         counts, confidence = part, 1 - (1 - confidence) * window_share(tally["parts"])
         last = next(alarm for alarm in reversed(alarms) if "detected" in alarm)
         dead = dict(Counter(dead) - Counter(reasons(tally, last)))
+        lost = lost.since(LeftOut(last.get("left_out"), last))
     if tallies is not None and not changes and detected is None:
         paired = by_time(settings, whole.order, tallies, subject(settings, whole, decisions))
         if paired.confounds:
@@ -132,5 +136,7 @@ def certify_state(arguments: argparse.Namespace) -> Answer:
         )
     if tallies is not None:
         notes.append("pairs in time are not part of a certificate: it takes means to be constant")
-    notes += [f"{tally[key]} {what}" for key, what in TALLIED if tally.get(key)]
+    amounts, by_group = tally | {"dead": sum(dead.values())}, said(lost.entry(settings.group, counts.by_group()), "dead_letters")
+    said_of = {"dead": f": {by_group}" if by_group else ""}
+    notes += [f"{amounts[key]} {what}{said_of.get(key, '')}" for key, what in TALLIED if amounts.get(key)]
     return certified(arguments, result, [], notes, stated)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any
@@ -63,6 +63,20 @@ class LabelResolver:
             return f"more than {MAX_CELLS} combinations of context and group"
         return found
 
+    def room_for(self, new: Collection[tuple[Label, Label]]) -> bool:
+        """Whether cells that were not counted yet can all be."""
+        return len(self._cells) + len(new) <= MAX_CELLS
+
+    def group(self, key: tuple[Any, ...]) -> Label | None:
+        """The group of a line, whatever else it lacks; None if one of its labels is missing or is none."""
+        first = len(self.settings.context)
+        try:
+            labels = [_text(value) for value in key[first : first + len(self.settings.group)]]
+        except InputError:
+            return None
+        found = tuple(text for text in labels if text is not None)
+        return found if len(found) == len(self.settings.group) else None
+
     def _resolve_anew(self, key: tuple[Any, ...]) -> Resolved | str:
         names = (*self.settings.context, *self.settings.group, self.settings.decision)
         labels = []
@@ -70,7 +84,7 @@ class LabelResolver:
             if isinstance(value, (list, dict)):
                 return f"column {shown(name)} holds no label"
             try:
-                text = label_text(json_number(str(value)) if isinstance(value, Decimal) else value)
+                text = _text(value)
             except InputError as error:
                 return f"column {shown(name)}: {error}"
             if text is None:
@@ -102,3 +116,8 @@ class LabelResolver:
             self.decisions.append((label, label))
             self._new.append((self._numbers[label], label, label))
         return self._numbers[label]
+
+
+def _text(value: Any) -> str | None:
+    """The text of a label as a line has it; None if it is missing."""
+    return label_text(json_number(str(value)) if isinstance(value, Decimal) else value)

@@ -24,6 +24,8 @@ __all__ = ["Batch", "Row", "decoder", "line_ends", "moment", "refuse_samples"]
 
 Key = tuple[Any, ...]
 
+Bad = tuple[int, str, Key]
+
 LABELS = 200  # that a column may have for a decoder that knows them: with more, looking them up costs what it saves
 
 RELEARN = 50  # times a decoder is made anew for labels that it did not know; a column of identifiers would have it made for ever
@@ -48,13 +50,13 @@ class Batch:
         How often each combination of context, group and decision occurred, in order of first appearance; used when `rows` is None.
     rows : list of Row or None
         The decisions one by one, if they are needed so.
-    bad : list of (int, str)
-        Lines that cannot be read, and why.
+    bad : list of (int, str, tuple)
+        Lines that cannot be read, why, and their labels as far as they can be read; empty where none can.
     """
 
     counts: Counter[Key] = field(default_factory=Counter)
     rows: list[Row] | None = None
-    bad: list[tuple[int, str]] = field(default_factory=list)
+    bad: list[Bad] = field(default_factory=list)
 
 
 class _Json:
@@ -134,7 +136,7 @@ class _Json:
                 types[place] = Literal[(None, *sorted(self.known[place]))]
         self.literal = _fast_decoder(self.labels, self.extra, types)
 
-    def _rows(self, data: bytes, line: int, rows: list[Row], bad: list[tuple[int, str]]) -> None:
+    def _rows(self, data: bytes, line: int, rows: list[Row], bad: list[Bad]) -> None:
         """Read lines one by one; a part that can be decoded as a whole is, so that one bad line among millions costs little."""
         found = self._fast(data)
         if found is not None:
@@ -149,24 +151,31 @@ class _Json:
         elif data.strip():
             self._single(data, line, rows, bad)
 
-    def _single(self, text: bytes, line: int, rows: list[Row], bad: list[tuple[int, str]]) -> None:
+    def _single(self, text: bytes, line: int, rows: list[Row], bad: list[Bad]) -> None:
         try:
             event = json.loads(text.decode("utf-8"), parse_float=Decimal, parse_constant=_refuse)
         except UnicodeDecodeError:
-            bad.append((line, "not UTF-8"))
+            bad.append((line, "not UTF-8", ()))
         except (ValueError, RecursionError, InvalidOperation):
-            bad.append((line, "not JSON"))
+            bad.append((line, "not JSON", ()))
         else:
             if not isinstance(event, dict):
-                bad.append((line, "not a JSON object"))
+                bad.append((line, "not a JSON object", ()))
                 return
-            try:
-                event |= {name: path.of(event) for name, path in self.paths.items() if name not in event}
-            except InputError as error:
-                bad.append((line, str(error)))
-                return
-            labels, extra = ([None if (v := event.get(name)) is ABSENT else v for name in names] for names in (self.labels, self.extra))
-            rows.append(Row(line, tuple(labels), tuple(extra)))
+            found, fault = dict(event), ""
+            for name, path in self.paths.items():
+                if name not in event:
+                    try:
+                        found[name] = path.of(event)
+                    except InputError as error:
+                        fault = fault or str(error)
+            labels, extra = (
+                tuple(None if (v := found.get(name)) is ABSENT else v for name in names) for names in (self.labels, self.extra)
+            )
+            if fault:
+                bad.append((line, fault, labels))
+            else:
+                rows.append(Row(line, labels, extra))
 
 
 def _path(name: str) -> Path | None:
@@ -288,13 +297,14 @@ class _Csv:
         try:
             rows = list(csv.reader([raw.decode("utf-8").rstrip("\r")], strict=True))
         except UnicodeDecodeError:
-            batch.bad.append((line, "not UTF-8"))
+            batch.bad.append((line, "not UTF-8", ()))
             return
         except csv.Error:
-            batch.bad.append((line, "not a row of CSV on one line"))
+            batch.bad.append((line, "not a row of CSV on one line", ()))
             return
         if len(rows) != 1 or len(rows[0]) != width:
-            batch.bad.append((line, f"{(found := len(rows[0]) if rows else 0)} {noun(found, 'value')} where the header has {width}"))
+            said = f"{(found := len(rows[0]) if rows else 0)} {noun(found, 'value')} where the header has {width}"
+            batch.bad.append((line, said, ()))
             return
         key = self.get(rows[0])
         if batch.rows is not None:

@@ -6,6 +6,7 @@ import hashlib
 import json
 import re
 import sqlite3
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -90,6 +91,13 @@ class Counts:
     def events(self) -> int:
         """Number of decisions."""
         return sum(self.n.values())
+
+    def by_group(self) -> Counter[Label]:
+        """Number of decisions of each group."""
+        groups, found = {rank: group for (_, group), rank in self.order.items()}, Counter[Label]()
+        for (rank, _), n in self.n.items():
+            found[groups[rank]] += n
+        return found
 
 
 class State:

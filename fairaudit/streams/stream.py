@@ -6,7 +6,7 @@ import contextlib
 import json
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, replace
 from fractions import Fraction
 from typing import Any
@@ -22,6 +22,7 @@ from fairaudit.inference.verdicts import Verdict, foremost_verdict
 from fairaudit.measures.limits import LIMITS, Quantity
 from fairaudit.streams.detection import Detectors
 from fairaudit.streams.labels import NO_VALUE, LabelResolver
+from fairaudit.streams.left_out import LeftOut, Why
 from fairaudit.streams.letters import MISSING, UNREADABLE, UNUSABLE, DeadLetters
 from fairaudit.streams.looks import (
     QUANTITIES,
@@ -35,7 +36,7 @@ from fairaudit.streams.looks import (
     target_verdict,
     withdrawn,
 )
-from fairaudit.streams.readers import Batch, Decoder, Row, decoder, moment, refuse_samples
+from fairaudit.streams.readers import Batch, Decoder, Key, Row, decoder, moment, refuse_samples
 from fairaudit.streams.seasons import by_time, compared, judged_by_time
 from fairaudit.streams.state import Counts, State
 from fairaudit.streams.subjects import Subject, subject
@@ -105,6 +106,7 @@ class Monitor:
             "under": {},
             "check": FIRST_CHECK,
         } | state.get("tally", {})
+        self.left_out = LeftOut(state.get("left_out"), self.tally)
         self._letters = self._open_letters(letters, place.letters)
         self.total, self.window = state.counts(), Counts()
         self._labels = LabelResolver(self.settings, state.decisions(), self.total.order)
@@ -131,6 +133,7 @@ class Monitor:
         self._pending: dict[int, Counts] = {}
         self._uncounted: Counter[Any] = Counter()
         self._known: set[Any] = set()
+        self._new_cells: set[tuple[Label, Label]] = set()
         self._truth: tuple[bool, ...] = ()
         self._new_alarms: list[dict[str, Any]] = []
         self.events = self.total.events
@@ -199,7 +202,7 @@ class Monitor:
         place = getattr(self, "_place", None)
         if place is None and not (self._new_alarms or self._pending):
             return
-        entries: dict[str, Any] = {"tally": self.tally}
+        entries: dict[str, Any] = {"tally": self.tally, "left_out": self.left_out.kept()}
         if self.settings.run_length:
             entries["detectors"] = self._detectors.kept()
         if self._time_pairs is not None:
@@ -392,6 +395,7 @@ class Monitor:
             "counts": [[rank, number, n] for (rank, number), n in self.total.n.items()],
             "dead": self.tally["dead"],
             "reasons": dict(self.tally["reasons"]),
+            "left_out": self.left_out.kept(),
         }
         self.alarms.append(alarm)
         self._new_alarms.append(alarm)
@@ -417,17 +421,28 @@ class Monitor:
             if self._decoder.truth != self._truth:  # 1 and true are equal keys, and different labels
                 self._flush()
                 self._truth = self._decoder.truth
-            if not any(
-                isinstance(self._labels.resolve(key), str)
-                for key in batch.counts
-                if key not in self._known  # in order of appearance
-            ):
+            if self._countable(batch.counts):
                 self._known.update(batch.counts)
                 self._uncounted.update(batch.counts)
                 return
             batch = self._decoder.batch(data, line, itemise=True)
         self._flush()
         self._take_rows(batch, data, line)
+
+    def _countable(self, keys: Iterable[Key]) -> bool:
+        """Whether every line of a chunk can be counted, besides those that were gathered before."""
+        new = set(self._new_cells)
+        for key in keys:  # in order of appearance
+            if key not in self._known:
+                what = self._labels.resolve(key)
+                if isinstance(what, str):
+                    return False
+                if what[0] not in self.total.order:
+                    new.add(what[0])
+        if not self._labels.room_for(new):
+            return False
+        self._new_cells = new
+        return True
 
     def _flush(self) -> None:
         """Count what was gathered from chunks that were decoded as a whole."""
@@ -437,6 +452,7 @@ class Monitor:
                 self._count(*what, n)
         self._uncounted.clear()
         self._known.clear()
+        self._new_cells.clear()
 
     def _take_header(self, data: bytes, line: int) -> tuple[bytes, int]:
         if line == 1:
@@ -448,23 +464,24 @@ class Monitor:
         return data, line
 
     def _take_rows(self, batch: Batch, data: bytes, line: int) -> None:
-        bad, lines = sorted(batch.bad, reverse=True), list[bytes]()
+        bad, lines = batch.bad[::-1], list[bytes]()
         if self.settings.event_id or self.settings.unit:
             self.state.begin()
 
-        def refuse(number: int, kind: str, reason: str) -> None:
+        def refuse(number: int, kind: str, reason: str, key: Key) -> None:
             if not lines:
                 lines.extend(data.split(b"\n"))
-            self._dead(number, kind, reason, lines[number - line])
+            self._dead(number, kind, reason, lines[number - line], self._labels.group(key))
 
         for row in batch.rows or ():
             while bad and bad[-1][0] < row.line:
-                refuse(bad[-1][0], UNREADABLE, bad.pop()[1])
+                number, reason, key = bad.pop()
+                refuse(number, UNREADABLE, reason, key)
             reason = self._take_row(row)
             if reason:
-                refuse(row.line, MISSING if reason.startswith(NO_VALUE) else UNUSABLE, reason)
-        for number, reason in reversed(bad):
-            refuse(number, UNREADABLE, reason)
+                refuse(row.line, MISSING if reason.startswith(NO_VALUE) else UNUSABLE, reason, row.key)
+        for number, reason, key in reversed(bad):
+            refuse(number, UNREADABLE, reason, key)
 
     def _take_row(self, row: Row) -> str:
         """Count one decision; say why if it cannot be."""
@@ -483,18 +500,15 @@ class Monitor:
             if when > time.time() + FUTURE:
                 return "the time lies more than a day in the future"
             if settings.since is not None and when < moment(settings.since):
-                self.tally["early"] += 1
-                return ""
+                return self._left_out("early", what[0])
             self._tick(when)
         if settings.event_id and not self.state.first_seen([f"event {identity!r}"])[0]:
-            self.tally["repeats"] += 1
-            return ""
+            return self._left_out("repeats", what[0])
         if settings.unit:
             if any(part is None or part == "" for part in extra):
                 return f"no unit in column {shown(settings.unit[[p is None or p == '' for p in extra].index(True)])}"
             if not self.state.first_seen([json.dumps(["unit", *map(str, extra), *what[0]])])[0]:
-                self.tally["repeats"] += 1
-                return ""
+                return self._left_out("repeats", what[0])
         self._line = row.line
         self._count(*what, 1)
         if self._time_pairs is not None:
@@ -502,6 +516,11 @@ class Monitor:
             self._time_pairs.take(cell[0], self.total.order[cell], self._value(decided))
         if self._detectors.running:
             self._detect(*what)
+        return ""
+
+    def _left_out(self, why: Why, cell: tuple[Label, Label]) -> str:
+        self.tally[why] += 1
+        self.left_out.add(why, cell[1])
         return ""
 
     def _tick(self, when: float) -> None:
@@ -577,8 +596,9 @@ class Monitor:
             self.log.file.close()
             raise
 
-    def _dead(self, line: int, kind: str, reason: str, text: bytes) -> None:
+    def _dead(self, line: int, kind: str, reason: str, text: bytes, group: Label | None = None) -> None:
         self.tally["dead"] += 1
+        self.left_out.add("dead", group)
         self.tally["reasons"][kind] = self.tally["reasons"].get(kind, 0) + 1
         if self._letters is not None:
             self._letters.write(line, reason, text)

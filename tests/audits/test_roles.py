@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fairaudit.audits.roles import Roles, proposed
+from fairaudit.audits.roles import UNNAMED, Roles, proposed
 from fairaudit.audits.wide_roles import wide_roles
 from fairaudit.tables.engines.survey import Seen
 from fairaudit.tables.wide import written_wide
@@ -215,6 +215,29 @@ def test_columns_of_counts_are_known_by_their_names_and_numbers(table: str) -> N
 def test_other_tables_are_no_tables_of_counts(cells: dict[str, str]) -> None:
     """A row for each person, several rows for a group, no decisions, nothing but totals, nothing."""
     assert wide_roles({name: texts.split() for name, texts in cells.items()}) is None
+
+
+@pytest.mark.parametrize(
+    ("header", "lexicon", "counted"),
+    [
+        ("decision_pending granted total", (), "granted"),
+        ("decision_pending total", (), UNNAMED),
+        ("DecisionPending NoDecision", (), UNNAMED),
+        ("granted denied", (), "granted"),
+        ("granted denied", ("Granted",), "denied"),
+        ("granted denied", ("granted", "denied"), UNNAMED),
+        ("men_granted men_denied women_granted women_denied", ("granted",), "denied"),
+        ("men_granted men_denied women_granted women_denied", ("granted", "DENIED"), UNNAMED),
+        ("men_granted men_total women_granted women_total", ("granted",), UNNAMED),
+    ],
+)
+def test_a_column_that_looks_undecided_is_never_what_counts(header: str, lexicon: tuple[str, ...], counted: str) -> None:
+    names = header.split()
+    cells = {"sex": ["f", "m"]} if not header.startswith("men") else {"dept": ["A", "B"]}
+    cells |= {name: ["30", "40"] if name.endswith("total") else [str(k + 3), str(k + 5)] for k, name in enumerate(names)}
+    found = wide_roles(cells, lexicon=lexicon)
+    assert found is not None and found.wide is not None
+    assert (found.utility, found.burden) == (counted, counted == "denied")
 
 
 @given(st.permutations(TABLES["a mortgage"][0]))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shlex
 import signal
 import subprocess
@@ -247,3 +248,13 @@ def test_a_label_that_looks_undecided_is_asked_about(answer: str, words: list[st
     command = command_in(said)
     assert command[2:] == ["--decision", "dec", "--group", "grp", "--count", "n", *words]
     assert "looks undecided" not in said and main(command) == 0
+
+
+@pytest.mark.parametrize("table", ["sex,hired\n" + "f,parked\nm,on ice\n" * 40, "sex,granted,total\nf,12,30\nm,15,40\n"])
+def test_where_all_labels_look_undecided_none_is_proposed(table: str, tmp_path: Path) -> None:
+    path, lexicon = tmp_path / "all.csv", tmp_path / "lexicon.txt"
+    path.write_text(table)
+    lexicon.write_text("parked\non ice\ngranted\n")
+    said, code = on_terminal(["certify", str(path), "--lexicon", str(lexicon)], ["", "", "", INTERRUPT])
+    assert re.findall(r"is counted: [^?]*\? \[(.*)\]", said) == [""] * said.count("is counted") != [], said
+    assert code not in (0, 1)
