@@ -57,7 +57,7 @@ def add(commands: Any) -> None:
         "--global", dest="overall", action="store_true", help="the limit is on the global ratio (needs independence, but for an audit file)"
     )
     parser.add_argument("--groups", metavar="K", help="number of groups, or name=2,age=5,… for attributes that are filtered independently")
-    parser.add_argument("--bound", type=_bound, choices=BOUNDS, default=None, help="which guarantee, for whom (exact: any policy)")
+    parser.add_argument("--bound", choices=BOUNDS, default=None, help="which guarantee, for whom (exact: any policy)")
     parser.add_argument("--split", choices=("equal-epsilon", "equal-keep", "most-truth"), default="equal-epsilon")
     numbers = parser.add_argument_group("what is known about the utility and the policy (exact numbers)")
     numbers.add_argument("--gamma", metavar="G", help="greatest utility (1)")
@@ -69,13 +69,6 @@ def add(commands: Any) -> None:
     numbers.add_argument("--raw-ratio", metavar="Q", help="the policy's own worst ratio without the filter, for --bound contraction")
     parser.add_argument("--plot", metavar="FILE", help="draw keep probability, epsilon and guarantee over the targets (PNG, SVG or PDF)")
     add_format(parser)
-
-
-def _bound(text: str) -> str:
-    """The name of a guarantee; one that was renamed is told."""
-    if text == "mechanism":
-        raise argparse.ArgumentTypeError("mechanism is called exact now")
-    return text
 
 
 def run(arguments: argparse.Namespace) -> Answer:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli import CORE
-from fairaudit.cli.options import add_command, add_limits, add_renamed, given_limits
+from fairaudit.cli.options import add_command, add_limits, given_limits
 from fairaudit.cli.output import Answer
 from fairaudit.measures.limits import LIMITS
 
@@ -102,7 +102,6 @@ def _add_audit(parser: argparse.ArgumentParser) -> None:
         choices=("jsonl", "csv"),
         help="how lines are written (default: by the name of the log); certify has an option of that name for logs of evaluations",
     )
-    add_renamed(audit, "--input", "--log-format")
 
 
 def _add_running(parser: argparse.ArgumentParser) -> None:
@@ -110,7 +109,6 @@ def _add_running(parser: argparse.ArgumentParser) -> None:
     run_.add_argument("--state", metavar="FILE", help="keep the counts here, and go on where an earlier run stopped")
     run_.add_argument("--follow", action="store_true", help="wait for more when the log ends")
     run_.add_argument("--every", metavar="SECONDS", type=_seconds, default=2.0, help="how often to say what is known (default 2)")
-    add_renamed(run_, "--interval", "--every")
     run_.add_argument(
         "--exit-on",
         choices=("exceeds", "changed"),

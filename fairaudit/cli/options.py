@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from fairaudit.exact.rationals import Number
     from fairaudit.tables.values import Label, LabelLike
 
-__all__ = ["add_command", "add_limit", "add_limits", "add_renamed", "given_limit", "given_limits", "limits_as_options"]
+__all__ = ["add_command", "add_limit", "add_limits", "given_limit", "given_limits", "limits_as_options"]
 
 
 def add_command(commands: Any, name: str, run: Any, summary: str, description: str, epilog: str = "") -> argparse.ArgumentParser:
@@ -97,19 +97,6 @@ def limits_as_options(message: str) -> str:
 
 def _refuse(group: Any, option: str, names: tuple[str, str]) -> None:
     group.add_argument(option, action=_Refused, const=names, nargs="?", dest=argparse.SUPPRESS, help=argparse.SUPPRESS)
-
-
-def add_renamed(group: Any, option: str, name: str) -> None:
-    """Declare an option that was renamed, to say what it is called now."""
-    group.add_argument(option, action=_Renamed, const=name, nargs="?", dest=argparse.SUPPRESS, help=argparse.SUPPRESS)
-
-
-class _Renamed(argparse.Action):
-    """An option that has another name now."""
-
-    def __call__(self, parser: argparse.ArgumentParser, *given: object) -> NoReturn:
-        """Say which."""
-        parser.error(f"{given[-1]} is called {self.const} now")
 
 
 class _Once(argparse.Action):

@@ -199,8 +199,6 @@ def calibrate(
     """
     target = calibration_target(max_ratio, max_log, quantity)
     attributes = read_attributes(groups, MAX_VALUES)
-    if str(bound) == "mechanism":
-        raise InputError('bound="mechanism" is called "exact" now')
     if bound not in RULES:
         raise InputError(f"bound={shown(bound)} is not accepted; {nearest(str(bound), RULES)}")
     if split not in SPLITS:

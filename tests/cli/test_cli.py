@@ -228,14 +228,6 @@ def test_notes_are_in_the_envelope_or_on_standard_error(folder: Path, capsys: py
     assert err == "" and f"note: {note}\n" in ran(folder, capsys, command, "text")[2]
 
 
-@pytest.mark.parametrize(("old", "new"), [("--interval 3", "--every"), ("--input csv", "--log-format"), ("--input", "--log-format")])
-def test_an_old_option_names_the_new_one(old: str, new: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit, match="2"):
-        main(["monitor", str(folder / "log.jsonl"), *shlex.split(COLUMNS), *old.split()])
-    out, err = capsys.readouterr()
-    assert out == "" and err.count("\n") == 1 and f"{old.split()[0]} is called {new} now" in err
-
-
 def test_the_page_shows_what_is_printed(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     page = (Path(__file__).parents[2] / "docs" / "json.md").read_text("utf-8")
     (command,), (shown,) = re.findall(r"```sh\nfairaudit (.*) --format json\n```", page), re.findall(r"```json\n(.*?)```", page, re.DOTALL)

@@ -512,7 +512,6 @@ def test_a_least_utility_serves_every_policy() -> None:
         ({"max_log": 1, "groups": 2, "tau": "0.1", "delta": "0.01"}, "the very filter, whose delta is 0"),
         ({"max_log": 1, "groups": 2, "bound": "contraction", "raw_ratio": 2, "tau": "0.1"}, "needs no floor"),
         ({"max_log": 1, "groups": 2, "bound": "contraction", "raw_ratio": 2, "g_min": "0.1"}, "both given"),
-        ({"max_log": 1, "groups": 2, "bound": "mechanism"}, 'is called "exact" now'),
         ({"max_log": 1, "groups": 2, "bound": "sharpe"}, "did you mean 'sharp'"),
         ({"max_log": 1, "groups": 2, "split": "equal"}, "split"),
         ({"max_log": 1, "groups": 2, "bound": "sharp", "lipschitz": 1}, "does not depend"),
@@ -544,7 +543,6 @@ def test_refusals(options: dict[str, Any], word: str) -> None:
         (["--max-log", "0.1", "--bound", "sharp", "nothing.toml"], 2, "--bound exact, policy or contraction"),
         (["--max-log", "0.1", "--groups", "2", "--tau", "2"], 2, "above gamma"),
         (["--groups", "2"], 2, "--max-log"),
-        (["--max-log", "0.1", "--groups", "2", "--bound", "mechanism"], 2, "mechanism is called exact now"),
         (["--max-ratio", "5/4", "--groups", "16", "--g-min", "0.1"], 0, "0.102564"),
     ],
 )
