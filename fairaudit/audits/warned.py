@@ -198,7 +198,10 @@ def _cells(source: Source, reading: Reading) -> dict[str, list[str]]:
         if whole:
             held: Any = source if isinstance(source, Mapping) else getattr(source, "column_names", None) or getattr(source, "columns", ())
             names = [name for name in held if isinstance(name, str)]
-    elif all(Path(path).is_file() for path in (source if isinstance(source, (list, tuple)) else [source])):
+    elif all(
+        isinstance(path, (str, os.PathLike)) and Path(path).is_file()
+        for path in (source if isinstance(source, (list, tuple)) else [source])
+    ):
         where: dict[str, Any] = {name: getattr(access, name) for name in ("engine", "table", "query", "skip", "encoding")}
         survey = survey_log(source, **where, same_content=access.same_content)
         names = [seen.name for seen in survey.columns if not seen.fault]

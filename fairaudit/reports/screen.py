@@ -98,6 +98,7 @@ def first_screen(found: Overview, name: str, then: str, findings: Sequence[str] 
     >>> result = fa.audit(table, decision="decision", group="sex", count="n", utility="hired", confidence=None)
     >>> print(first_screen(of_result(result), "jobs.csv", "fairaudit verify jobs.json").split("Left out")[0])
     jobs.csv: 80 decisions, 2 groups (sex), no contexts
+    Counted as not hired: turned down 30.
     <BLANKLINE>
     NO TARGET was set.
     hired: sex=f 75.0 % (30 of 40), sex=m 50.0 % (20 of 40), 1.5 times.

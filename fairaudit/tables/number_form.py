@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from fairaudit.errors import InputError, shown
+from fairaudit.errors import FairauditError, InputError, shown
 
 __all__ = [
     "CURRENCIES",
@@ -249,7 +249,7 @@ def unmistakable(value: Any) -> Any:
     return value if plain == text else plain
 
 
-class _RefusedError(Exception):
+class _RefusedError(FairauditError):
     """A text is not a number, as far as is known how numbers are written."""
 
     def __init__(self, text: str, said: str) -> None:

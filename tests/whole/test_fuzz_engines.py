@@ -21,8 +21,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from fairaudit import InputError, Law
-from fairaudit.tables.csv import decimal_commas, read_csv
+from fairaudit.tables.csv import read_csv
 from fairaudit.tables.engines.logs import read_log
+from fairaudit.tables.number_form import guessed
 
 EXAMPLES = int(os.environ.get("FAIRAUDIT_FUZZ", "200000" if tiers.FULL else "60"))
 fuzzed = settings(
@@ -140,9 +141,9 @@ def test_damaged_binaries(folder: Path, good: dict[str, bytes], data: st.DataObj
 
 @given(st.lists(st.text("0123456789,.-+e ", max_size=6), min_size=1, max_size=5))
 @fuzzed
-def test_decimal_commas(cells: list[str]) -> None:
-    found = outcome(lambda: decimal_commas("n", cells, str))
-    assert found is None or isinstance(found, str) or all("," not in new or "," in old for new, old in zip(found, cells, strict=True))
+def test_forms_of_numbers_that_are_guessed(cells: list[str]) -> None:
+    found = outcome(lambda: guessed(cells))
+    assert found is None or isinstance(found, str) or all("," not in found[1][old] or "," in old for old in cells)
 
 
 def test_many_small_texts_through_the_readers_of_text(folder: Path) -> None:
