@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import NamedTuple, overload
 
 RECORD = Path(__file__).with_name("times.txt")
-QUICK = 0.15
+QUICK = 0.06
 BUDGET = 0.5
 LONGEST = 1.5
 """A case that takes longer is deep, unless its function bears ``@pytest.mark.core``."""

@@ -118,6 +118,7 @@ def there_and_back(words: list[str], logs: list[str], change: Callable[[], objec
     return " ".join(capsys.readouterr().out.split())
 
 
+@pytest.mark.deep
 def test_an_archive_there_and_back(runs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.chdir(tmp_path)
     Path("run.eval").write_bytes((runs / "first.eval").read_bytes())

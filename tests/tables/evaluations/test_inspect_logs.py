@@ -58,6 +58,7 @@ def test_the_library_reads_the_same(runs: Path, name: str) -> None:
         assert sample.outcome == ("error" if expected["error"] else outcomes[expected["stop"]])
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("name", ["loans.eval", "loans.json"])
 def test_shuffled_choices_mean_what_they_meant(runs: Path, name: str) -> None:
     """The model sees the choices in another order each time and names a letter; in the log each letter is the choice of the data set."""
@@ -77,6 +78,7 @@ def test_shuffled_choices_mean_what_they_meant(runs: Path, name: str) -> None:
             assert (row["scores"]["choice"]["answer"], sample.outcome) == known[kind]
 
 
+@pytest.mark.deep
 def test_the_accuracy_of_the_library_is_no_share_of_answers(runs: Path) -> None:
     """It averages the epochs of a question first, so that an answer counts twice where the other one never came."""
     _, samples = read(runs / "loans.eval")
@@ -92,6 +94,7 @@ def test_the_accuracy_of_the_library_is_no_share_of_answers(runs: Path) -> None:
     assert share != averaged
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("name", ["loans.eval", "loans.json", "in-parts/loans.eval"])
 def test_a_table_has_the_counts_of_an_independent_count(runs: Path, name: str) -> None:
     oracle = json.loads((runs / "loans.oracle").read_text())
@@ -111,12 +114,14 @@ def test_a_table_has_the_counts_of_an_independent_count(runs: Path, name: str) -
     assert (tally.evaluation.expected, tally.evaluation.read) == (48, 48)
 
 
+@pytest.mark.deep
 def test_a_run_that_says_success_may_have_answered_nothing(runs: Path) -> None:
     run, samples = read(runs / "failed.eval")
     assert run.status == "success"
     assert Counter(sample.outcome for sample in samples) == {"error": QUESTIONS * EPOCHS}
 
 
+@pytest.mark.deep
 def test_a_run_that_was_killed_holds_what_it_had(runs: Path) -> None:
     run, samples = read(runs / "killed.eval")
     assert (run.status, run.expected) == ("started", QUESTIONS * EPOCHS)
@@ -134,6 +139,7 @@ def test_a_log_that_was_cut_off_is_no_archive(runs: Path, tmp_path: Path) -> Non
                 fa.read_log(path, ["scores.choice.answer"])
 
 
+@pytest.mark.deep
 def test_a_limited_run_expects_no_more_than_it_asked(runs: Path) -> None:
     run, samples = read(runs / "limited.eval")
     assert (run.expected, run.epochs, len(samples)) == (5, 1, 5)
