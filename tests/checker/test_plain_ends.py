@@ -89,7 +89,7 @@ def test_certificates_that_list_few_ends(utility: Any, options: Any) -> None:
         assert len(own["upper"]["cells"]) <= len(figures(cells, blocks)[0])
         pick = random.Random(tiers.fresh(7))
         taken, refused = compare_readings(document, name, derive, lambda changes, pick=pick: pick.sample(changes, min(12, len(changes))))
-        assert refused > taken
+        assert tiers.enough(refused > taken)
 
 
 def test_what_decides_has_to_be_listed() -> None:
