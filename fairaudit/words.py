@@ -27,6 +27,7 @@ __all__ = [
     "percent",
     "place",
     "plain",
+    "quoted",
     "words_for",
     "wrapped",
 ]
@@ -180,6 +181,18 @@ def noun(number: object, one: str, more: str = "") -> str:
     ('context', 'contexts', 'entries')
     """
     return one if number in (1, "1") else more or f"{one}s"
+
+
+def quoted(label: str) -> str:
+    """Quote a name or label as `--group` and `--utility` read it, where that is needed.
+
+    Examples
+    --------
+    >>> quoted("in review"), quoted("no, open"), quoted('"a"')
+    ('in review', '"no, open"', '\"\"\"a\"\"\"')
+    """
+    needed = label != label.strip() or any(c in label for c in ',="\r\n')
+    return '"' + label.replace('"', '""') + '"' if needed else label
 
 
 def percent(value: Fraction | float, rounding: Literal["down", "up"] = "down") -> str:

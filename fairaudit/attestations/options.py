@@ -17,7 +17,7 @@ from fairaudit.tables.binning import Bins
 from fairaudit.tables.columns import Missing
 from fairaudit.tables.evaluations.extraction import NAMES, NOTHING_ASKED, Extraction, extraction_of
 from fairaudit.tables.label_text import label_text
-from fairaudit.tables.number_form import number_form
+from fairaudit.tables.number_form import TEXT_FORM, number_form
 from fairaudit.tables.scores import ABOVE, Cut, score_cut
 from fairaudit.tables.sources import SameContent
 from fairaudit.tables.wide import Wide, wide_of, written_wide
@@ -27,7 +27,7 @@ __all__ = ["options_of", "reading_of"]
 ASKED = tuple(name for name in NAMES if name not in ("options", "join", "where"))
 TEXTS = (
     *("decision", "truth", "positive", "count", "probability", "weight", "wide", "total", "utility_column", "missing", "table", "query"),
-    *("same_content", "encoding", "decimal", "thousands"),
+    *("same_content", *TEXT_FORM[:3]),
     *ASKED,
 )
 ROLES = ("group", "context", "unit", "unknown")

@@ -33,6 +33,7 @@ from fairaudit.model.law import Law
 from fairaudit.model.layout import Units
 from fairaudit.tables.engines.logs import Engine
 from fairaudit.tables.engines.request import Report
+from fairaudit.tables.number_form import TEXT_FORM
 from fairaudit.tables.preparation import undisclosed, words
 from fairaudit.tables.sources import Source as Tables
 from fairaudit.tables.sources import in_database, is_database, source_name
@@ -46,9 +47,7 @@ NOT_SHOWN = "No recount shows whether the log is what really happened, or whethe
 Lines = Callable[[], Iterable[bytes]]
 """Gives the lines of a table, each time that it is asked."""
 
-FORM = ("encoding", "decimal", "thousands", "number_sign")
-
-UNSAID = ("count", "probability", "weight", "wide", "total", "unit", "skip", "table", "query", *FORM)
+UNSAID = ("count", "probability", "weight", "wide", "total", "unit", "skip", "table", "query", *TEXT_FORM)
 """Options that make another table of the same log, and of which its certificate says nothing."""
 
 

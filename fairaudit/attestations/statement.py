@@ -14,6 +14,7 @@ from typing import Any, Literal
 from fairaudit.attestations.strict import DIGITS, check_data, check_text, decoded, object_of
 from fairaudit.errors import InputError, shown
 from fairaudit.exact.rationals import parse_rational, rational_text
+from fairaudit.tables.number_form import TEXT_FORM
 from fairaudit.words import brief
 
 __all__ = [
@@ -69,10 +70,7 @@ OPTIONS = (
     "missing_samples",
     "recipe",
     "same_content",
-    "encoding",
-    "decimal",
-    "thousands",
-    "number_sign",
+    *TEXT_FORM,
 )
 """What `options` may say of how the table of a certificate was made."""
 

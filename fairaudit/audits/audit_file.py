@@ -27,7 +27,7 @@ from fairaudit.tables.engines.logs import read_log
 from fairaudit.tables.engines.paths import form
 from fairaudit.tables.evaluations.extraction import NAMES
 from fairaudit.tables.labels import merge_labels, read_label_map, spelt_alike
-from fairaudit.tables.number_form import NumberKind, number_form
+from fairaudit.tables.number_form import TEXT_FORM, NumberKind, number_form
 from fairaudit.tables.sources import Table
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import Label, LabelLike, column, names
@@ -35,8 +35,7 @@ from fairaudit.tables.values import Label, LabelLike, column, names
 __all__ = ["SAID_THERE", "Audit", "audit_of", "read_audit", "read_policy", "refuse_beside"]
 
 SECTIONS = ("law", "policy", "filter", "population", "utility", "targets", "confidence", "attestation")
-FORM_KEYS = ("encoding", "decimal", "thousands", "number_sign")
-TABLE_KEYS = ("table", "decision", "group", "context", "count", "probability", "weight", "missing", "fold_labels", "map", *FORM_KEYS)
+TABLE_KEYS = ("table", "decision", "group", "context", "count", "probability", "weight", "missing", "fold_labels", "map", *TEXT_FORM)
 PLUGIN_KEYS = ("plugin", "files", "options", "trials", "max_drift")
 LAW_KEYS = (*TABLE_KEYS, "unit", "truth", "positive", "unknown", "unknown_share", "hidden_context", *NAMES)
 FILTER_KEYS = ("kind", "values", "keep_probability", "epsilon", "exp_epsilon", "table", "output")
@@ -306,7 +305,7 @@ def _read_table(section: Mapping[str, Any], where: str, folder: Path, valued: tu
     path = folder / _text(section, "table", where)
     samples = _samples(section, where, folder)
     keys = ("decision", "group", "context", "truth", "unit", "count", "probability", "weight")
-    if any(key in section for key in FORM_KEYS):
+    if any(key in section for key in TEXT_FORM):
         written: CsvTable | Tally = _as_written(path, section, where, keys, valued)
         return written
     if (path.is_file() or path.is_dir()) and (samples or form(str(path)) != "csv"):
@@ -328,8 +327,8 @@ def _as_written(path: Path, section: Mapping[str, Any], where: str, keys: tuple[
     """A table of which the file says how its characters or numbers are written."""
     extracted = next((key for key in NAMES if key in section), None)
     if extracted is not None:
-        raise InputError(f"[{where}] {extracted} is of an evaluation log, whose texts and numbers need none of {', '.join(FORM_KEYS)}")
-    texts = {key: _text(section, key, where) for key in FORM_KEYS[:3] if key in section}
+        raise InputError(f"[{where}] {extracted} is of an evaluation log, whose texts and numbers need none of {', '.join(TEXT_FORM)}")
+    texts = {key: _text(section, key, where) for key in TEXT_FORM[:3] if key in section}
     signs = _texts(section, "number_sign", where, "a sign such as %")
     form = number_form(texts.get("decimal"), texts.get("thousands"), signs, spelled=lambda key: f"[{where}] {key}")
     amounts: dict[str, NumberKind] = {name: "amount" for key in ("count", "weight") for name in _columns(section, key, where)}

@@ -21,7 +21,7 @@ from fairaudit.tables.evaluations.extraction import NOTHING_ASKED, Extraction
 from fairaudit.tables.labels import LabelMap, PreparedTable, merge_labels, spelt_alike
 from fairaudit.tables.number_form import PLAIN, NumberForm, NumberKind, plain_numbers
 from fairaudit.tables.sources import SameContent, Source, is_database
-from fairaudit.tables.tally import Tally, merged
+from fairaudit.tables.tally import Tally, relabelled
 from fairaudit.tables.values import column, locator
 from fairaudit.tables.wide import LongTable, Wide, lengthened
 
@@ -173,7 +173,7 @@ class Reading:
             name: "label" for name in (self.utility_column, self.decision if self.above is not None else None) if name is not None
         }
 
-    def check(self) -> None:  # noqa: C901
+    def check(self) -> None:
         """Refuse roles that do not go together.
 
         Raises
@@ -200,11 +200,7 @@ class Reading:
             for name, given in (("unit", self.unit), ("truth", self.truth)):
                 if given:
                     raise InputError(f"{what} does not go with {spelled(name)}; leave one of them out")
-        if self.bins and self.access.form.point == ",":
-            raise InputError(
-                f"intervals such as {next(iter(self.bins))}:… are cut from numbers with a decimal point, not a comma; "
-                "put labels of intervals into the column instead"
-            )
+        self._check_form()
         shares = self.wide is not None and self.wide.of is not None
         if self.wide is not None:
             others = ("count", "probability", "utility_column", "truth", "unit", *(["unknown"] if shares else []))
@@ -213,14 +209,22 @@ class Reading:
                     raise InputError(
                         f"{spelled('wide')} does not go with {spelled(name)}: its columns say how often each decision was taken"
                     )
-            if "%" in self.access.form.signs:
-                raise InputError(f"{spelled('wide')} reads percentages with {spelled('total')} 100, without {spelled('number_sign')} %")
             if shares and self.missing == "unknown":
                 raise InputError(
                     f"{spelled('missing')} unknown goes with counts and logs; shares do not say how many decisions have no group"
                 )
         if self.weight is not None and self.probability is None and not shares:
             raise InputError(f"{spelled('weight')} goes with {spelled('probability')}; counts and logs carry their own population")
+
+    def _check_form(self) -> None:
+        form, spelled = self.access.form, self.spelled
+        if self.bins and form.point == ",":
+            raise InputError(
+                f"intervals such as {next(iter(self.bins))}:… are cut from numbers with a decimal point, not a comma; "
+                "put labels of intervals into the column instead"
+            )
+        if self.wide is not None and "%" in form.signs:
+            raise InputError(f"{spelled('wide')} reads percentages with {spelled('total')} 100, without {spelled('number_sign')} %")
 
     def _check_scores(self) -> None:
         if self.above is None:
@@ -649,11 +653,8 @@ def _with_numbers(table: Any, columns: Mapping[str, NumberKind], form: NumberFor
         found = plain_numbers(name, held, first, form, kind)
         if found is not None:
             levels[name] = found
-            commas = form == PLAIN and any("," in text for text in held if isinstance(text, str))
-            notes += [decimal_commas(name)] if commas else []
-    again = any(len(held) > len({(type(value), value) for value in held}) for held in levels.values())
-    found_ = replace(table, levels=levels, notes=tuple(notes))
-    return merged(found_) if again else found_
+            notes += decimal_commas(name, held, form)
+    return replace(relabelled(table, levels), notes=tuple(notes))
 
 
 def _has_numbers(table: Any, name: str) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
@@ -23,7 +23,7 @@ from fairaudit.measures.ratios import Ratio
 from fairaudit.model.law import Law
 from fairaudit.model.utility import Utility, UtilityTable
 from fairaudit.tables.columns import MISSING_LABEL
-from fairaudit.tables.values import INT64
+from fairaudit.tables.values import INT64, Label
 from fairaudit.words import WHATEVER, approximate, brief
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ __all__ = [
     "Undecided",
     "Whatever",
     "ask_undecided",
+    "decisions_by_group",
     "excluding",
     "judged_whatever",
     "undecided_of_log",
@@ -42,6 +43,24 @@ __all__ = [
 ]
 
 Name = TypeVar("Name", bound=str)
+
+
+def decisions_by_group(law: Law, decisions: Collection[str]) -> dict[Label, tuple[Fraction, Fraction]]:
+    """How many decisions on each group were one of these, and how many there were in all; groups without a decision are left out.
+
+    Examples
+    --------
+    >>> law = Law.from_array([[3, 1], [1, 1]], kind="counts", decisions=["yes", "open"], groups=["f", "m"])
+    >>> {group: [str(number) for number in numbers] for (group,), numbers in decisions_by_group(law, ["open"]).items()}
+    {'f': ['1', '4'], 'm': ['1', '2']}
+    """
+    at = [u for u, label in enumerate(law.decisions) if label in decisions]
+    own, of = (np.zeros(len(law.groups), dtype=object) for _ in range(2))
+    np.add.at(own, law.cell_group, law.weights[:, at].sum(axis=1).astype(object))
+    np.add.at(of, law.cell_group, law.totals.astype(object))
+    amounts = zip(law.groups, own.tolist(), of.tolist(), strict=True)
+    return {label: (Fraction(amount, law.scale), Fraction(all_, law.scale)) for label, amount, all_ in amounts if all_}
+
 
 Compared = tuple[dict[str, str] | None, dict[str, str], dict[str, str]]
 """Context, higher and lower group."""

@@ -6,6 +6,7 @@ None of it is in a certificate, which is about the table as it was read.
 from __future__ import annotations
 
 import os
+import shlex
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -15,12 +16,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fairaudit.audits.column_names import COUNT, SURVEY_WEIGHT, named
+from fairaudit.audits.undecided import decisions_by_group
 from fairaudit.errors import FairauditError, shown
 from fairaudit.tables.label_meaning import looking_undecided
 from fairaudit.tables.label_text import label_text
 from fairaudit.tables.tally import Tally
-from fairaudit.tables.values import column
-from fairaudit.words import noun
+from fairaudit.tables.values import column, held_columns
+from fairaudit.words import noun, quoted
 
 if TYPE_CHECKING:
     from fairaudit.audits.reading import Reading
@@ -76,45 +78,40 @@ def labels_undecided(result: Result, utility: Utility, lexicon: Collection[str] 
     found = looking_undecided(occurring, lexicon)
     if not found:
         return ""
-    one = len(found) == 1
     rest = len(found) - SHOW_LABELS
     more = f" and {rest} more {noun(rest, 'label')}" if rest > 0 else ""
     listed = " and ".join(map(shown, found)) if len(found) == 2 else ", ".join(map(shown, found[:SHOW_LABELS]))
     worth = [label for label, value in utility.values.items() if value]
     as_what = f"as not {shown(worth[0])}" if len(worth) == 1 else "as worth 0"
     whose = f": {_by_group(law, found)}" if law.kind == "counts" else ""
-    pronoun, becomes = ("it", "becomes") if one else ("they", "become")
+    looks, counts, pronoun, becomes = ("look", "count", "they", "become")
+    if len(found) == 1:
+        looks, counts, pronoun, becomes = ("looks", "counts", "it", "becomes")
     return (
-        f"{listed}{more} {'looks' if one else 'look'} undecided and {'counts' if one else 'count'} {as_what}{whose}. "
+        f"{listed}{more} {looks} undecided and {counts} {as_what}{whose}. "
         f"--undecided {_option(found)} bounds the ratio whatever {pronoun} {becomes}; "
-        f"{_option(found[:1])}=0 in --utility says that it was decided."
+        f"{_option(found[:1], '=0')} in --utility says that it was decided."
     )
 
 
-def _option(labels: Sequence[str]) -> str:
-    """Labels as an option takes them."""
-    plain = [label if not set(label) & set(" ,=\"'\r\n") else '"' + label.replace('"', '""') + '"' for label in labels]
-    return ",".join(plain)
+def _option(labels: Sequence[str], more: str = "") -> str:
+    """Labels as an option takes them, to be copied into a shell."""
+    return shlex.quote(",".join(map(quoted, labels)) + more)
 
 
 def _by_group(law: Law, labels: Collection[str]) -> str:
     """How many decisions of each group have one of these labels, the greatest share first."""
-    at = [u for u, label in enumerate(law.decisions) if label in labels]
-    own, of = (np.zeros(len(law.groups), dtype=law.weights.dtype) for _ in range(2))
-    np.add.at(own, law.cell_group, law.weights[:, at].sum(axis=1))
-    np.add.at(of, law.cell_group, law.weights.sum(axis=1))
-    amounts = zip(law.groups, own.tolist(), of.tolist(), strict=True)
-    shares = sorted((-Fraction(amount, all_), label, amount, all_) for label, amount, all_ in amounts if amount)
+    amounts = decisions_by_group(law, labels).items()
+    shares = sorted((-amount / all_, label, amount, all_) for label, (amount, all_) in amounts if amount)
     said = [
-        f"{_number(amount, law)} of {_number(all_, law)}{' decisions' if i == 0 else ''} on {', '.join(map(shown, label))}"
+        f"{_number(amount)} of {_number(all_)}{' decisions' if i == 0 else ''} on {', '.join(map(shown, label))}"
         for i, (_, label, amount, all_) in enumerate(shares[:SHOW_GROUPS])
     ]
     more = len(shares) - SHOW_GROUPS
     return ", ".join([*said, *([f"some on {more:,} more {noun(more, 'group')}"] if more > 0 else [])])
 
 
-def _number(weight: Any, law: Law) -> str:
-    amount = Fraction(int(weight), law.scale)
+def _number(amount: Fraction) -> str:
     return f"{int(amount):,}" if amount.denominator == 1 else f"{float(amount):,.4g}"
 
 
@@ -189,19 +186,18 @@ def looks_like_counts(name: str, cells: Mapping[str, Sequence[str]], used: Colle
 def _cells(source: Source, reading: Reading) -> dict[str, list[str]]:
     """All columns of a small table as texts; none of what is read only once, or elsewhere."""
     from fairaudit.audits.reading import read_table
+    from fairaudit.tables.engines.files import columns_in
     from fairaudit.tables.engines.logs import survey_log
 
     access = replace(reading.access, engine="auto")  # which starts nothing for a small file
-    names: list[str] = []
+    paths: Sequence[Any] = source if isinstance(source, (list, tuple)) else [source]
+    names: Sequence[str] = ()
     if not isinstance(source, (str, os.PathLike, list, tuple)):
-        whole = hasattr(source, "__len__") or hasattr(source, "num_rows")  # and not a query that is still to be run
-        if whole:
-            held: Any = source if isinstance(source, Mapping) else getattr(source, "column_names", None) or getattr(source, "columns", ())
-            names = [name for name in held if isinstance(name, str)]
-    elif all(
-        isinstance(path, (str, os.PathLike)) and Path(path).is_file()
-        for path in (source if isinstance(source, (list, tuple)) else [source])
-    ):
+        names = held_columns(source)
+    elif all(isinstance(path, (str, os.PathLike)) and Path(path).is_file() for path in paths):
+        known = columns_in(os.fspath(paths[0]), access.skip)
+        if known and not any(named(name, COUNT) for name in known):
+            return {}
         where: dict[str, Any] = {name: getattr(access, name) for name in ("engine", "table", "query", "skip", "encoding")}
         survey = survey_log(source, **where, same_content=access.same_content)
         names = [seen.name for seen in survey.columns if not seen.fault]

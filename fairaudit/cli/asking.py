@@ -191,10 +191,10 @@ class _Dialogue:
         """Whether labels that look undecided are."""
         asked = roles.decision and not (roles.wide or roles.slots or roles.probability)
         labels = list(self.columns[roles.decision].levels) if roles.decision and asked else []
-        settled = {roles.utility, *self.decided(labels)} - {*self.guess.undecided}
+        decided = {*self.decided(labels)} - {*self.guess.undecided}
         found: dict[str, str] = {}
         for label in labels:
-            if label not in settled and label != roles.utility:
+            if label not in decided and label != roles.utility:
                 no = "spared" if roles.burden else "refused"
                 found[label] = self.one(f"Does '{plain(label)}' mean {no}, or is it undecided?", "undecided", [no, "undecided"])
         undecided = tuple(label for label, answer in found.items() if answer == "undecided")

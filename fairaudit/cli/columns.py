@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING
 
 from fairaudit.cli.source import lexicon_of, option, progress
 from fairaudit.tables.sources import source_name
+from fairaudit.words import quoted
 
 if TYPE_CHECKING:
     from fairaudit.audits.roles import Roles
     from fairaudit.tables.engines.survey import Seen, Survey
     from fairaudit.tables.number_form import NumberForm
 
-__all__ = ["Column", "described", "is_complete", "looked_at", "named", "open_questions", "quoted", "suggested", "warnings", "written"]
+__all__ = ["Column", "described", "is_complete", "looked_at", "named", "open_questions", "suggested", "warnings", "written"]
 
 TITLE = re.compile(r"has (.*) where a header was expected, which looks like a title.*--skip (\d+)\)", re.DOTALL)
 MISSING_WORDS = {"na", "n/a", "nan", "null", "none", "unknown", "?", "-", "."}
@@ -219,9 +220,9 @@ def open_questions(roles: Roles) -> list[str]:
 
 def is_complete(roles: Roles) -> bool:
     """Whether a command that is suggested names everything, and has no word in the place of a name that nobody could guess."""
-    words = written(roles)
     from fairaudit.audits.roles import UNNAMED
 
+    words = written(roles)
     unknown = (("decision", "COL"), ("group", "COL"), ("unit", "PATH"), ("utility", UNNAMED))
     return not any(words.get(name) == word for name, word in unknown)
 
@@ -262,9 +263,3 @@ def written(roles: Roles) -> dict[str, str]:
         "thousands": "space" if roles.form.thousands == " " else roles.form.thousands or "",
         "number_sign": ",".join(roles.form.signs),
     }
-
-
-def quoted(label: str) -> str:
-    """Quote a name or label as `--group` and `--utility` read it, where that is needed."""
-    needed = label != label.strip() or any(c in label for c in ',="\r\n')
-    return '"' + label.replace('"', '""') + '"' if needed else label

@@ -70,7 +70,7 @@ def _nothing(**_: Any) -> list[str]:
 
 def _extended(prefix: str, words: Sequence[str]) -> list[str]:
     """The list that is begun, with each word that is not in it yet; without those that a shell could not show."""
-    from fairaudit.cli.columns import quoted
+    from fairaudit.words import quoted
 
     begun, comma, _ = prefix.rpartition(",")
     there = {part.partition("=")[0] for part in begun.split(",")}

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from fairaudit.cli.population import OF_SAMPLES
 from fairaudit.measures.limits import LIMITS
+from fairaudit.tables.number_form import TEXT_FORM
 
 if TYPE_CHECKING:
     from fairaudit.cli.output import Answer
@@ -40,10 +41,7 @@ SETTLED = (
     "burden",
     "fold_labels",
     "map",
-    "encoding",
-    "decimal",
-    "thousands",
-    "number_sign",
+    *TEXT_FORM,
     *OF_SAMPLES,
     *LIMITS,
 )

@@ -378,7 +378,8 @@ class Parts:
             sizes = {u: Fraction(int((weights[:, u] if small else weights[:, u].astype(object)).sum()), law.scale) for u in rest}
             rest.sort(key=lambda u: -sizes[u])
         named_ = [clip(law.decisions[u], 30) + (f" {how_many(sizes[u])}" if counted else "") for u in rest[:SHOW_OTHERS]]
-        if more := len(rest) - SHOW_OTHERS if len(rest) > SHOW_OTHERS else 0:
+        more = len(rest) - SHOW_OTHERS
+        if more > 0:
             amount = f" ({how_many(sum((sizes[u] for u in rest[SHOW_OTHERS:]), Fraction(0)))})" if counted else ""
             named_.append(f"and {more:,} more {noun(more, 'label')}{amount}")
         return f"Counted as {what}: {', '.join(named_)}."

@@ -8,11 +8,10 @@ from fractions import Fraction
 from math import inf
 from typing import Literal
 
-import numpy as np
-
 from fairaudit.audits.differences import difference_pair
 from fairaudit.audits.sentences import Deciding, caution, few_of_policy, headline_pair, identifier_text
 from fairaudit.audits.targets import Target
+from fairaudit.audits.undecided import decisions_by_group
 from fairaudit.exact.extended import Extended
 from fairaudit.exact.rationals import quotient, shortened
 from fairaudit.inference.verdicts import SEVERITY
@@ -135,13 +134,7 @@ def _undecided_by_group(undecided: Sequence[str], law: Law) -> str:
     """Of which groups more decisions are undecided than of others; empty where the shares hardly differ, or nothing was counted."""
     if not undecided or law.kind != "counts":
         return ""
-    at = [law.decisions.index(label) for label in undecided if label in law.decisions]
-    own, of = (np.zeros(len(law.groups), dtype=law.weights.dtype) for _ in range(2))
-    np.add.at(own, law.cell_group, law.weights[:, at].sum(axis=1))
-    np.add.at(of, law.cell_group, law.weights.sum(axis=1))
-    amounts = zip(law.groups, own.tolist(), of.tolist(), strict=True)
-    shares = {label: (Fraction(amount, law.scale), Fraction(all_, law.scale)) for label, amount, all_ in amounts if all_}
-    said = unequal_shares(shares, law.groups)
+    said = unequal_shares(decisions_by_group(law, undecided), law.groups)
     return f"Undecided: {said}." if said else ""
 
 

@@ -128,13 +128,14 @@ class CsvTable:
             found = plain_numbers(name, cells, self.locate, form, kind)
             if found is not None:
                 texts[name] = found
-                notes += [decimal_commas(name)] if form == PLAIN and any("," in cell for cell in cells) else []
+                notes += decimal_commas(name, cells, form)
         return replace(self, texts=texts, notes=tuple(notes))
 
 
-def decimal_commas(name: str) -> str:
-    """Say that the commas of a column were taken for decimal commas."""
-    return f"the numbers in column {shown(name)} have decimal commas"
+def decimal_commas(name: str, cells: Iterable[Any], form: NumberForm) -> list[str]:
+    """Say that the commas of a column, of which nothing was declared, were taken for decimal commas; nothing where it has none."""
+    taken = form == PLAIN and any("," in cell for cell in cells if isinstance(cell, str))
+    return [f"the numbers in column {shown(name)} have decimal commas"] if taken else []
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from fairaudit.errors import FairauditError, InputError, shown
 __all__ = [
     "CURRENCIES",
     "PLAIN",
+    "TEXT_FORM",
     "NumberForm",
     "NumberKind",
     "bears_sign",
@@ -33,6 +34,9 @@ WRITTEN = {",": ",", ".": ".", "'": "'\u2019", " ": SPACES}
 
 CURRENCIES = ("€", "$", "£", "¥", "₹", "EUR", "USD", "GBP", "CHF", "JPY", "PLN", "zł", "kr")
 """Signs that are proposed where a table has them; any other may be declared."""
+
+TEXT_FORM = ("encoding", "decimal", "thousands", "number_sign")
+"""What can be declared of how the texts of a table are written, by the names that keywords, keys and options have."""
 
 _PERCENT = "%"
 _POWER = re.compile("[eE]")
@@ -183,15 +187,13 @@ def guessed(texts: Iterable[str]) -> tuple[NumberForm, dict[str, str]] | None:
         return None
     signs = tuple(sign for sign in (_PERCENT, *CURRENCIES) if any(_without(text.strip(), sign) is not None for text in listed))
     occurring = [mark for mark in SEPARATORS if any(character in text.strip() for text in listed for character in WRITTEN[mark])]
-    for own in ((), signs) if signs else ((),):
+    for own in dict.fromkeys(((), signs)):
         for form in (NumberForm(signs=own), *(NumberForm(thousands=mark, signs=own) for mark in occurring)):
             try:
                 plain = _plain(listed, form, "label")
                 for text in plain.values():
                     parse_rational(text)
-            except InputError:
-                continue
-            except _RefusedError:
+            except (InputError, _RefusedError):
                 continue
             return form, plain
     return None

@@ -23,7 +23,7 @@ from fairaudit.words import brief
 if TYPE_CHECKING:
     from fairaudit.tables.evaluations.samples import Evaluation
 
-__all__ = ["Tally", "counted", "merged", "refuse_loss"]
+__all__ = ["Tally", "counted", "merged", "refuse_loss", "relabelled"]
 
 
 BATCH = 50_000  # rows that an engine hands over at a time: a few MB
@@ -299,9 +299,7 @@ def _unmarked(tally: Tally, readers: Sequence[Reading | None]) -> Tally:
         levels[name] = [
             (0.0 if value == "-0" else None) if type(value) is _Mark else None if type(value) is _NotANumber else value for value in values
         ]
-    found = replace(tally, levels=levels)
-    same = any(len({(type(value), value) for value in values}) < len(values) for values in levels.values())
-    return merged(found) if same else found
+    return relabelled(tally, levels)
 
 
 def _keys(columns: Mapping[str, NDArray[np.int64]], levels: Mapping[str, Sequence[Any]]) -> NDArray[np.int64]:
@@ -314,6 +312,13 @@ def _keys(columns: Mapping[str, NDArray[np.int64]], levels: Mapping[str, Sequenc
             keys, span = np.unique(keys, return_inverse=True)[1], rows
         keys, span = keys * size + codes, span * size
     return keys
+
+
+def relabelled(tally: Tally, levels: Mapping[str, list[Any]]) -> Tally:
+    """Write the values of columns otherwise, and add up rows if some have become equal."""
+    found = replace(tally, levels=dict(levels))
+    same = any(len({(type(value), value) for value in values}) < len(values) for values in levels.values())
+    return merged(found) if same else found
 
 
 def merged(tally: Tally) -> Tally:

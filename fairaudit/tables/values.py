@@ -18,7 +18,19 @@ from fairaudit.exact.rationals import common_denominator, rational
 from fairaudit.tables.label_text import PLAIN, label_text, native_values
 from fairaudit.tables.number_form import NumberKind, bears_sign, plain_numbers
 
-__all__ = ["MARK", "column", "combine", "distinct", "integers", "locator", "names", "numbers", "refuse_part_of_tally", "refuse_tally"]
+__all__ = [
+    "MARK",
+    "column",
+    "combine",
+    "distinct",
+    "held_columns",
+    "integers",
+    "locator",
+    "names",
+    "numbers",
+    "refuse_part_of_tally",
+    "refuse_tally",
+]
 
 MARK = "fairaudit-tally/1"
 """A column of this name says that the rows are counts that `fairaudit.tally` wrote, whatever reads the file or holds a copy of it."""
@@ -113,6 +125,16 @@ def column(table: Any, name: str) -> list[Any]:
         return native_values(values)
     except InputError as error:
         raise InputError(f"column {shown(name)}: {error}") from None
+
+
+def held_columns(table: Any) -> list[str]:
+    """Names of the columns of a table in memory; none of a query that is still to be run."""
+    if not (hasattr(table, "__len__") or hasattr(table, "num_rows")):
+        return []
+    held: Any = table
+    if not isinstance(table, Mapping):
+        held = getattr(table, "column_names", None) or getattr(table, "columns", ())
+    return [name for name in held if isinstance(name, str)]
 
 
 def refuse_tally(columns: Iterable[str]) -> None:

@@ -245,3 +245,15 @@ def test_inspect_never_proposes_what_is_not_applicable(tmp_path: Path, capsys: p
     assert main(["inspect", path]) == 0
     words = shlex.split(capsys.readouterr().out.splitlines()[-1])
     assert words[words.index("--utility") + 1] == "state"
+
+
+def test_options_that_are_said_can_be_copied_into_a_shell(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    label, own = 'in, "Prüfung"=x', held(tmp_path, 'in, "Prüfung"=x\n', "own.txt")
+    path = held(tmp_path, 'dec,grp\nyes,f\n"in, ""Prüfung""=x",f\nyes,m\nno,m\n')
+    words = ("--decision", "dec", "--group", "grp", "--utility", "yes", "--confidence", "none", "--lexicon", own)
+    assert main(["certify", path, *words, "--format", "json"]) == 0
+    (said,) = [note for note in json.loads(capsys.readouterr().out)["notes"] if label in note and "looks undecided" in note]
+    copied = shlex.split(said[said.index("--undecided") : said.index(" bounds")])
+    assert "looks undecided" not in screen(capsys, path, *words, *copied)
+    (zero,) = shlex.split(said[said.index("; ") + 2 : said.index(" in --utility")])
+    assert "looks undecided" not in screen(capsys, path, *words[:5], f"yes,{zero}", *words[6:])

@@ -213,7 +213,8 @@ def _decoded(path: str, copy: Path, request: Request) -> None:
         try:
             with io.TextIOWrapper(source, encoding=encoding, newline="") as lines:
                 for line, text in enumerate(lines):
-                    target.write("\n" if line < request.skip else text.removeprefix("\ufeff") if line == 0 else text)
+                    kept = text.removeprefix("\ufeff") if line == 0 else text
+                    target.write("\n" if line < request.skip else kept)
         except UnicodeError as error:
             raise InputError(f"the text is not {encoding} (after line {line}: {error}); name the encoding in which it was saved") from None
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from fairaudit.errors import InputError
 from fairaudit.tables.binning import apply_bins
+from fairaudit.tables.csv import layout
 from fairaudit.tables.engines.contents import refuse_twice
 from fairaudit.tables.engines.converted import converted, format_of_file, refuse_another_format
 from fairaudit.tables.engines.databases import listed, tables_of
@@ -22,7 +23,20 @@ if TYPE_CHECKING:
     from fairaudit.tables.engines.survey import Survey
     from fairaudit.tables.evaluations.samples import Format
 
-__all__ = ["read", "survey"]
+__all__ = ["columns_in", "read", "survey"]
+
+
+def columns_in(path: str, skip: int = 0) -> Sequence[str]:
+    """The columns of a file whose beginning or end names them; none where only its reader knows them."""
+    kind = form(path)
+    if kind == "parquet":
+        from fairaudit.tables.engines.nested import columns_of
+
+        return [*columns_of(path, Request((), {}))]
+    try:
+        return layout(path).columns if kind == "csv" and not skip else ()
+    except InputError:
+        return ()  # which the reader says
 
 
 def read(sources: Sequence[str], request: Request, engine: str) -> Tally:

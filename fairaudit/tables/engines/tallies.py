@@ -17,16 +17,15 @@ from fairaudit.exact.rationals import Number
 from fairaudit.files import write_atomically
 from fairaudit.tables.binning import Bins
 from fairaudit.tables.columns import label_codes
-from fairaudit.tables.csv import layout
 from fairaudit.tables.engines.contents import digests_of
+from fairaudit.tables.engines.files import columns_in
 from fairaudit.tables.engines.logs import Engine, counted_log, log_request
-from fairaudit.tables.engines.nested import columns_of
-from fairaudit.tables.engines.paths import expand, form
+from fairaudit.tables.engines.paths import expand
 from fairaudit.tables.engines.request import Report, Request
 from fairaudit.tables.engines.tally_files import KEY, Said
 from fairaudit.tables.sources import SameContent, Source, is_database, source_name
 from fairaudit.tables.tally import Tally, merged
-from fairaudit.tables.values import MARK, locator, names
+from fairaudit.tables.values import MARK, held_columns, locator, names
 
 __all__ = ["COUNT", "check_ending", "tally"]
 
@@ -110,7 +109,7 @@ def tally(
     files = _files(source)
     states, digests = _states(files), digests_of(files)
     found = counted_log(source, request, engine)
-    _refuse_counts(source, files, request, count)
+    _refuse_counts(source, files, skip, count)
     if _states(files) != states:
         raise InputError(f"{source_name(source)} changed while it was counted; count it when nobody writes there")
     made, said = _of_texts(found, count)
@@ -127,7 +126,7 @@ def _files(source: Source) -> list[str]:
     return [path for path in listed if os.path.isfile(path)]  # noqa: PTH113
 
 
-def _refuse_counts(source: Source, files: Sequence[str], request: Request, count: str) -> None:
+def _refuse_counts(source: Source, files: Sequence[str], skip: int, count: str) -> None:
     """Refuse a log that has a column of the name of the counts already: if it holds counts, they would be ignored.
 
     Raises
@@ -135,29 +134,14 @@ def _refuse_counts(source: Source, files: Sequence[str], request: Request, count
     InputError
         If the columns can be known without reading the log, and this is one of them.
     """
-    for name, columns in ((source_name(path), _columns_of(path, request)) for path in files) if files else (("the table", _held(source)),):
+    known = {source_name(path): columns_in(path, skip) for path in files} or {"the table": held_columns(source)}
+    for name, columns in known.items():
         for column in columns:
             if column.casefold() == count.casefold():
                 raise InputError(
                     f"{name} has a column {shown(column)}, and a tally counts each row once, whatever stands there; if it holds counts, "
                     "certify the table itself with that column as its count, else call the counts otherwise with count (--count NAME)"
                 )
-
-
-def _columns_of(path: str, request: Request) -> Sequence[str]:
-    """The columns of a file whose beginning or end names them; none where only its reader knows them."""
-    kind = form(path)
-    if kind == "parquet":
-        return [*columns_of(path, request)]
-    try:
-        return layout(path).columns if kind == "csv" and not request.skip else ()
-    except InputError:
-        return ()  # which the reader says
-
-
-def _held(source: Source) -> Sequence[str]:
-    whole = hasattr(source, "__len__")  # and not a query that is still to be run
-    return [name for name in getattr(source, "columns", ()) if isinstance(name, str)] if whole else []
 
 
 def _states(files: Sequence[str]) -> list[tuple[int, int]]:
