@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 import reprlib
+import shlex
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal, localcontext
 from fractions import Fraction
@@ -28,6 +29,7 @@ __all__ = [
     "place",
     "plain",
     "quoted",
+    "to_copy",
     "words_for",
     "wrapped",
 ]
@@ -193,6 +195,17 @@ def quoted(label: str) -> str:
     """
     needed = label != label.strip() or any(c in label for c in ',="\r\n')
     return '"' + label.replace('"', '""') + '"' if needed else label
+
+
+def to_copy(labels: Iterable[str], more: str = "") -> str:
+    """Labels as an option takes them, as they are copied into a shell.
+
+    Examples
+    --------
+    >>> to_copy(["open", "in review"]), to_copy(["open"], "=0")
+    ("'open,in review'", 'open=0')
+    """
+    return shlex.quote(",".join(map(quoted, labels)) + more)
 
 
 def percent(value: Fraction | float, rounding: Literal["down", "up"] = "down") -> str:

@@ -6,7 +6,6 @@ None of it is in a certificate, which is about the table as it was read.
 from __future__ import annotations
 
 import os
-import shlex
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -20,9 +19,10 @@ from fairaudit.audits.undecided import decisions_by_group
 from fairaudit.errors import FairauditError, shown
 from fairaudit.tables.label_meaning import looking_undecided
 from fairaudit.tables.label_text import label_text
+from fairaudit.tables.number_form import guessed
 from fairaudit.tables.tally import Tally
 from fairaudit.tables.values import column, held_columns
-from fairaudit.words import noun, quoted
+from fairaudit.words import noun, to_copy
 
 if TYPE_CHECKING:
     from fairaudit.audits.reading import Reading
@@ -89,14 +89,9 @@ def labels_undecided(result: Result, utility: Utility, lexicon: Collection[str] 
         looks, counts, pronoun, becomes = ("looks", "counts", "it", "becomes")
     return (
         f"{listed}{more} {looks} undecided and {counts} {as_what}{whose}. "
-        f"--undecided {_option(found)} bounds the ratio whatever {pronoun} {becomes}; "
-        f"{_option(found[:1], '=0')} in --utility says that it was decided."
+        f"--undecided {to_copy(found)} bounds the ratio whatever {pronoun} {becomes}; "
+        f"{to_copy(found[:1], '=0')} in --utility says that it was decided."
     )
-
-
-def _option(labels: Sequence[str], more: str = "") -> str:
-    """Labels as an option takes them, to be copied into a shell."""
-    return shlex.quote(",".join(map(quoted, labels)) + more)
 
 
 def _by_group(law: Law, labels: Collection[str]) -> str:
@@ -149,7 +144,7 @@ def count_nobody_named(source: Source, reading: Reading, law: Law) -> str:
     found = next((name for name in cells if name not in used and looks_like_counts(name, cells, used)), None)
     if found is None:
         return ""
-    return f"Column {shown(found)} looks like counts, and each row counts as one decision: --count {_option([found])}."
+    return f"Column {shown(found)} looks like counts, and each row counts as one decision: --count {to_copy([found])}."
 
 
 def looks_like_counts(name: str, cells: Mapping[str, Sequence[str]], used: Collection[str]) -> bool:
@@ -172,8 +167,11 @@ def looks_like_counts(name: str, cells: Mapping[str, Sequence[str]], used: Colle
     >>> [looks_like_counts(name, table, {"sex", "hired"}) for name in ("n", "age")]
     [True, False]
     """
-    texts = cells[name]
-    if not named(name, COUNT) or not all(text.isascii() and text.isdecimal() and len(text) < 16 for text in texts):
+    if not named(name, COUNT):
+        return False
+    written = guessed(cells[name])
+    texts = cells[name] if written is None else [written[1][text] for text in cells[name]]
+    if not all(text.isascii() and text.isdecimal() and len(text) < 16 for text in texts):
         return False
     numbers = [int(text) for text in texts]
     if max(numbers, default=0) < 2 or sorted(numbers) in (list(range(len(numbers))), list(range(1, len(numbers) + 1))):

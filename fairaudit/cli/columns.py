@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from fairaudit.cli.source import lexicon_of, option, progress
 from fairaudit.tables.sources import source_name
-from fairaudit.words import quoted
+from fairaudit.words import quoted, to_copy
 
 if TYPE_CHECKING:
     from fairaudit.audits.roles import Roles
@@ -213,7 +213,7 @@ def open_questions(roles: Roles) -> list[str]:
     """What to ask of labels that look undecided, and which options answer it."""
     return [
         f"is '{label}' in column '{roles.decision}' refused, or not decided yet? --undecided bounds the ratio whatever it becomes; "
-        f"{quoted(label)}=0 in --utility counts it as refused"
+        f"{to_copy([label], '=0')} in --utility counts it as refused"
         for label in roles.undecided
     ]
 

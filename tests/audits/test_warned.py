@@ -171,6 +171,11 @@ def test_a_table_of_counts_by_department_of_which_none_was_named(tmp_path: Path,
     assert "looks like counts" not in screen(capsys, doubled, *AGG_WORDS)
 
 
+def test_counts_that_nobody_named_are_seen_with_thousands_separators(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = held(tmp_path, "sex;admitted;Anzahl\nf;yes;1.204\nf;no;310\nm;yes;2.310\nm;no;700\n")
+    assert "Column 'Anzahl' looks like counts" in screen(capsys, path, *AGG_WORDS)
+
+
 def test_a_database_is_not_read_twice(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with closing(sqlite3.connect(tmp_path / "log.db")) as database, database:
         database.execute("create table log (sex, admitted, Anzahl)")
@@ -233,6 +238,7 @@ def test_what_inspect_proposes(table: str, expected: str, tmp_path: Path, capsys
     assert shlex.split(command)[3:] == expected.split()
     text = "\n".join(lines)
     assert ("refused, or not decided yet? --undecided bounds" in text) == ("--undecided" in expected)
+    assert ("; offen=0 in --utility" in text) == ("offen" in expected)
     assert ("looks like counts: --count" in text) == ("--count" in expected)
     assert ("column 'PWGTP' looks like a survey weight, which is no count" in text) == ("PWGTP" in table)
     assert main(shlex.split(command)[1:]) == 0
